@@ -1,0 +1,60 @@
+# The one place that knows how tests are started: rank counts, oversubscription, containers.
+set(FLUSI_TEST_ENVIRONMENT
+    OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+    OMPI_MCA_rmaps_base_oversubscribe=1
+    OMPI_MCA_mpi_yield_when_idle=1            # more ranks than cores must not starve each other
+    OMPI_MCA_btl_vader_single_copy_mechanism=none  # containers forbid ptrace-like copies
+    OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1)
+string(REPLACE ";" "\n" FLUSI_TEST_ENVIRONMENT_LINES "${FLUSI_TEST_ENVIRONMENT}")
+file(WRITE ${CMAKE_BINARY_DIR}/test_environment "${FLUSI_TEST_ENVIRONMENT_LINES}\n")
+
+# add_mpi_test(<name> SOURCES t.f90 USES <layers> [RANKS 1 2 3 4] LABEL unit|verification|regression
+#              [TIMEOUT s] [ARGS ...])
+# With RANKS the test runs once under mpirun for every count; without, it runs as a plain process.
+function(add_mpi_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;USES;RANKS;ARGS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  set_target_properties(${name} PROPERTIES
+    RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests/bin
+    Fortran_MODULE_DIRECTORY ${CMAKE_BINARY_DIR}/modules/tests/${name})
+  target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:Fortran>:${FLUSI_WARNINGS}>)
+  target_link_libraries(${name} PRIVATE flusi_testkit ${ARG_USES})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  if(ARG_RANKS)
+    foreach(ranks ${ARG_RANKS})
+      set(workdir ${CMAKE_BINARY_DIR}/tests/work/${name}_${ranks})
+      file(MAKE_DIRECTORY ${workdir})
+      add_test(NAME ${name}_${ranks}
+        COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} ${MPIEXEC_PREFLAGS}
+                $<TARGET_FILE:${name}> ${ARG_ARGS}
+        WORKING_DIRECTORY ${workdir})
+      set_tests_properties(${name}_${ranks} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
+        ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${ranks})
+    endforeach()
+  else()
+    set(workdir ${CMAKE_BINARY_DIR}/tests/work/${name})
+    file(MAKE_DIRECTORY ${workdir})
+    add_test(NAME ${name} COMMAND ${name} ${ARG_ARGS} WORKING_DIRECTORY ${workdir})
+    set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
+      ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}")
+  endif()
+endfunction()
+
+# add_script_test(<name> LABEL l COMMAND ... [TIMEOUT s] [PROCESSORS n]): whole-program tests
+# driven by a script; they get the same environment and a working directory of their own.
+function(add_script_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;PROCESSORS" "COMMAND" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  if(NOT ARG_PROCESSORS)
+    set(ARG_PROCESSORS 1)
+  endif()
+  set(workdir ${CMAKE_BINARY_DIR}/tests/work/${name})
+  file(MAKE_DIRECTORY ${workdir})
+  add_test(NAME ${name} COMMAND ${ARG_COMMAND} WORKING_DIRECTORY ${workdir})
+  set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
+    PROCESSORS ${ARG_PROCESSORS} ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT};MPIEXEC=${MPIEXEC_EXECUTABLE}")
+endfunction()

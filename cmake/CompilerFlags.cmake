@@ -1,0 +1,25 @@
+# One flag per line with its reason. Other compilers than GNU get their own defaults.
+if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
+  set(FLUSI_WARNINGS
+      -std=f2008              # the language we promise
+      -Wall
+      -Wextra
+      -Wimplicit-interface    # every call is checked
+      -Wimplicit-procedure
+      -Wuse-without-only      # a reader must see where a name comes from
+      -Wno-maybe-uninitialized # false positives on allocatable descriptors at -O2 and above
+      -fimplicit-none)
+  # No -ffast-math: NaN checks must work and results must not depend on the vector width of a loop.
+  set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -fno-math-errno -fno-trapping-math"
+      CACHE STRING "Fortran flags, Release")
+  set(CMAKE_Fortran_FLAGS_DEV
+      "-Og -g -fbacktrace -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan"
+      CACHE STRING "Fortran flags, Dev")
+  set(CMAKE_Fortran_FLAGS_SANITIZE
+      "-O1 -g -fbacktrace -fsanitize=address,undefined -fno-omit-frame-pointer"
+      CACHE STRING "Fortran flags, Sanitize")
+  set(CMAKE_EXE_LINKER_FLAGS_SANITIZE "-fsanitize=address,undefined" CACHE STRING "Linker flags, Sanitize")
+  if(FLUSI_NATIVE)
+    add_compile_options(-march=native)
+  endif()
+endif()

@@ -1,0 +1,18 @@
+# MPI (mpi_f08), FFTW3, parallel HDF5, LAPACK; every one of them is in Debian.
+find_package(MPI REQUIRED COMPONENTS C Fortran)
+if(NOT MPI_Fortran_HAVE_F08_MODULE)
+  message(FATAL_ERROR "This MPI has no Fortran 2008 module mpi_f08 for ${CMAKE_Fortran_COMPILER}")
+endif()
+
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(FFTW3 REQUIRED IMPORTED_TARGET fftw3)
+find_path(FFTW3_FORTRAN_INCLUDE fftw3.f03 HINTS ${FFTW3_INCLUDE_DIRS} ${FFTW3_INCLUDEDIR} REQUIRED)
+
+# Debian ships serial and parallel HDF5 side by side; only the parallel one will do.
+set(HDF5_PREFER_PARALLEL ON)
+find_package(HDF5 REQUIRED COMPONENTS Fortran)
+if(NOT HDF5_IS_PARALLEL)
+  message(FATAL_ERROR "HDF5 was found without MPI support; Debian: libhdf5-openmpi-dev")
+endif()
+
+find_package(LAPACK REQUIRED)

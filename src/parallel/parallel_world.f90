@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The communicator of a run and the few reductions that everybody needs.
+module parallel_world
+  use base_kinds, only: rp, i8
+  use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_Init, MPI_Finalize, MPI_Initialized, &
+                     MPI_Comm_rank, MPI_Comm_size, MPI_Allreduce, MPI_Bcast, MPI_Barrier, MPI_IN_PLACE, &
+                     MPI_DOUBLE_PRECISION, MPI_INTEGER8, MPI_INTEGER, MPI_SUM, MPI_MAX, MPI_MIN, &
+                     MPI_CHARACTER
+  implicit none
+  private
+  public :: world_t
+
+  !> Communicator, rank and size; what a procedure needs to be collective.
+  type :: world_t
+    type(MPI_Comm) :: comm
+    integer :: rank = 0
+    integer :: size = 1
+    logical :: is_root = .true. !< rank 0 prints and writes text files
+  contains
+    procedure :: start => world_start
+    procedure :: stop => world_stop
+    procedure :: adopt => world_adopt
+    procedure :: sum_reals => world_sum_reals
+    procedure :: max_reals => world_max_reals
+    procedure :: min_reals => world_min_reals
+    procedure :: sum_int8 => world_sum_int8
+    procedure :: max_integer => world_max_integer
+    procedure :: broadcast_integer => world_broadcast_integer
+    procedure :: broadcast_text => world_broadcast_text
+    procedure :: barrier => world_barrier
+  end type world_t
+
+contains
+
+  !> Starts MPI (once per process) on all ranks. Collective.
+  subroutine world_start(self)
+    class(world_t), intent(out) :: self
+    logical :: started
+    call MPI_Initialized(started)
+    if (.not. started) call MPI_Init()
+    call self%adopt(MPI_COMM_WORLD)
+  end subroutine world_start
+
+  !> Ends MPI. Collective; the last call of a program.
+  subroutine world_stop(self)
+    class(world_t), intent(inout) :: self
+    call self%barrier()
+    call MPI_Finalize()
+  end subroutine world_stop
+
+  !> Uses an existing communicator, for instance half of the ranks. Collective over `comm`.
+  subroutine world_adopt(self, comm)
+    class(world_t), intent(inout) :: self
+    type(MPI_Comm), intent(in) :: comm
+    self%comm = comm
+    call MPI_Comm_rank(comm, self%rank)
+    call MPI_Comm_size(comm, self%size)
+    self%is_root = self%rank == 0
+  end subroutine world_adopt
+
+  !> Replaces `values` by their sums over the ranks. Collective.
+  subroutine world_sum_reals(self, values)
+    class(world_t), intent(in) :: self
+    real(rp), contiguous, intent(inout) :: values(:)
+    call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, self%comm)
+  end subroutine world_sum_reals
+
+  !> Replaces `values` by their maxima over the ranks. Collective. NaN is not propagated reliably.
+  subroutine world_max_reals(self, values)
+    class(world_t), intent(in) :: self
+    real(rp), contiguous, intent(inout) :: values(:)
+    call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MAX, self%comm)
+  end subroutine world_max_reals
+
+  !> Replaces `values` by their minima over the ranks. Collective.
+  subroutine world_min_reals(self, values)
+    class(world_t), intent(in) :: self
+    real(rp), contiguous, intent(inout) :: values(:)
+    call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MIN, self%comm)
+  end subroutine world_min_reals
+
+  !> Sum of a 64-bit integer over the ranks, modulo 2**64 (checksums). Collective.
+  integer(i8) function world_sum_int8(self, value) result(total)
+    class(world_t), intent(in) :: self
+    integer(i8), intent(in) :: value
+    integer(i8) :: buffer(1)
+    buffer(1) = value
+    call MPI_Allreduce(MPI_IN_PLACE, buffer, 1, MPI_INTEGER8, MPI_SUM, self%comm)
+    total = buffer(1)
+  end function world_sum_int8
+
+  !> Largest integer over the ranks. Collective.
+  integer function world_max_integer(self, value) result(largest)
+    class(world_t), intent(in) :: self
+    integer, intent(in) :: value
+    integer :: buffer(1)
+    buffer(1) = value
+    call MPI_Allreduce(MPI_IN_PLACE, buffer, 1, MPI_INTEGER, MPI_MAX, self%comm)
+    largest = buffer(1)
+  end function world_max_integer
+
+  !> Gives rank 0's integer to all. Collective.
+  subroutine world_broadcast_integer(self, value)
+    class(world_t), intent(in) :: self
+    integer, intent(inout) :: value
+    integer :: buffer(1)
+    buffer(1) = value
+    call MPI_Bcast(buffer, 1, MPI_INTEGER, 0, self%comm)
+    value = buffer(1)
+  end subroutine world_broadcast_integer
+
+  !> Gives rank 0's text to all; on other ranks `text` may be unallocated on entry. Collective.
+  subroutine world_broadcast_text(self, text)
+    class(world_t), intent(in) :: self
+    character(:), allocatable, intent(inout) :: text
+    character(:), allocatable :: buffer
+    integer :: length
+    length = 0
+    if (self%is_root) length = len(text)
+    call self%broadcast_integer(length)
+    allocate (character(length) :: buffer)
+    if (self%is_root) buffer = text
+    call MPI_Bcast(buffer, length, MPI_CHARACTER, 0, self%comm)
+    call move_alloc(buffer, text)
+  end subroutine world_broadcast_text
+
+  !> Waits for all ranks. Collective.
+  subroutine world_barrier(self)
+    class(world_t), intent(in) :: self
+    call MPI_Barrier(self%comm)
+  end subroutine world_barrier
+end module parallel_world
