@@ -195,7 +195,7 @@ contains
 
     n_refused = 0
     n_wrong = 0
-    do place = 1, length, max(1, length/120)
+    do place = 1, length, max(1, length/60)
       call flip(content, place)
       call read_example(t%world, 'damaged.h5', same, refused, reason)
       if (refused) n_refused = n_refused + 1
