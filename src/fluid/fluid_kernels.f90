@@ -7,7 +7,7 @@ module fluid_kernels
   implicit none
   private
   public :: stick_fields, stick_divergence, line_product, project_stick, add_sponge, ab2_stick, weighted_sum, &
-            add_weighted
+            add_weighted, biot_savart
 
 contains
 
@@ -133,4 +133,16 @@ contains
       out(i) = out(i) + weight*factor*along(i)*a(i)
     end do
   end subroutine add_weighted
+
+  !> Velocity i k x omega/k^2 of a vorticity on one stick, without mean.
+  pure subroutine biot_savart(nkz, kx, ky, kz, omega_x, omega_y, omega_z, u, v, w)
+    integer, intent(in) :: nkz
+    real(rp), intent(in) :: kx, ky, kz(nkz)
+    complex(rp), intent(in) :: omega_x(nkz), omega_y(nkz), omega_z(nkz)
+    complex(rp), intent(inout) :: u(nkz), v(nkz), w(nkz)
+    u = 0
+    v = 0
+    w = 0
+    call add_sponge(nkz, kx, ky, kz, omega_x, omega_y, omega_z, u, v, w)
+  end subroutine biot_savart
 end module fluid_kernels

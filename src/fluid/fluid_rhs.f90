@@ -120,7 +120,7 @@ contains
     integer :: i, s
     do i = 1, count
       s = first + i - 1
-      call stick_fields(self%sticks%nkz, self%n_in, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
+      call stick_fields(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                         self%state%u(:, s, 1), self%state%u(:, s, 2), self%state%u(:, s, 3), fields(:, i, 1), &
                         fields(:, i, 2), fields(:, i, 3), fields(:, i, 4), fields(:, i, 5), fields(:, i, 6))
       if (self%n_in == 7) &

@@ -38,7 +38,7 @@ module fluid_sums
 contains
 
   !> Sets everything to zero.
-  pure subroutine sums_clear(self)
+  subroutine sums_clear(self)
     class(sums_t), intent(out) :: self
     associate (all_components_take_their_defaults => self)
     end associate
