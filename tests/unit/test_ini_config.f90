@@ -218,6 +218,9 @@ contains
 
   subroutine check_unknown_names(kit)
     type(testkit_t), intent(inout) :: kit
+    character(*), &
+      parameter :: SECTIONS = 'Resolution | Geometry | Time | InitialCondition | Penalization | '// &
+      'SaveSlices | Wing | Saving'
     call expect(kit, 'CLF=0.1;', "f.ini:5: [Time] CLF: unknown key; "// &
       "valid: Tmax | CFL | iTimeMethodFluid | intelligent_dt; did you mean 'CFL'?")
     call expect(kit, 'cfl=0.1;', "f.ini:5: [Time] cfl: unknown key (names are case-sensitive); "// &
@@ -226,18 +229,15 @@ contains
       'valid: Tmax | CFL | iTimeMethodFluid | intelligent_dt')
     call expect(kit, 'yl=0.1;', 'f.ini:5: [Time] yl: unknown key, it belongs to [Geometry]; '// &
       'valid: Tmax | CFL | iTimeMethodFluid | intelligent_dt')
-    call expect(kit, '[Geometri]'//NL//'yl=1', &
-      "f.ini:5: [Geometri]: unknown section; valid: Resolution | "// &
-      "Geometry | Time | InitialCondition | Penalization | SaveSlices | Wing | Saving; did you mean 'Geometry'?")
-    call expect(kit, '[geometry]'//NL//'yl=1', "f.ini:5: [geometry]: unknown section (names are "// &
-      "case-sensitive); valid: Resolution | Geometry | Time | InitialCondition | Penalization | SaveSlices | "// &
-      "Wing | Saving; did you mean 'Geometry'?")
-    call expect(kit, '[Chemistry]'//NL//'k=1'//NL//'l=2', "f.ini:5: [Chemistry]: unknown section; valid: "// &
-      "Resolution | Geometry | Time | InitialCondition | Penalization | SaveSlices | Wing | Saving")
+    call expect(kit, '[Geometri]'//NL//'yl=1', 'f.ini:5: [Geometri]: unknown section; valid: '//SECTIONS// &
+      "; did you mean 'Geometry'?")
+    call expect(kit, '[geometry]'//NL//'yl=1', 'f.ini:5: [geometry]: unknown section (names are '// &
+      'case-sensitive); valid: '//SECTIONS//"; did you mean 'Geometry'?")
+    call expect(kit, '[Chemistry]'//NL//'k=1'//NL//'l=2', 'f.ini:5: [Chemistry]: unknown section; '// &
+      'valid: '//SECTIONS)
     call expect_whole(kit, '[resolution]'//NL//'ny=4;'//NL//'[Time]'//NL//'Tmax=1;', &
-      "f.ini:1: [resolution]: "// &
-      "unknown section (names are case-sensitive); valid: Resolution | Geometry | Time | InitialCondition | "// &
-      "Penalization | SaveSlices | Wing | Saving; did you mean 'Resolution'?")
+      'f.ini:1: [resolution]: unknown section (names are case-sensitive); valid: '//SECTIONS// &
+      "; did you mean 'Resolution'?")
     call expect_whole(kit, '[Resolution]'//NL//'ny=4;'//NL//'[Time]'//NL//'tmax=1;', &
       "f.ini:4: [Time] tmax: "// &
       "unknown key (names are case-sensitive); valid: Tmax | CFL | iTimeMethodFluid | intelligent_dt; "// &

@@ -106,7 +106,7 @@ contains
     call kit%check('a matrix over several lines', errors%count() == 0 .and. document%n_entries == 2)
     associate (m => document%entries(1))
       call kit%check('its rows keep their lines', m%is_matrix .and. m%line == 2 .and. &
-        m%value == ' 1 2 '//NL//NL//'3  4'//NL//NL//'5 6 '//NL)
+        m%value == ' 1 2'//NL//NL//'3  4'//NL//NL//'5 6 '//NL)
     end associate
     call kit%check('the line behind the matrix', document%entries(2)%line == 8 .and. &
       document%entries(2)%key == 'n')
