@@ -116,7 +116,7 @@ def read_series(path):
     for line in lines:
         text = line.strip()
         if text.startswith("%"):
-            header = header or text.lstrip("% \t")
+            header = header if rows else text.lstrip("% \t")  # the last one before the numbers
         elif text:
             try:
                 rows.append([_number(word) for word in text.split()])
@@ -137,7 +137,7 @@ def read_series(path):
 
 # ---- fields --------------------------------------------------------------------------------------
 
-_FIELD_FILE = re.compile(r"(?P<prefix>[A-Za-z][A-Za-z0-9]*)_(?P<label>\d{3,})\.h5")
+_FIELD_FILE = re.compile(r"(?P<prefix>[A-Za-z][A-Za-z0-9]*)_(?P<label>\d+)\.h5")
 
 Snapshot = namedtuple("Snapshot", "folder label")
 
@@ -208,12 +208,10 @@ def load_field(snapshot, name):
 
 
 # ---- spectral derivatives, the same as the solver's ----------------------------------------------
+# The derivative of the highest mode of an even n is not real: irfft leaves it out, as it should.
 
 def _wavenumbers(n, length):
-    k = 2 * np.pi / length * np.arange(n // 2 + 1)
-    if n % 2 == 0:
-        k[-1] = 0.0  # the derivative of the highest mode is not real
-    return k
+    return 2 * np.pi / length * np.arange(n // 2 + 1)
 
 
 def derivative_in_plane(plane, axis, length):

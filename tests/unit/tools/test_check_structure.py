@@ -13,7 +13,7 @@ module base_thing
   use base_kinds, &
     only: rp
   implicit none
-  character(*), parameter :: text = 'print *, use that'
+  character(*), parameter :: text = 'do print *, that ! use'
 contains
   module procedure nothing
   end procedure nothing

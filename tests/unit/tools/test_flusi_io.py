@@ -37,6 +37,9 @@ class TimeSeries(InFolder):
         self.assertEqual(self.series("%        time   Aero_Power   Inert power\n0 1 2\n").names,
                          ["time", "Aero_Power", "Inert power"])
 
+    def test_header_is_the_last_line_before_the_numbers(self):
+        self.assertEqual(self.series("% made by this\n% time a\n0 1\n% again b\n1 1\n").names, ["time", "a"])
+
     def test_missing_header(self):
         self.assertEqual(self.series("0 1\n", "ekin.t").names, ["time", "E_kin"])
         self.assertEqual(self.series("0 1 2\n", "my.t").names, ["time", "column2", "column3"])
@@ -89,11 +92,18 @@ class Fields(InFolder):
                        - flusi.derivative_on_plane(u[one], two, axis, 4))
                 np.testing.assert_allclose(got, np.take(curl[c], 4, axis=2 - axis), atol=1e-5)
 
+    def test_highest_mode_has_no_derivative(self):
+        zigzag = (-1.0)**np.arange(8)
+        write_field(self.folder, "ux", "000000", np.broadcast_to(zigzag, (4, 8, 8)), self.length, 0.0)
+        field = flusi.Field(self.folder / "ux_000000.h5")
+        np.testing.assert_allclose(flusi.derivative_on_plane(field, 0, 2, 1), 0, atol=1e-12)
+        np.testing.assert_allclose(flusi.derivative_on_plane(field, 0, 0, 1), 0, atol=1e-12)
+
     def test_wrong_input_is_named(self):
         write_field(self.folder, "ux", "000", np.zeros((2, 2, 2)), self.length, 0.0)
         (self.folder / "uy_000.h5").write_bytes((self.folder / "ux_000.h5").read_bytes())
         (self.folder / "uz_000.h5").write_text("no HDF5")
-        for name, reason in (("ux.h5", "is called"), ("p_000.h5", "no such file"),
+        for name, reason in (("ux.h5", "is called"), ("ux_.h5", "is called"), ("p_000.h5", "no such file"),
                              ("uy_000.h5", "no dataset 'uy'; it has ux"), ("uz_000.h5", "not a readable")):
             with self.assertRaisesRegex(flusi.InputError, reason):
                 flusi.Field(self.folder / name)

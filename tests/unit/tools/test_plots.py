@@ -145,7 +145,7 @@ class PlotSlice(Tool):
         self.assert_refused("plot_slice.py", self.folder, "--index", 24, because="outside 0 to 23")
         self.assert_refused("plot_slice.py", self.folder, "--label", "7", because="nothing with label 7")
         self.assert_refused("plot_slice.py", self.folder, "--label", "x", because="takes digits")
-        self.assert_refused("plot_slice.py", self.folder, self.folder, "-o", "x.png", because="-o takes one")
+        self.assert_refused("plot_slice.py", self.folder, self.folder, "-o", self.folder / "x.png", because="-o takes one")
         (self.folder / "uy_001000.h5").unlink()
         self.assert_refused("plot_slice.py", self.folder, because="missing: uy")
 
