@@ -50,7 +50,7 @@ contains
     if (failure%failed) return
     call require(size(values, kind=i8) == product(count), 'io_datasets: the array does not fill the box')
     call check_shape(file, name, dims, failure)
-    if (failure%failed) return
+    if (failure%failed .or. product(dims) == 0) return
     call fetch(file, name, box_space(dims, start, count), values, failure)
   end subroutine read_slab
 
@@ -124,7 +124,7 @@ contains
     call require(size(data, 2) == rows%n_local, 'io_datasets: read_rows: data and rows differ')
     n = size(data, 1)
     call check_shape(file, name, int([n, rows%n], i8), failure)
-    if (failure%failed) return
+    if (failure%failed .or. n == 0 .or. rows%n == 0) return
     patterns = row_patterns(rows)
     allocate (values(size(data)))
     space = rows_space(n, rows%n, patterns)
@@ -153,6 +153,7 @@ contains
     real(rp), allocatable, target :: wide(:)
     real(sp), allocatable, target :: narrow(:)
     integer(HID_T) :: dataset, creation
+    logical :: created
     integer :: error
 
     call h5pcreate_f(H5P_DATASET_CREATE_F, creation, error)
@@ -161,7 +162,8 @@ contains
                      creation)
     call file%agree(error >= 0, 'dataset '''//name//''' of shape '//shape_text(dims)//' cannot be created', &
                     failure)
-    if (.not. failure%failed) then
+    created = .not. failure%failed
+    if (created .and. product(dims) > 0) then
       ! One more element: an address is needed even when nothing is transferred.
       if (single) then
         allocate (narrow(size(values) + 1))
@@ -175,6 +177,8 @@ contains
                              .true., error)
       end if
       call file%agree(error >= 0, 'dataset '''//name//''' cannot be written; is the disk full?', failure)
+    end if
+    if (created) then
       call h5dclose_f(dataset, error)
       call file%agree(error >= 0, 'dataset '''//name//''' cannot be closed', failure)
     end if
