@@ -126,7 +126,8 @@ contains
       'f.ini', errors)
     call kit%check('what stands behind a matrix that is not closed is read', document%n_entries == 1 .and. &
       document%n_sections == 3)
-    call kit%check('and at its line', document%entries(1)%key == 'n' .and. document%entries(1)%line == 4 .and. &
+    call kit%check('and at its line', document%entries(1)%key == 'n' .and. &
+      document%entries(1)%line == 4 .and. &
       document%sections(3)%line == 7)
     call kit%check('text behind a matrix', complains('[A]'//NL//'m=(/ 1'//NL//'2 /) 3', &
       "f.ini:2: only a comment may"))
