@@ -9,16 +9,14 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
       -Wuse-without-only      # a reader must see where a name comes from
       -Wno-maybe-uninitialized # false positives on allocatable descriptors at -O2 and above
       -fimplicit-none)
+  # Plain variables: CMake has already put empty cache entries for build types it does not know.
   # No -ffast-math: NaN checks must work and results must not depend on the vector width of a loop.
-  set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -fno-math-errno -fno-trapping-math"
-      CACHE STRING "Fortran flags, Release")
+  set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -fno-math-errno -fno-trapping-math")
   set(CMAKE_Fortran_FLAGS_DEV
-      "-Og -g -fbacktrace -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan"
-      CACHE STRING "Fortran flags, Dev")
+      "-Og -g -fbacktrace -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan")
   set(CMAKE_Fortran_FLAGS_SANITIZE
-      "-O1 -g -fbacktrace -fsanitize=address,undefined -fno-omit-frame-pointer"
-      CACHE STRING "Fortran flags, Sanitize")
-  set(CMAKE_EXE_LINKER_FLAGS_SANITIZE "-fsanitize=address,undefined" CACHE STRING "Linker flags, Sanitize")
+      "-O1 -g -fbacktrace -fsanitize=address,undefined -fno-omit-frame-pointer")
+  set(CMAKE_EXE_LINKER_FLAGS_SANITIZE "-fsanitize=address,undefined")
   if(FLUSI_NATIVE)
     add_compile_options(-march=native)
   endif()

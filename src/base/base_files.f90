@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What Fortran cannot do with files: rename, remove, force to the disk.
+!>
+!> A file is replaced safely by writing it under a temporary name and calling `replace_file`: whoever
+!> opens the final name finds either the old content or the new one, complete.
+module base_files
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_null_char, c_associated
+  implicit none
+  private
+  public :: file_exists, rename_file, remove_file, sync_path, replace_file, join_path, folder_of, name_of
+
+  ! fopen and fileno instead of open: open takes a variable argument list, which no portable
+  ! Fortran interface can describe.
+  interface
+    integer(c_int) function c_rename(from, to) bind(C, name='rename')
+      import :: c_int, c_char
+      character(kind=c_char), intent(in) :: from(*), to(*)
+    end function c_rename
+
+    integer(c_int) function c_unlink(path) bind(C, name='unlink')
+      import :: c_int, c_char
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_unlink
+
+    type(c_ptr) function c_fopen(path, mode) bind(C, name='fopen')
+      import :: c_ptr, c_char
+      character(kind=c_char), intent(in) :: path(*), mode(*)
+    end function c_fopen
+
+    integer(c_int) function c_fileno(stream) bind(C, name='fileno')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fileno
+
+    integer(c_int) function c_fsync(descriptor) bind(C, name='fsync')
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_fsync
+
+    integer(c_int) function c_fclose(stream) bind(C, name='fclose')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fclose
+  end interface
+
+contains
+
+  !> Whether `path` names an existing file.
+  logical function file_exists(path)
+    character(*), intent(in) :: path
+    inquire (file=path, exist=file_exists)
+  end function file_exists
+
+  !> Renames a file, replacing an existing `to`; atomic within one file system.
+  subroutine rename_file(from, to, ok)
+    character(*), intent(in) :: from, to
+    logical, intent(out) :: ok
+    ok = c_rename(from//c_null_char, to//c_null_char) == 0
+  end subroutine rename_file
+
+  !> Removes a file; `ok` is false if it could not be removed, for instance because it is missing.
+  subroutine remove_file(path, ok)
+    character(*), intent(in) :: path
+    logical, intent(out) :: ok
+    ok = c_unlink(path//c_null_char) == 0
+  end subroutine remove_file
+
+  !> Waits until the content of a file, or the entries of a folder, are on the disk.
+  subroutine sync_path(path, ok)
+    character(*), intent(in) :: path
+    logical, intent(out) :: ok
+    type(c_ptr) :: stream
+    logical :: closed
+    stream = c_fopen(path//c_null_char, 'r'//c_null_char)
+    ok = c_associated(stream)
+    if (.not. ok) return
+    ok = c_fsync(c_fileno(stream)) == 0
+    closed = c_fclose(stream) == 0
+    ok = ok .and. closed
+  end subroutine sync_path
+
+  !> Puts the complete file `temporary` in the place of `path`. With `durable`, the content is forced
+  !> to the disk before the rename and the rename after it, so that a power failure finds the old
+  !> file or the new one as well.
+  subroutine replace_file(temporary, path, durable, ok)
+    character(*), intent(in) :: temporary, path
+    logical, intent(in) :: durable
+    logical, intent(out) :: ok
+    ok = .true.
+    if (durable) call sync_path(temporary, ok)
+    if (ok) call rename_file(temporary, path, ok)
+    if (ok .and. durable) call sync_path(folder_of(path), ok)
+  end subroutine replace_file
+
+  !> `folder`/`name`; an empty folder is the current one.
+  pure function join_path(folder, name) result(path)
+    character(*), intent(in) :: folder, name
+    character(:), allocatable :: path
+    if (len_trim(folder) == 0) then
+      path = name
+    else if (folder(len_trim(folder):len_trim(folder)) == '/') then
+      path = trim(folder)//name
+    else
+      path = trim(folder)//'/'//name
+    end if
+  end function join_path
+
+  !> The folder part of a path, '.' if it has none.
+  pure function folder_of(path) result(folder)
+    character(*), intent(in) :: path
+    character(:), allocatable :: folder
+    integer :: slash
+    slash = index(path, '/', back=.true.)
+    if (slash == 0) then
+      folder = '.'
+    else if (slash == 1) then
+      folder = '/'
+    else
+      folder = path(:slash - 1)
+    end if
+  end function folder_of
+
+  !> The last part of a path.
+  pure function name_of(path) result(name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: name
+    name = trim(path(index(path, '/', back=.true.) + 1:))
+  end function name_of
+end module base_files

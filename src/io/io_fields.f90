@@ -1,0 +1,256 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Field files: one scalar field at one time in one file, in the layout of FLUSI.
+!>
+!> File `<prefix>_<label>.h5` holds one dataset `<prefix>` of Fortran shape (nx, ny, nz) with attributes
+!> time, viscosity, epsi, domain_size, origin and nxyz (x first). Files are written under a temporary
+!> name and renamed, so that no reader and no kill ever meets half a file.
+module io_fields
+  use base_kinds, only: rp, i8
+  use base_build, only: BUILD_VERSION, BUILD_COMMIT
+  use base_errors, only: failure_t, require
+  use base_files, only: join_path, name_of
+  use parallel_world, only: world_t
+  use parallel_block, only: block_t
+  use io_attributes, only: put_attribute, get_attribute, has_attribute
+  use io_datasets, only: write_slab, read_box
+  use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  implicit none
+  private
+  public :: field_meta_t, write_field, read_field, write_slice
+  public :: field_label, field_file, slice_file, finest_naming, strided_points, find_dataset, read_meta
+  public :: PRECISION_SINGLE, PRECISION_DOUBLE
+
+  integer, parameter :: PRECISION_SINGLE = 4, PRECISION_DOUBLE = 8 !< bytes per stored number
+
+  !> What a field file says about its field; code units.
+  type :: field_meta_t
+    real(rp) :: time = 0
+    real(rp) :: viscosity = 0
+    real(rp) :: epsi = 0                !< penalization parameter C_eta
+    real(rp) :: domain_size(3) = 1      !< of the periodic box, also for a strided field
+    real(rp) :: origin(3) = 0           !< coordinates of the point (0, 0, 0)
+    integer :: nxyz(3) = 0              !< stored points; filled in by reading
+    character(:), allocatable :: units  !< optional remark on the units, stored if allocated
+  end type field_meta_t
+
+contains
+
+  !> Label of an output: 'time' gives milli-units of time in 6 digits, 'microtime' micro-units in 9,
+  !> 'step' the step in 6; longer numbers take as many digits as they need.
+  function field_label(time, step, naming) result(label)
+    real(rp), intent(in) :: time
+    integer(i8), intent(in) :: step
+    character(*), intent(in) :: naming
+    character(:), allocatable :: label
+    character(24) :: digits
+    select case (naming)
+    case ('time')
+      write (digits, '(i0.6)') nint(1.0e3_rp*time, i8)
+    case ('microtime')
+      write (digits, '(i0.9)') nint(1.0e6_rp*time, i8)
+    case default
+      call require(naming == 'step', 'field_label: naming is time, microtime or step')
+      write (digits, '(i0.6)') step
+    end select
+    label = trim(digits)
+  end function field_label
+
+  !> The naming that gives outputs `interval` apart different labels: 'microtime' in the place of 'time'
+  !> if the interval is below 1e-3.
+  pure function finest_naming(naming, interval) result(finest)
+    character(*), intent(in) :: naming
+    real(rp), intent(in) :: interval
+    character(:), allocatable :: finest
+    finest = trim(naming)
+    if (finest == 'time' .and. interval < 1.0e-3_rp) finest = 'microtime'
+  end function finest_naming
+
+  !> Name of a field file, without folder.
+  pure function field_file(prefix, label) result(name)
+    character(*), intent(in) :: prefix, label
+    character(:), allocatable :: name
+    name = trim(prefix)//'_'//label//'.h5'
+  end function field_file
+
+  !> Name of a slice file, without folder; `ix` counts from 0.
+  pure function slice_file(name, ix, label) result(file_name)
+    character(*), intent(in) :: name, label
+    integer, intent(in) :: ix
+    character(:), allocatable :: file_name
+    character(12) :: digits
+    write (digits, '(i0.4)') ix
+    file_name = 'slice'//trim(name)//'-ix'//trim(digits)//'_'//label//'.h5'
+  end function slice_file
+
+  !> Number of points among n whose 0-based index is a multiple of `stride`.
+  pure elemental integer function strided_points(n, stride)
+    integer, intent(in) :: n, stride
+    strided_points = (n + stride - 1)/stride
+  end function strided_points
+
+  !> Writes every `stride`-th point of a field to `directory`/`<prefix>_<label>.h5`. Fails, and leaves
+  !> no file, if the file cannot be written. Collective.
+  subroutine write_field(world, directory, prefix, label, block, data, meta, precision, stride, failure)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: directory, prefix, label
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: data(:, :, :)    !< shape block%count
+    type(field_meta_t), intent(in) :: meta
+    integer, intent(in) :: precision         !< PRECISION_SINGLE or PRECISION_DOUBLE
+    integer, intent(in) :: stride            !< points with global index mod stride == 0 are stored
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: values(:)
+    integer :: n(3), start(3), count(3), first(3)
+
+    call require(stride >= 1, 'write_field: stride below 1')
+    call require(all(shape(data) == block%count), 'write_field: data and block differ')
+    n = strided_points(block%n, stride)
+    start = strided_points(block%start, stride) ! kept points before the block
+    count = strided_points(block%start + block%count, stride) - start
+    first = start*stride - block%start
+    allocate (values(product(count)))
+    call gather(count, first, stride, data, values)
+    call write_array(world, directory, field_file(prefix, label), trim(prefix), int(n, i8), int(start, i8), &
+                     int(count, i8), n, values, meta, precision, failure)
+  end subroutine write_field
+
+  !> Writes the plane of global index `ix` (0-based) of a field to
+  !> `directory`/`slice<name>-ix####_<label>.h5`, dataset `slice<name>-ix####` of shape (ny, nz).
+  !> Collective.
+  subroutine write_slice(world, directory, name, ix, label, block, data, meta, precision, failure)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: directory, name
+    integer, intent(in) :: ix
+    character(*), intent(in) :: label
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: data(:, :, :)    !< shape block%count
+    type(field_meta_t), intent(in) :: meta
+    integer, intent(in) :: precision
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: values(:)
+    character(:), allocatable :: file_name
+    integer :: count(3)
+
+    call require(ix >= 0 .and. ix < block%n(1), 'write_slice: plane outside of the field')
+    call require(all(shape(data) == block%count), 'write_slice: data and block differ')
+    count = [1, block%count(2:)]
+    if (ix < block%start(1) .or. ix >= block%start(1) + block%count(1)) count = 0
+    allocate (values(product(count)))
+    call gather(count, [ix - block%start(1), 0, 0], 1, data, values)
+    file_name = slice_file(name, ix, label)
+    call write_array(world, directory, file_name, file_name(:index(file_name, '_', back=.true.) - 1), &
+                     int(block%n(2:), i8), int(block%start(2:), i8), int(count(2:), i8), &
+                     [1, block%n(2:)], values, meta, precision, failure)
+  end subroutine write_slice
+
+  !> Copies count points from 0-based local index `first` on, every `stride`-th.
+  pure subroutine gather(count, first, stride, data, values)
+    integer, intent(in) :: count(3), first(3), stride
+    real(rp), intent(in) :: data(:, :, :)
+    real(rp), intent(out) :: values(count(1), count(2), count(3))
+    integer :: i, j, k
+    do k = 1, count(3)
+      do j = 1, count(2)
+        do i = 1, count(1)
+          values(i, j, k) = data(first(1) + (i - 1)*stride + 1, first(2) + (j - 1)*stride + 1, &
+                                 first(3) + (k - 1)*stride + 1)
+        end do
+      end do
+    end do
+  end subroutine gather
+
+  !> Writes one dataset with the attributes of a field and puts the file in its place.
+  subroutine write_array(world, directory, file_name, dataset, dims, start, count, nxyz, values, meta, &
+                         precision, failure)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: directory, file_name, dataset
+    integer(i8), intent(in) :: dims(:), start(:), count(:)
+    integer, intent(in) :: nxyz(3)
+    real(rp), contiguous, intent(in) :: values(:)
+    type(field_meta_t), intent(in) :: meta
+    integer, intent(in) :: precision
+    type(failure_t), intent(inout) :: failure
+    type(hdf5_file_t) :: file
+    character(:), allocatable :: path
+
+    call require(precision == PRECISION_SINGLE .or. precision == PRECISION_DOUBLE, &
+                 'io_fields: unknown precision')
+    if (failure%failed) return
+    path = join_path(directory, file_name)
+    call file%create(world, path//'.part', failure)
+    call write_slab(file, dataset, dims, start, count, values, precision == PRECISION_SINGLE, failure)
+    call put_attribute(file, dataset, 'time', meta%time, failure)
+    call put_attribute(file, dataset, 'viscosity', meta%viscosity, failure)
+    call put_attribute(file, dataset, 'epsi', meta%epsi, failure)
+    call put_attribute(file, dataset, 'domain_size', meta%domain_size, failure)
+    call put_attribute(file, dataset, 'origin', meta%origin, failure)
+    call put_attribute(file, dataset, 'nxyz', nxyz, failure)
+    if (allocated(meta%units)) call put_attribute(file, dataset, 'units', meta%units, failure)
+    call put_attribute(file, dataset, 'program', 'flusi-msm '//BUILD_VERSION//' '//BUILD_COMMIT, failure)
+    call file%publish(path, .false., failure)
+  end subroutine write_array
+
+  !> Reads the owned box of the field in `path`, which must have shape block%n, and its attributes.
+  !> Collective.
+  subroutine read_field(world, path, block, data, meta, failure)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(block_t), intent(in) :: block
+    real(rp), intent(out) :: data(:, :, :)   !< shape block%count
+    type(field_meta_t), intent(out) :: meta
+    type(failure_t), intent(inout) :: failure
+    type(hdf5_file_t) :: file
+    character(:), allocatable :: dataset
+    call file%open(world, path, failure)
+    call find_dataset(file, dataset, failure)
+    call read_box(file, dataset, block, data, failure)
+    call read_meta(file, dataset, meta, failure)
+    call file%close(failure)
+  end subroutine read_field
+
+  !> Name of the field in an open file: what its file name says before the first underscore, or else the
+  !> only dataset in it. Collective on a parallel file.
+  subroutine find_dataset(file, dataset, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(:), allocatable, intent(out) :: dataset
+    type(failure_t), intent(inout) :: failure
+    character(NAME_LENGTH), allocatable :: names(:)
+    dataset = name_of(file%path)
+    if (failure%failed) return
+    if (index(dataset, '_') > 1) dataset = dataset(:index(dataset, '_') - 1)
+    call file%dataset_names(names, failure)
+    if (failure%failed) return
+    if (any(names == dataset)) return
+    call file%agree(size(names) == 1, 'holds neither a dataset '''//dataset//''' nor a single other one', &
+                    failure)
+    if (.not. failure%failed) dataset = trim(names(1))
+  end subroutine find_dataset
+
+  !> Attributes of a field; those that the file does not have keep their defaults. nxyz is the shape of
+  !> the dataset, (1, ny, nz) for a slice. Collective on a parallel file.
+  subroutine read_meta(file, dataset, meta, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: dataset
+    type(field_meta_t), intent(out) :: meta
+    type(failure_t), intent(inout) :: failure
+    integer(i8), allocatable :: dims(:)
+    call file%dataset_shape(dataset, dims, failure)
+    if (failure%failed) return
+    call file%agree(size(dims) >= 1 .and. size(dims) <= 3, 'dataset '''//dataset//''' is not a field', &
+                    failure)
+    if (failure%failed) return
+    meta%nxyz = 1
+    meta%nxyz(4 - size(dims):) = int(dims)
+    if (has('time')) call get_attribute(file, dataset, 'time', meta%time, failure)
+    if (has('viscosity')) call get_attribute(file, dataset, 'viscosity', meta%viscosity, failure)
+    if (has('epsi')) call get_attribute(file, dataset, 'epsi', meta%epsi, failure)
+    if (has('domain_size')) call get_attribute(file, dataset, 'domain_size', meta%domain_size, failure)
+    if (has('origin')) call get_attribute(file, dataset, 'origin', meta%origin, failure)
+    if (has('units')) call get_attribute(file, dataset, 'units', meta%units, failure)
+  contains
+    logical function has(name)
+      character(*), intent(in) :: name
+      has = has_attribute(file, dataset, name)
+    end function has
+  end subroutine read_meta
+end module io_fields

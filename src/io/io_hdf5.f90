@@ -1,0 +1,242 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> HDF5 files, by all ranks of a communicator with collective transfers, or by one process.
+!>
+!> Failure is sticky: every procedure takes a `failure_t`, does nothing if it already failed, and
+!> leaves the same verdict on all ranks. A sequence of calls thus needs one check at its end. On a
+!> parallel file every procedure is collective; a rank that owns nothing takes part with an empty array.
+module io_hdf5
+  use base_kinds, only: i8
+  use base_errors, only: failure_t, require
+  use base_files, only: file_exists, remove_file, replace_file
+  use parallel_world, only: world_t
+  use mpi_f08, only: MPI_INFO_NULL
+  use hdf5, only: HID_T, HSIZE_T, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_CLOSE_STRONG_F, &
+                  H5F_LIBVER_V18_F, H5F_SCOPE_GLOBAL_F, H5P_FILE_ACCESS_F, H5T_NATIVE_DOUBLE, &
+                  h5open_f, h5iis_valid_f, h5eset_auto_f, &
+                  h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, h5lexists_f, &
+                  h5pcreate_f, h5pclose_f, h5pset_fapl_mpio_f, h5pset_fclose_degree_f, &
+                  h5pset_libver_bounds_f, h5dopen_f, h5dclose_f, h5dget_space_f, h5sclose_f, &
+                  h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
+                  h5gn_members_f, h5gget_obj_info_idx_f
+  implicit none
+  private
+  public :: hdf5_file_t, NAME_LENGTH
+
+  type :: hdf5_file_t
+    type(world_t) :: world
+    logical :: is_parallel = .false.   !< opened by all ranks of `world`
+    integer(HID_T) :: id = -1          !< for io_datasets and io_attributes only
+    character(:), allocatable :: path
+  contains
+    procedure :: create => file_create
+    procedure :: open => file_open
+    procedure :: open_serial => file_open_serial
+    procedure :: flush => file_flush
+    procedure :: close => file_close
+    procedure :: publish => file_publish
+    procedure :: agree => file_agree
+    procedure :: has => file_has
+    procedure :: dataset_names => file_dataset_names
+    procedure :: dataset_shape => file_dataset_shape
+  end type hdf5_file_t
+
+  integer, parameter :: NAME_LENGTH = 128 !< longest name of a dataset
+
+contains
+
+  !> Creates a file, replacing an existing one. With `checked`, the layout of HDF5 1.8 is used, whose
+  !> metadata carry checksums; the default is the oldest layout, which every tool reads. Collective.
+  subroutine file_create(self, world, path, failure, checked)
+    class(hdf5_file_t), intent(out) :: self
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(failure_t), intent(inout) :: failure
+    logical, intent(in), optional :: checked
+    integer(HID_T) :: access
+    integer :: error
+
+    self%world = world
+    self%is_parallel = .true.
+    self%path = path
+    if (failure%failed) return
+    access = access_list(self)
+    if (present(checked)) then
+      if (checked) call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V18_F, error)
+    end if
+    call h5fcreate_f(path, H5F_ACC_TRUNC_F, self%id, error, access_prp=access)
+    call self%agree(error >= 0, 'cannot be created', failure)
+    call h5pclose_f(access, error)
+  end subroutine file_create
+
+  !> Opens an existing file for reading, on all ranks of `world`. Collective.
+  subroutine file_open(self, world, path, failure)
+    class(hdf5_file_t), intent(out) :: self
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(failure_t), intent(inout) :: failure
+    self%world = world
+    self%is_parallel = .true.
+    self%path = path
+    call open_for_reading(self, failure)
+  end subroutine file_open
+
+  !> Opens an existing file for reading by this process alone; MPI need not run.
+  subroutine file_open_serial(self, path, failure)
+    class(hdf5_file_t), intent(out) :: self
+    character(*), intent(in) :: path
+    type(failure_t), intent(inout) :: failure
+    self%path = path
+    call open_for_reading(self, failure)
+  end subroutine file_open_serial
+
+  subroutine open_for_reading(self, failure)
+    class(hdf5_file_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    integer(HID_T) :: access
+    integer :: error
+    if (failure%failed) return
+    call self%agree(file_exists(self%path), 'does not exist', failure)
+    if (failure%failed) return
+    access = access_list(self)
+    call h5fopen_f(self%path, H5F_ACC_RDONLY_F, self%id, error, access)
+    call self%agree(error >= 0, 'cannot be opened: truncated, damaged or not an HDF5 file', failure)
+    call h5pclose_f(access, error)
+  end subroutine open_for_reading
+
+  !> File access properties: who opens, and that closing the file closes all that is open in it.
+  function access_list(self) result(access)
+    class(hdf5_file_t), intent(in) :: self
+    integer(HID_T) :: access
+    logical :: is_open
+    integer :: error
+    ! The predefined types are valid exactly if the library is open: no flag of ours is needed.
+    call h5iis_valid_f(H5T_NATIVE_DOUBLE, is_open, error)
+    if (error < 0 .or. .not. is_open) call h5open_f(error)
+    call require(error >= 0, 'io_hdf5: the HDF5 library does not start')
+    call h5eset_auto_f(0, error) ! errors are reported once, by us
+    call h5pcreate_f(H5P_FILE_ACCESS_F, access, error)
+    if (self%is_parallel) call h5pset_fapl_mpio_f(access, self%world%comm%mpi_val, MPI_INFO_NULL%mpi_val, &
+        error)
+    call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, error)
+  end function access_list
+
+  !> Hands everything written so far to the operating system and, on a parallel file, asks it to put it
+  !> on the disk. Collective.
+  subroutine file_flush(self, failure)
+    class(hdf5_file_t), intent(in) :: self
+    type(failure_t), intent(inout) :: failure
+    integer :: error
+    if (failure%failed) return
+    call h5fflush_f(self%id, H5F_SCOPE_GLOBAL_F, error)
+    call self%agree(error >= 0, 'cannot be written to the disk', failure)
+  end subroutine file_flush
+
+  !> Closes the file, also after a failure. Collective.
+  subroutine file_close(self, failure)
+    class(hdf5_file_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    integer :: error
+    if (self%id < 0) return
+    call h5fclose_f(self%id, error)
+    self%id = -1
+    if (.not. failure%failed) call self%agree(error >= 0, 'cannot be closed', failure)
+  end subroutine file_close
+
+  !> Closes a file that was written under a temporary name and renames it to `path`; after a failure it
+  !> is removed instead. With `durable` the content is on the disk before the rename. Collective.
+  subroutine file_publish(self, path, durable, failure)
+    class(hdf5_file_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    logical, intent(in) :: durable
+    type(failure_t), intent(inout) :: failure
+    logical :: ok
+    ok = .true.
+    if (durable) call self%flush(failure)
+    call self%close(failure)
+    if (self%world%is_root) then
+      if (failure%failed) then
+        call remove_file(self%path, ok)
+      else
+        call replace_file(self%path, path, durable, ok)
+      end if
+    end if
+    if (.not. failure%failed) call self%agree(ok, 'cannot be renamed to '//path, failure)
+  end subroutine file_publish
+
+  !> Fails on all ranks if `ok` is false on any. Collective on a parallel file.
+  subroutine file_agree(self, ok, what, failure)
+    class(hdf5_file_t), intent(in) :: self
+    logical, intent(in) :: ok
+    character(*), intent(in) :: what
+    type(failure_t), intent(inout) :: failure
+    integer :: bad
+    bad = merge(0, 1, ok)
+    if (self%is_parallel) bad = self%world%max_integer(bad)
+    if (bad > 0) call failure%raise(self%path//': '//what)
+  end subroutine file_agree
+
+  !> Whether the file holds an object of this name.
+  logical function file_has(self, name) result(has)
+    class(hdf5_file_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer :: error
+    has = .false.
+    if (self%id < 0) return
+    call h5lexists_f(self%id, name, has, error)
+    has = has .and. error >= 0
+  end function file_has
+
+  !> Names of the objects at the top of the file, blank-padded.
+  subroutine file_dataset_names(self, names, failure)
+    class(hdf5_file_t), intent(in) :: self
+    character(NAME_LENGTH), allocatable, intent(out) :: names(:)
+    type(failure_t), intent(inout) :: failure
+    integer :: n, i, kind, error
+    logical :: ok
+    allocate (names(0))
+    if (failure%failed) return
+    call h5gn_members_f(self%id, '/', n, error)
+    ok = error >= 0
+    if (ok) then
+      deallocate (names)
+      allocate (names(n))
+      do i = 1, n
+        names(i) = ''
+        call h5gget_obj_info_idx_f(self%id, '/', i - 1, names(i), kind, error)
+        ok = ok .and. error >= 0
+      end do
+    end if
+    call self%agree(ok, 'has no readable list of contents', failure)
+  end subroutine file_dataset_names
+
+  !> Shape of a dataset, first Fortran index first.
+  subroutine file_dataset_shape(self, name, dims, failure)
+    class(hdf5_file_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer(i8), allocatable, intent(out) :: dims(:)
+    type(failure_t), intent(inout) :: failure
+    integer(HID_T) :: dataset, space
+    integer(HSIZE_T), allocatable :: extent(:), largest(:)
+    integer :: rank, error
+    logical :: ok
+    allocate (dims(0))
+    if (failure%failed) return
+    rank = 0
+    call h5dopen_f(self%id, name, dataset, error)
+    ok = error >= 0
+    if (ok) then
+      call h5dget_space_f(dataset, space, error)
+      ok = error >= 0
+      if (ok) then
+        call h5sget_simple_extent_ndims_f(space, rank, error)
+        allocate (extent(rank), largest(rank))
+        call h5sget_simple_extent_dims_f(space, extent, largest, error)
+        ok = error >= 0
+        if (ok) dims = int(extent, i8)
+        call h5sclose_f(space, error)
+      end if
+      call h5dclose_f(dataset, error)
+    end if
+    call self%agree(ok, 'has no readable dataset '''//name//'''', failure)
+  end subroutine file_dataset_shape
+end module io_hdf5

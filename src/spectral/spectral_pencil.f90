@@ -1,0 +1,424 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The built-in transform backend: FFTW in cache, MPI pencils, everything pruned.
+!>
+!> Only sticks inside the truncation are moved between ranks, only retained kx are moved between
+!> planes and lines. The pipeline is fused: products are formed on batches of lines while they are in
+!> cache, physical fields are never stored. Operation counts and measurements: docs/transforms.md.
+module spectral_pencil
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t, c_null_ptr
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use mpi_f08, only: MPI_Comm, MPI_Comm_split, MPI_Comm_free, MPI_Alltoallv, MPI_DOUBLE_COMPLEX, MPI_Wtime, &
+                     MPI_COMM_NULL, operator(/=)
+  use parallel_block, only: split_evenly
+  use parallel_world, only: world_t
+  use spectral_fftw, only: alloc_complex, free_buffer, effort_flag
+  use spectral_grid, only: grid_t
+  use spectral_pencil_stages, only: stages_t, STICK_BATCH
+  use spectral_sticks, only: make_sticks, process_grid
+  use spectral_transform, only: transform_t, kernels_t
+  implicit none
+  private
+  public :: pencil_t
+
+  !> One exchange buffer that grows to the largest need and keeps FFTW's alignment.
+  type :: buffer_t
+    complex(rp), pointer, contiguous :: data(:) => null()
+    type(c_ptr) :: handle = c_null_ptr
+  end type buffer_t
+
+  type, extends(transform_t) :: pencil_t
+    type(stages_t), private :: stages
+    type(MPI_Comm), private :: row_comm = MPI_COMM_NULL, column_comm = MPI_COMM_NULL
+    type(buffer_t), private :: sticks_side, planes_in, planes_out, rows_in, rows_out, rows_work
+    complex(rp), allocatable, private :: planes(:, :)  !< (n_kx*ny, fields) one plane of every field
+    complex(rp), allocatable, private :: modes(:, :, :) !< (nkz, STICK_BATCH, fields)
+    real(rp), allocatable, private :: fields_in(:, :, :), fields_out(:, :, :) !< (nx, lines, fields)
+    real(rp) :: exchange_seconds = 0 !< time spent in MPI exchanges so far
+  contains
+    procedure :: init => pencil_init
+    procedure :: free => pencil_free
+    procedure :: pipeline => pencil_pipeline
+    procedure :: backward => pencil_backward
+    procedure :: forward => pencil_forward
+    procedure :: memory_bytes => pencil_memory_bytes
+  end type pencil_t
+
+  !> Kernels that copy whole arrays, so that `backward` and `forward` are pipelines as well.
+  type, extends(kernels_t) :: copy_kernels_t
+    complex(rp), pointer, contiguous :: spectral(:, :, :) => null()
+    real(rp), pointer, contiguous :: physical(:, :, :, :) => null()
+  contains
+    procedure :: spectral_in => copy_spectral_in
+    procedure :: product => copy_product
+    procedure :: spectral_out => copy_spectral_out
+    procedure :: reduce => copy_reduce
+  end type copy_kernels_t
+
+contains
+
+  !> Prepares transforms of up to `max_in` fields backward and `max_out` fields forward at once.
+  !> Requires a process grid that exists (`process_grid`). Collective.
+  subroutine pencil_init(self, world, grid, dealias, wanted_rows, effort, max_in, max_out)
+    class(pencil_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
+    character(*), intent(in) :: effort  !< FFTW planning: 'estimate' or 'measure'
+    integer, intent(in) :: max_in, max_out
+    integer(c_size_t) :: sticks_words, planes_words, rows_words, lines_words
+    integer :: row, column
+    logical :: possible
+
+    self%world = world
+    self%grid = grid
+    call process_grid(world%size, grid%n, wanted_rows, self%rows, self%columns, possible)
+    call require(possible, 'pencil_t: no process grid for this number of ranks')
+    row = mod(world%rank, self%rows)
+    column = world%rank/self%rows
+    ! Ranks of a row are neighbours, so that the larger exchange stays inside a node.
+    call MPI_Comm_split(world%comm, column, row, self%row_comm)
+    call MPI_Comm_split(world%comm, row, column, self%column_comm)
+
+    self%sticks = make_sticks(grid, dealias, self%rows, self%columns, row, column)
+    self%block%n = grid%n
+    self%block%start(1) = 0
+    self%block%count(1) = grid%n(1)
+    call split_evenly(grid%n(2), self%rows, row, self%block%start(2), self%block%count(2))
+    call split_evenly(grid%n(3), self%columns, column, self%block%start(3), self%block%count(3))
+    call self%stages%init(grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))
+
+    sticks_words = int(self%sticks%n, c_size_t)*grid%n(3)
+    planes_words = int(self%sticks%n_row_sticks, c_size_t)*self%block%count(3)
+    call allocate_buffer(self%planes_in, planes_words*max_in)
+    call allocate_buffer(self%planes_out, planes_words*max_out)
+    if (self%columns > 1) call allocate_buffer(self%sticks_side, sticks_words*max(max_in, max_out))
+    if (self%rows > 1) then
+      rows_words = int(self%stages%n_kx, c_size_t)*grid%n(2)*self%block%count(3)
+      lines_words = int(self%sticks%n_jx, c_size_t)*self%block%count(2)*self%block%count(3)
+      call allocate_buffer(self%rows_in, lines_words*max_in)
+      call allocate_buffer(self%rows_out, lines_words*max_out)
+      call allocate_buffer(self%rows_work, rows_words*max(max_in, max_out))
+    end if
+    allocate (self%planes(self%stages%n_kx*grid%n(2), max(max_in, max_out)))
+    allocate (self%modes(self%sticks%nkz, STICK_BATCH, max(max_in, max_out)))
+    allocate (self%fields_in(grid%n(1), self%stages%line_batch, max_in))
+    allocate (self%fields_out(grid%n(1), self%stages%line_batch, max_out))
+    self%modes = 0
+    self%fields_in = 0
+    self%fields_out = 0
+  end subroutine pencil_init
+
+  !> Releases plans, buffers and communicators. Collective.
+  subroutine pencil_free(self)
+    class(pencil_t), intent(inout) :: self
+    call self%stages%free()
+    call free_buffer(self%sticks_side%handle)
+    call free_buffer(self%planes_in%handle)
+    call free_buffer(self%planes_out%handle)
+    call free_buffer(self%rows_in%handle)
+    call free_buffer(self%rows_out%handle)
+    call free_buffer(self%rows_work%handle)
+    if (self%row_comm /= MPI_COMM_NULL) call MPI_Comm_free(self%row_comm)
+    if (self%column_comm /= MPI_COMM_NULL) call MPI_Comm_free(self%column_comm)
+  end subroutine pencil_free
+
+  !> Bytes of this rank's exchange buffers.
+  pure real(rp) function pencil_memory_bytes(self) result(bytes)
+    class(pencil_t), intent(in) :: self
+    bytes = buffer_bytes(self%sticks_side) + buffer_bytes(self%planes_in) + buffer_bytes(self%planes_out) + &
+            buffer_bytes(self%rows_in) + buffer_bytes(self%rows_out) + buffer_bytes(self%rows_work)
+  end function pencil_memory_bytes
+
+  !> The fused pipeline; see `spectral_transform` for the contract. Collective.
+  subroutine pencil_pipeline(self, kernels)
+    class(pencil_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    integer :: z
+
+    call require(kernels%n_in <= size(self%fields_in, 3) .and. kernels%n_out <= size(self%fields_out, 3), &
+                 'pencil_t: more fields than the transform was made for')
+    if (kernels%n_in > 0) call sticks_to_planes(self, kernels)
+    if (self%rows == 1) then
+      do z = 1, self%block%count(3)
+        call slab_plane(self, kernels, z)
+      end do
+    else
+      if (kernels%n_in > 0) call planes_to_lines_exchange(self, kernels%n_in)
+      do z = 1, self%block%count(3)
+        call pencil_lines(self, kernels, z)
+      end do
+      if (kernels%n_out > 0) call lines_to_planes_exchange(self, kernels%n_out)
+    end if
+    call kernels%reduce()
+    if (kernels%n_out > 0) call planes_to_sticks(self, kernels)
+  end subroutine pencil_pipeline
+
+  !> Spectral in, inverse z, column exchange.
+  subroutine sticks_to_planes(self, kernels)
+    class(pencil_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    integer :: first, count, f, n_fields
+    n_fields = kernels%n_in
+    do first = 1, self%sticks%n, STICK_BATCH
+      count = min(STICK_BATCH, self%sticks%n - first + 1)
+      call kernels%spectral_in(first, count, self%modes(:, :, 1:n_fields))
+      do f = 1, n_fields
+        if (self%columns > 1) then
+          call self%stages%stick_to_buffer(self%modes(:, :, f), self%sticks%nkz, first, count, self%sticks%n, f, &
+                                           n_fields, self%sticks_side%data)
+        else
+          call self%stages%stick_to_buffer(self%modes(:, :, f), self%sticks%nkz, first, count, self%sticks%n, f, &
+                                           n_fields, self%planes_in%data)
+        end if
+      end do
+    end do
+    if (self%columns > 1) call column_exchange(self, n_fields, self%sticks_side%data, self%planes_in%data, .true.)
+  end subroutine sticks_to_planes
+
+  !> Column exchange, forward z, spectral out.
+  subroutine planes_to_sticks(self, kernels)
+    class(pencil_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    real(rp) :: scale
+    integer :: first, count, f, n_fields
+    n_fields = kernels%n_out
+    scale = 1/product(real(self%grid%n, rp))
+    if (self%columns > 1) call column_exchange(self, n_fields, self%planes_out%data, self%sticks_side%data, .false.)
+    do first = 1, self%sticks%n, STICK_BATCH
+      count = min(STICK_BATCH, self%sticks%n - first + 1)
+      do f = 1, n_fields
+        if (self%columns > 1) then
+          call self%stages%buffer_to_stick(self%sticks_side%data, self%sticks%nkz, first, count, self%sticks%n, f, &
+                                           n_fields, scale, self%modes(:, :, f))
+        else
+          call self%stages%buffer_to_stick(self%planes_out%data, self%sticks%nkz, first, count, self%sticks%n, f, &
+                                           n_fields, scale, self%modes(:, :, f))
+        end if
+      end do
+      call kernels%spectral_out(first, count, self%modes(:, :, 1:n_fields))
+    end do
+  end subroutine planes_to_sticks
+
+  !> One z plane with a single row of ranks: y and x transforms and products while all is in cache.
+  subroutine slab_plane(self, kernels, z)
+    class(pencil_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    integer, intent(in) :: z
+    integer :: f, first, count, nz, n_in, n_out
+    nz = self%block%count(3)
+    n_in = kernels%n_in
+    n_out = kernels%n_out
+    do f = 1, n_in
+      call self%stages%buffer_to_plane(self%sticks, self%planes_in%data, z, nz, f, n_in)
+      self%planes(:, f) = self%stages%plane(1:size(self%planes, 1))
+    end do
+    do first = 1, self%block%count(2), self%stages%line_batch
+      count = min(self%stages%line_batch, self%block%count(2) - first + 1)
+      do f = 1, n_in
+        call self%stages%plane_to_lines(self%planes(:, f), first, count)
+        call copy_lines(self%grid%n(1)*count, self%stages%line, self%fields_in(:, :, f))
+      end do
+      call kernels%product(first, count, z, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
+      do f = 1, n_out
+        call copy_lines(self%grid%n(1)*count, self%fields_out(:, :, f), self%stages%line)
+        call self%stages%lines_to_plane(self%planes(:, f), first, count)
+      end do
+    end do
+    do f = 1, n_out
+      self%stages%plane(1:size(self%planes, 1)) = self%planes(:, f)
+      call self%stages%plane_to_buffer(self%sticks, self%planes_out%data, z, nz, f, n_out)
+    end do
+  end subroutine slab_plane
+
+  !> The same for several rows: the lines come from, and go to, the row-exchange buffers.
+  subroutine pencil_lines(self, kernels, z)
+    class(pencil_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    integer, intent(in) :: z
+    integer :: f, first, count, nz, n_in, n_out
+    nz = self%block%count(3)
+    n_in = kernels%n_in
+    n_out = kernels%n_out
+    do first = 1, self%block%count(2), self%stages%line_batch
+      count = min(self%stages%line_batch, self%block%count(2) - first + 1)
+      do f = 1, n_in
+        call self%stages%rows_to_lines(self%rows_in%data, first, count, z, nz, f, n_in)
+        call copy_lines(self%grid%n(1)*count, self%stages%line, self%fields_in(:, :, f))
+      end do
+      call kernels%product(first, count, z, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
+      do f = 1, n_out
+        call copy_lines(self%grid%n(1)*count, self%fields_out(:, :, f), self%stages%line)
+        call self%stages%lines_to_rows(self%rows_out%data, first, count, z, nz, f, n_out)
+      end do
+    end do
+  end subroutine pencil_lines
+
+  !> Copies the used part of a batch of lines.
+  pure subroutine copy_lines(n, from, to)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: from(n)
+    real(rp), intent(inout) :: to(n)
+    to = from
+  end subroutine copy_lines
+
+  !> y transforms of all planes, then the row exchange. Collective over the row.
+  subroutine planes_to_lines_exchange(self, n_fields)
+    class(pencil_t), intent(inout) :: self
+    integer, intent(in) :: n_fields
+    integer :: f, z, nz
+    nz = self%block%count(3)
+    do f = 1, n_fields
+      do z = 1, nz
+        call self%stages%buffer_to_plane(self%sticks, self%planes_in%data, z, nz, f, n_fields)
+        call self%stages%plane_to_rows(self%rows_work%data, z, nz, f, n_fields)
+      end do
+    end do
+    call row_exchange(self, n_fields, self%rows_work%data, self%rows_in%data, .true.)
+  end subroutine planes_to_lines_exchange
+
+  !> The row exchange back, then y transforms of all planes. Collective over the row.
+  subroutine lines_to_planes_exchange(self, n_fields)
+    class(pencil_t), intent(inout) :: self
+    integer, intent(in) :: n_fields
+    integer :: f, z, nz
+    nz = self%block%count(3)
+    call row_exchange(self, n_fields, self%rows_out%data, self%rows_work%data, .false.)
+    do f = 1, n_fields
+      do z = 1, nz
+        call self%stages%rows_to_plane(self%rows_work%data, z, nz, f, n_fields)
+        call self%stages%plane_to_buffer(self%sticks, self%planes_out%data, z, nz, f, n_fields)
+      end do
+    end do
+  end subroutine lines_to_planes_exchange
+
+  !> Sticks to planes (`to_planes`) or back, all fields in one message per pair. Collective over the column.
+  subroutine column_exchange(self, n_fields, send, receive, to_planes)
+    class(pencil_t), intent(inout) :: self
+    integer, intent(in) :: n_fields
+    complex(rp), contiguous, intent(in) :: send(:)
+    complex(rp), contiguous, intent(inout) :: receive(:)
+    logical, intent(in) :: to_planes
+    integer :: stick_side(0:self%columns - 1), plane_side(0:self%columns - 1), q
+    do q = 0, self%columns - 1
+      stick_side(q) = self%sticks%n*self%stages%z_count(q)*n_fields
+      plane_side(q) = (self%sticks%part_start(q + 1) - self%sticks%part_start(q))*self%block%count(3)*n_fields
+    end do
+    call exchange(self, self%column_comm, send, stick_side, receive, plane_side, to_planes)
+  end subroutine column_exchange
+
+  !> Planes to lines (`to_lines`) or back. Collective over the row.
+  subroutine row_exchange(self, n_fields, send, receive, to_lines)
+    class(pencil_t), intent(inout) :: self
+    integer, intent(in) :: n_fields
+    complex(rp), contiguous, intent(in) :: send(:)
+    complex(rp), contiguous, intent(inout) :: receive(:)
+    logical, intent(in) :: to_lines
+    integer :: plane_side(0:self%rows - 1), line_side(0:self%rows - 1)
+    plane_side = self%stages%n_kx*self%stages%y_count*self%block%count(3)*n_fields
+    line_side = self%stages%kx_count*self%block%count(2)*self%block%count(3)*n_fields
+    call exchange(self, self%row_comm, send, plane_side, receive, line_side, to_lines)
+  end subroutine row_exchange
+
+  !> All-to-all with `near` counts on the sending side if `outward`, else with the roles exchanged.
+  subroutine exchange(self, comm, send, near, receive, far, outward)
+    class(pencil_t), intent(inout) :: self
+    type(MPI_Comm), intent(in) :: comm
+    complex(rp), contiguous, intent(in) :: send(:)
+    complex(rp), contiguous, intent(inout) :: receive(:)
+    integer, intent(in) :: near(0:), far(0:)
+    logical, intent(in) :: outward
+    real(rp) :: begun
+    begun = MPI_Wtime()
+    if (outward) then
+      call MPI_Alltoallv(send, near, displacements(near), MPI_DOUBLE_COMPLEX, receive, far, displacements(far), &
+                         MPI_DOUBLE_COMPLEX, comm)
+    else
+      call MPI_Alltoallv(send, far, displacements(far), MPI_DOUBLE_COMPLEX, receive, near, displacements(near), &
+                         MPI_DOUBLE_COMPLEX, comm)
+    end if
+    self%exchange_seconds = self%exchange_seconds + MPI_Wtime() - begun
+  end subroutine exchange
+
+  !> Exclusive running sums.
+  pure function displacements(counts) result(offsets)
+    integer, intent(in) :: counts(:)
+    integer :: offsets(size(counts)), i
+    offsets(1) = 0
+    do i = 2, size(counts)
+      offsets(i) = offsets(i - 1) + counts(i - 1)
+    end do
+  end function displacements
+
+  subroutine allocate_buffer(buffer, words)
+    type(buffer_t), intent(inout) :: buffer
+    integer(c_size_t), intent(in) :: words
+    call alloc_complex(words, buffer%handle, buffer%data)
+  end subroutine allocate_buffer
+
+  pure real(rp) function buffer_bytes(buffer) result(bytes)
+    type(buffer_t), intent(in) :: buffer
+    bytes = 0
+    if (associated(buffer%data)) bytes = 16*real(size(buffer%data), rp)
+  end function buffer_bytes
+
+  !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
+  subroutine pencil_backward(self, spectral, physical)
+    class(pencil_t), intent(inout) :: self
+    complex(rp), contiguous, target, intent(in) :: spectral(:, :, :)
+    real(rp), contiguous, target, intent(inout) :: physical(:, :, :, :)
+    type(copy_kernels_t) :: kernels
+    integer :: f
+    do f = 1, size(spectral, 3), size(self%fields_in, 3)
+      kernels%n_in = min(size(self%fields_in, 3), size(spectral, 3) - f + 1)
+      kernels%spectral => spectral(:, :, f:f + kernels%n_in - 1)
+      kernels%physical => physical(:, :, :, f:f + kernels%n_in - 1)
+      call self%pipeline(kernels)
+    end do
+  end subroutine pencil_backward
+
+  !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf). Collective.
+  subroutine pencil_forward(self, physical, spectral)
+    class(pencil_t), intent(inout) :: self
+    real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)
+    complex(rp), contiguous, target, intent(inout) :: spectral(:, :, :)
+    type(copy_kernels_t) :: kernels
+    integer :: f
+    do f = 1, size(spectral, 3), size(self%fields_out, 3)
+      kernels%n_out = min(size(self%fields_out, 3), size(spectral, 3) - f + 1)
+      kernels%spectral => spectral(:, :, f:f + kernels%n_out - 1)
+      kernels%physical => physical(:, :, :, f:f + kernels%n_out - 1)
+      call self%pipeline(kernels)
+    end do
+  end subroutine pencil_forward
+
+  subroutine copy_spectral_in(self, first, count, fields)
+    class(copy_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    fields(:, 1:count, :) = self%spectral(:, first:first + count - 1, :)
+  end subroutine copy_spectral_in
+
+  subroutine copy_product(self, first, count, z, in, out)
+    class(copy_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count, z
+    real(rp), contiguous, intent(in) :: in(:, :, :)
+    real(rp), contiguous, intent(inout) :: out(:, :, :)
+    if (self%n_in > 0) self%physical(:, first:first + count - 1, z, :) = in(:, 1:count, :)
+    if (self%n_out > 0) out(:, 1:count, :) = self%physical(:, first:first + count - 1, z, :)
+  end subroutine copy_product
+
+  subroutine copy_spectral_out(self, first, count, fields)
+    class(copy_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    self%spectral(:, first:first + count - 1, :) = fields(:, 1:count, :)
+  end subroutine copy_spectral_out
+
+  subroutine copy_reduce(self)
+    class(copy_kernels_t), intent(inout) :: self
+    associate (nothing_to_reduce => self)
+    end associate
+  end subroutine copy_reduce
+end module spectral_pencil

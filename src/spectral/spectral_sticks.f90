@@ -1,0 +1,225 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The retained Fourier modes and who owns them.
+!>
+!> A *stick* is a pair (kx, ky) with all its retained kz, stored contiguously. Only sticks inside the
+!> truncation exist; kx >= 0 since fields are real. The truncation `ellipsoid` keeps the modes
+!> j with (jx/Kx)^2 + (jy/Ky)^2 + (jz/Kz)^2 < 1 and K_i = 2/3 (n_i/2 - 1), which is FLUSI's; `box`
+!> keeps |j_i| < K_i; `none` keeps all.
+!>
+!> Ranks form a grid of `rows` x `columns`, rank = column*rows + row. Physical space: x is whole, y is
+!> split over the rows, z over the columns. Columns kx are dealt to rows like cards (so that the long
+!> and the short ones of the disc are shared evenly), then the sticks of a row are split in equal
+!> counts over the columns.
+module spectral_sticks
+  use base_kinds, only: rp
+  use base_constants, only: TWO_PI
+  use base_errors, only: require
+  use parallel_block, only: rows_t, split_evenly
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: sticks_t, make_sticks, process_grid
+
+  type :: sticks_t
+    character(10) :: dealias = 'ellipsoid'
+    integer :: nz = 1              !< points in z
+    integer :: kz_limit = 0        !< largest retained |jz|
+    integer :: nkz = 1             !< stored kz per stick: 0 .. limit, -limit .. -1
+    integer :: n = 0               !< sticks of this rank
+    real(rp), allocatable :: kx(:), ky(:) !< (n) wavenumbers of this rank's sticks
+    real(rp), allocatable :: kz(:)        !< (nkz) wavenumbers along a stick
+    integer, allocatable :: jx(:), jy(:)  !< (n) mode numbers
+    integer, allocatable :: jz(:)         !< (nkz) mode numbers
+    integer, allocatable :: jz_max(:)     !< (n) largest |jz| inside the truncation on each stick
+    real(rp), allocatable :: weight(:)    !< (n) modes of real space a stored mode stands for: 1 or 2
+    integer :: zero = 0            !< local number of the stick (0,0), 0 if another rank has it
+    type(rows_t) :: rows           !< place of this rank's sticks in the global order, for files
+    !> All sticks of this rank's row, in the order in which the columns own them:
+    integer :: n_row_sticks = 0
+    integer :: n_row_kx = 0                  !< kx columns dealt to this row
+    integer :: n_jx = 0                      !< kx columns of all rows
+    integer, allocatable :: plane_index(:)   !< (n_row_sticks) place in a plane (n_row_kx, ny)
+    integer, allocatable :: part_start(:)    !< (0:columns) first stick of each column, 0-based
+  contains
+    procedure :: truncate => sticks_truncate
+  end type sticks_t
+
+contains
+
+  !> Chooses rows x columns = ranks: slabs (one row, a single exchange) while every column has a
+  !> plane, otherwise the fewest rows that leave no rank without work. `wanted` > 0 prescribes the rows.
+  pure subroutine process_grid(ranks, n, wanted_rows, rows, columns, possible)
+    integer, intent(in) :: ranks, n(3), wanted_rows
+    integer, intent(out) :: rows, columns
+    logical, intent(out) :: possible
+    integer :: r
+    possible = .false.
+    rows = 1
+    columns = ranks
+    do r = 1, ranks
+      if (mod(ranks, r) /= 0) cycle
+      if (wanted_rows > 0 .and. r /= wanted_rows) cycle
+      if (ranks/r > n(3) .or. r > n(2)) cycle
+      rows = r
+      columns = ranks/r
+      possible = .true.
+      return
+    end do
+  end subroutine process_grid
+
+  !> The stick table of rank (row, column) (0-based) for a grid and a truncation.
+  function make_sticks(grid, dealias, rows, columns, row, column) result(s)
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: rows, columns, row, column
+    type(sticks_t) :: s
+    integer :: jx_limit, jy_limit, ix, iy, part, start, count, i, i_row, global, jz_top
+    integer, allocatable :: global_of_row(:), jx_of_row(:), jy_of_row(:), top_of_row(:)
+
+    call require(any(dealias == ['ellipsoid', 'box      ', 'none     ']), 'make_sticks: unknown truncation')
+    s%dealias = dealias
+    s%nz = grid%n(3)
+    jx_limit = mode_limit(grid%n(1), dealias)
+    jy_limit = mode_limit(grid%n(2), dealias)
+    s%kz_limit = mode_limit(grid%n(3), dealias)
+    s%nkz = merge(grid%n(3), 2*s%kz_limit + 1, dealias == 'none')
+    allocate (s%jz(s%nkz), s%kz(s%nkz))
+    do i = 1, s%nkz
+      s%jz(i) = merge(i - 1, i - 1 - s%nkz, i - 1 <= s%kz_limit .and. 2*(i - 1) < max(s%nkz, 2))
+    end do
+    s%kz = TWO_PI/grid%length(3)*s%jz
+
+    s%n_jx = jx_limit + 1
+    s%n_row_kx = (jx_limit - row)/rows + 1
+    if (jx_limit < row) s%n_row_kx = 0
+    count = s%n_row_kx*grid%n(2)
+    allocate (global_of_row(count), jx_of_row(count), jy_of_row(count), top_of_row(count))
+    allocate (s%plane_index(count))
+
+    global = 0
+    i_row = 0
+    do iy = 0, grid%n(2) - 1
+      do ix = 0, jx_limit
+        jz_top = top_mode(ix, signed_mode(iy, grid%n(2)), grid%n, dealias, s%kz_limit)
+        if (jz_top < 0 .or. abs(signed_mode(iy, grid%n(2))) > jy_limit) cycle
+        if (mod(ix, rows) == row) then
+          i_row = i_row + 1
+          jx_of_row(i_row) = ix
+          jy_of_row(i_row) = signed_mode(iy, grid%n(2))
+          top_of_row(i_row) = jz_top
+          global_of_row(i_row) = global
+          s%plane_index(i_row) = 1 + ix/rows + s%n_row_kx*iy
+        end if
+        global = global + 1
+      end do
+    end do
+    s%n_row_sticks = i_row
+    s%plane_index = s%plane_index(1:i_row)
+
+    allocate (s%part_start(0:columns))
+    do part = 0, columns - 1
+      call split_evenly(i_row, columns, part, start, count)
+      s%part_start(part) = start
+    end do
+    s%part_start(columns) = i_row
+
+    call split_evenly(i_row, columns, column, start, s%n)
+    s%jx = jx_of_row(start + 1:start + s%n)
+    s%jy = jy_of_row(start + 1:start + s%n)
+    s%jz_max = top_of_row(start + 1:start + s%n)
+    s%kx = TWO_PI/grid%length(1)*s%jx
+    s%ky = TWO_PI/grid%length(2)*s%jy
+    allocate (s%weight(s%n))
+    ! kx = 0 and kx = nx/2 are their own mirror images: both halves of these planes are stored.
+    s%weight = merge(1.0_rp, 2.0_rp, s%jx == 0 .or. (2*s%jx == grid%n(1)))
+    do i = 1, s%n
+      if (s%jx(i) == 0 .and. s%jy(i) == 0) s%zero = i
+    end do
+    s%rows = runs_of(global_of_row(start + 1:start + s%n), global)
+  end function make_sticks
+
+  !> Zeroes the modes of local stick `s` that lie outside the truncation; `line` is (nkz).
+  pure subroutine sticks_truncate(self, s, line)
+    class(sticks_t), intent(in) :: self
+    integer, intent(in) :: s
+    complex(rp), intent(inout) :: line(self%nkz)
+    line(self%jz_max(s) + 2:self%nkz - self%jz_max(s)) = 0
+  end subroutine sticks_truncate
+
+  !> Largest mode number kept along an axis of n points.
+  pure integer function mode_limit(n, dealias) result(limit)
+    integer, intent(in) :: n
+    character(*), intent(in) :: dealias
+    if (dealias == 'none' .or. n == 1) then
+      limit = n/2
+    else
+      limit = ceiling(cutoff(n)) - 1 ! strictly below the cutoff
+    end if
+  end function mode_limit
+
+  !> K of the 2/3 rule for n points.
+  pure real(rp) function cutoff(n) result(k)
+    integer, intent(in) :: n
+    k = real(2*(n/2 - 1), rp)/3
+  end function cutoff
+
+  !> Signed mode number of FFT index i (0-based) out of n; the Nyquist mode counts as negative.
+  pure integer function signed_mode(i, n) result(j)
+    integer, intent(in) :: i, n
+    j = modulo(i + n/2, n) - n/2
+  end function signed_mode
+
+  !> Largest |jz| kept on stick (jx, jy), -1 if the stick is outside. Integer comparisons would
+  !> overflow for large grids, so the quadratic form is evaluated in reals.
+  pure integer function top_mode(jx, jy, n, dealias, kz_limit) result(top)
+    integer, intent(in) :: jx, jy, n(3), kz_limit
+    character(*), intent(in) :: dealias
+    real(rp) :: r2
+    integer :: jz
+    top = kz_limit
+    if (dealias /= 'ellipsoid') return
+    r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))
+    do jz = kz_limit, 0, -1
+      if (r2 + square_ratio(jz, n(3)) < 1) then
+        top = jz
+        return
+      end if
+    end do
+    top = -1
+  end function top_mode
+
+  !> (j/K)^2, and 0 for the direction without modes.
+  pure real(rp) function square_ratio(j, n) result(ratio)
+    integer, intent(in) :: j, n
+    ratio = 0
+    if (n > 1) ratio = (j/cutoff(n))**2
+  end function square_ratio
+
+  !> Describes increasing global numbers as regular runs.
+  pure function runs_of(numbers, n_global) result(rows)
+    integer, intent(in) :: numbers(:), n_global
+    type(rows_t) :: rows
+    integer, allocatable :: start(:), count(:), stride(:)
+    integer :: i, n_runs
+    allocate (start(size(numbers)), count(size(numbers)), stride(size(numbers)))
+    n_runs = 0
+    do i = 1, size(numbers)
+      if (n_runs > 0) then
+        if (count(n_runs) == 1) stride(n_runs) = numbers(i) - start(n_runs)
+        if (numbers(i) == start(n_runs) + count(n_runs)*stride(n_runs)) then
+          count(n_runs) = count(n_runs) + 1
+          cycle
+        end if
+      end if
+      n_runs = n_runs + 1
+      start(n_runs) = numbers(i)
+      count(n_runs) = 1
+      stride(n_runs) = 1
+    end do
+    rows%n = n_global
+    rows%n_local = size(numbers)
+    rows%start = start(1:n_runs)
+    rows%count = count(1:n_runs)
+    rows%stride = stride(1:n_runs)
+  end function runs_of
+end module spectral_sticks

@@ -1,0 +1,143 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The one interface between physics and Fourier transforms.
+!>
+!> Physics is written as three kernels: *spectral in* turns the state on a few sticks into the fields
+!> to invert, *product* multiplies fields in physical space on a few lines, *spectral out* receives the
+!> transformed products on a few sticks. `pipeline` runs them over all sticks and lines; between
+!> product and spectral out it calls `reduce`, where results of the product pass (the largest
+!> velocity, forces) may be reduced over the ranks. A backend has to provide `forward` and `backward`;
+!> the pipeline given here works on whole arrays with any backend, and a backend may override it with
+!> a fused one.
+!>
+!> Forward transforms are divided by the number of points, so that mode (0,0,0) is the mean.
+module spectral_transform
+  use base_kinds, only: rp
+  use base_errors, only: require
+  use parallel_block, only: block_t
+  use parallel_world, only: world_t
+  use spectral_grid, only: grid_t
+  use spectral_sticks, only: sticks_t
+  implicit none
+  private
+  public :: transform_t, kernels_t
+
+  !> The three kernels of a pipeline and the number of fields they exchange.
+  type, abstract :: kernels_t
+    integer :: n_in = 0  !< fields that spectral in provides to product
+    integer :: n_out = 0 !< fields that product provides to spectral out
+  contains
+    procedure(spectral_in_i), deferred :: spectral_in
+    procedure(product_i), deferred :: product
+    procedure(spectral_out_i), deferred :: spectral_out
+    procedure(reduce_i), deferred :: reduce
+  end type kernels_t
+
+  !> What every transform backend offers.
+  type, abstract :: transform_t
+    type(world_t) :: world
+    type(grid_t) :: grid
+    type(sticks_t) :: sticks !< retained modes; spectral arrays are (sticks%nkz, sticks%n, fields)
+    type(block_t) :: block   !< this rank's box of points; physical arrays are (nx, ny_local, nz_local, fields)
+    integer :: rows = 1, columns = 1 !< process grid
+    complex(rp), allocatable, private :: staged_spectral(:, :, :)
+    real(rp), allocatable, private :: staged_physical(:, :, :, :)
+  contains
+    procedure(backward_i), deferred :: backward
+    procedure(forward_i), deferred :: forward
+    procedure :: pipeline => transform_pipeline_staged
+    procedure, non_overridable :: pipeline_staged => transform_pipeline_staged
+  end type transform_t
+
+  abstract interface
+    !> Fills `fields(:, 1:count, f)` for the local sticks first .. first+count-1.
+    subroutine spectral_in_i(self, first, count, fields)
+      import :: kernels_t, rp
+      class(kernels_t), intent(inout) :: self
+      integer, intent(in) :: first, count
+      complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    end subroutine spectral_in_i
+
+    !> Given `in(nx, lines, n_in)` on the local lines y = first .. first+count-1 at local plane z,
+    !> fills `out(:, 1:count, n_out)`.
+    subroutine product_i(self, first, count, z, in, out)
+      import :: kernels_t, rp
+      class(kernels_t), intent(inout) :: self
+      integer, intent(in) :: first, count, z
+      real(rp), contiguous, intent(in) :: in(:, :, :)
+      real(rp), contiguous, intent(inout) :: out(:, :, :)
+    end subroutine product_i
+
+    !> Receives the transformed products on the local sticks first .. first+count-1; may overwrite them.
+    subroutine spectral_out_i(self, first, count, fields)
+      import :: kernels_t, rp
+      class(kernels_t), intent(inout) :: self
+      integer, intent(in) :: first, count
+      complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    end subroutine spectral_out_i
+
+    !> Called once by every rank, after all products and before the first spectral out. Collective.
+    subroutine reduce_i(self)
+      import :: kernels_t
+      class(kernels_t), intent(inout) :: self
+    end subroutine reduce_i
+
+    !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
+    subroutine backward_i(self, spectral, physical)
+      import :: transform_t, rp
+      class(transform_t), intent(inout) :: self
+      complex(rp), contiguous, target, intent(in) :: spectral(:, :, :)
+      real(rp), contiguous, target, intent(inout) :: physical(:, :, :, :)
+    end subroutine backward_i
+
+    !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf); modes of the stored sticks that
+    !> lie outside the truncation are returned as they are, for the kernels to drop. Collective.
+    subroutine forward_i(self, physical, spectral)
+      import :: transform_t, rp
+      class(transform_t), intent(inout) :: self
+      real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)
+      complex(rp), contiguous, target, intent(inout) :: spectral(:, :, :)
+    end subroutine forward_i
+  end interface
+
+contains
+
+  !> Runs the kernels on whole arrays through `backward` and `forward`. The arrays are kept from call
+  !> to call, so that only the first call allocates. Collective.
+  subroutine transform_pipeline_staged(self, kernels)
+    class(transform_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    complex(rp), allocatable :: spectral(:, :, :)
+    real(rp), allocatable :: physical(:, :, :, :)
+    integer :: y, z, n_fields, n_in, n_out
+
+    n_in = kernels%n_in
+    n_out = kernels%n_out
+    n_fields = n_in + n_out
+    call move_alloc(self%staged_spectral, spectral)
+    call move_alloc(self%staged_physical, physical)
+    if (allocated(spectral)) then
+      if (size(spectral, 3) /= n_fields) deallocate (spectral, physical)
+    end if
+    if (.not. allocated(spectral)) then
+      allocate (spectral(self%sticks%nkz, self%sticks%n, n_fields))
+      allocate (physical(self%block%count(1), self%block%count(2), self%block%count(3), n_fields))
+    end if
+
+    if (n_in > 0) then
+      call kernels%spectral_in(1, self%sticks%n, spectral(:, :, 1:n_in))
+      call self%backward(spectral(:, :, 1:n_in), physical(:, :, :, 1:n_in))
+    end if
+    do z = 1, self%block%count(3)
+      do y = 1, self%block%count(2)
+        call kernels%product(y, 1, z, physical(:, y:y, z, 1:n_in), physical(:, y:y, z, n_in + 1:n_fields))
+      end do
+    end do
+    call kernels%reduce()
+    if (n_out > 0) then
+      call self%forward(physical(:, :, :, n_in + 1:n_fields), spectral(:, :, n_in + 1:n_fields))
+      call kernels%spectral_out(1, self%sticks%n, spectral(:, :, n_in + 1:n_fields))
+    end if
+    call move_alloc(spectral, self%staged_spectral)
+    call move_alloc(physical, self%staged_physical)
+  end subroutine transform_pipeline_staged
+end module spectral_transform

@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Kernels for the transform test: two products of three fields that depend on the global mode number.
+module test_transform_kernels
+  use base_kinds, only: rp
+  use spectral_sticks, only: sticks_t
+  use spectral_transform, only: kernels_t, transform_t
+  implicit none
+  private
+  public :: square_kernels_t
+
+  type, extends(kernels_t) :: square_kernels_t
+    type(sticks_t) :: sticks
+    complex(rp), allocatable :: result(:, :, :)
+    integer :: n_reduced = 0
+    logical :: in_order = .true.
+  contains
+    procedure :: init, spectral_in, product, spectral_out, reduce
+  end type square_kernels_t
+
+contains
+
+  subroutine init(self, t)
+    class(square_kernels_t), intent(inout) :: self
+    class(transform_t), intent(in) :: t
+    self%n_in = 3
+    self%n_out = 2
+    self%sticks = t%sticks
+    allocate (self%result(t%sticks%nkz, t%sticks%n, 2))
+  end subroutine init
+
+  subroutine spectral_in(self, first, count, fields)
+    class(square_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    integer :: s, f, i
+    do f = 1, 3
+      do s = 1, count
+        i = first + s - 1
+        fields(:, s, f) = exp(-0.1_rp*(self%sticks%jx(i)**2 + self%sticks%jy(i)**2 + self%sticks%jz**2)/f)* &
+                          cmplx(1.0_rp, f*self%sticks%jz + self%sticks%jx(i), rp)
+      end do
+    end do
+  end subroutine spectral_in
+
+  subroutine product(self, first, count, z, in, out)
+    class(square_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count, z
+    real(rp), contiguous, intent(in) :: in(:, :, :)
+    real(rp), contiguous, intent(inout) :: out(:, :, :)
+    if (self%n_reduced > 0 .or. z < 1 .or. first < 1) self%in_order = .false.
+    out(:, 1:count, 1) = in(:, 1:count, 1)*in(:, 1:count, 2)
+    out(:, 1:count, 2) = in(:, 1:count, 3)**2 + in(:, 1:count, 1)
+  end subroutine product
+
+  subroutine spectral_out(self, first, count, fields)
+    class(square_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    if (self%n_reduced /= 1) self%in_order = .false.
+    self%result(:, first:first + count - 1, :) = fields(:, 1:count, :)
+  end subroutine spectral_out
+
+  subroutine reduce(self)
+    class(square_kernels_t), intent(inout) :: self
+    self%n_reduced = self%n_reduced + 1
+  end subroutine reduce
+end module test_transform_kernels
