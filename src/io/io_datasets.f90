@@ -16,7 +16,7 @@ module io_datasets
                   h5pcreate_f, h5pclose_f, h5pset_fill_time_f, h5pset_dxpl_mpio_f, &
                   h5dcreate_f, h5dopen_f, h5dclose_f, h5dwrite_f, h5dread_f, h5dget_type_f, &
                   h5tget_size_f, h5tget_class_f, h5tclose_f, &
-                  h5screate_simple_f, h5sclose_f, h5sselect_none_f, h5sselect_hyperslab_f
+                  h5ldelete_f, h5screate_simple_f, h5sclose_f, h5sselect_none_f, h5sselect_hyperslab_f
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
   implicit none
   private
@@ -181,6 +181,8 @@ contains
     if (created) then
       call h5dclose_f(dataset, error)
       call file%agree(error >= 0, 'dataset '''//name//''' cannot be closed', failure)
+      ! Without the dataset the file shrinks again, so that closing it does not need the missing space.
+      if (failure%failed) call h5ldelete_f(file%id, name, error)
     end if
     call h5pclose_f(creation, error)
     call h5sclose_f(space, error)
