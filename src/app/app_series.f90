@@ -168,21 +168,26 @@ contains
     end associate
   end subroutine series_write_integrals
 
-  !> Closes all files.
-  subroutine series_close(self)
+  !> Closes all files; fails if any of them could not be written completely. Collective.
+  subroutine series_close(self, failure)
     class(run_series_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
     integer :: c
-    call self%dt%close()
-    call self%timesteps%close()
-    call self%ekin%close()
-    call self%energy%close()
-    call self%divergence%close()
-    call self%mean_flow%close()
-    call self%mask_volume%close()
-    call self%residual%close()
-    call self%forces%close()
-    do c = 0, N_COLORS - 1
-      call self%part(c)%close()
-    end do
+    call self%dt%close(failure)
+    call self%timesteps%close(failure)
+    call self%ekin%close(failure)
+    call self%energy%close(failure)
+    call self%divergence%close(failure)
+    call self%mean_flow%close(failure)
+    if (self%solids) then
+      call self%mask_volume%close(failure)
+      call self%residual%close(failure)
+    end if
+    if (self%compute_forces) then
+      call self%forces%close(failure)
+      do c = COLOR_BODY, N_COLORS - 1
+        if (self%has_color(c)) call self%part(c)%close(failure)
+      end do
+    end if
   end subroutine series_close
 end module app_series
