@@ -48,10 +48,11 @@ contains
       if (params%needs_fields() .or. params%mask .or. params%solid_velocity) &
         allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
     end associate
+    if (.not. allocated(self%scratch)) return
     if (restart_time >= 0) then
-      call self%index%open(world, '.', name, failure, restart_time=restart_time)
+      call self%index%open(world, name//'.xmf', failure, restart_time=restart_time)
     else
-      call self%index%open(world, '.', name, failure)
+      call self%index%open(world, name//'.xmf', failure)
     end if
   end subroutine output_init
 
@@ -82,13 +83,14 @@ contains
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: label
     type(field_meta_t) :: meta
-    integer :: c, i
+    character(8) :: saved(16) !< prefixes written so far
+    integer :: c, i, n_saved
     if (.not. (self%fields_due .or. self%slices_due)) return
     meta = meta_of(fluid, fluid%sums_time)
     associate (p => self%params, rhs => fluid%rhs)
       label = label_of(p, fluid%sums_time, fluid%rhs%state%step - merge(0, 1, self%last))
       if (self%fields_due) then
-        call self%index%begin_time(fluid%sums_time, label, meta, p%stride)
+        n_saved = 0
         do c = 1, 3
           if (p%velocity) call save('u'//AXES(c:c), rhs%fields(:, :, :, c))
         end do
@@ -113,7 +115,8 @@ contains
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
-        call self%index%end_time(failure)
+        call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, meta%domain_size, &
+                            meta%origin, p%stride, precision_of(p), failure)
       end if
       if (self%slices_due) then
         do i = 1, size(p%slice)
@@ -134,7 +137,8 @@ contains
       if (failure%failed) return
       call write_field(fluid%rhs%world, '.', prefix, label, fluid%transform%block, data, meta, &
                        precision_of(self%params), self%params%stride, failure)
-      call self%index%add_field(prefix)
+      n_saved = n_saved + 1
+      saved(n_saved) = prefix
     end subroutine save
   end subroutine output_write
 
