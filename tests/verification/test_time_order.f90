@@ -24,7 +24,7 @@ contains
     real(rp), intent(in) :: dt
     integer, intent(in) :: order
     complex(rp), allocatable :: coarse(:, :, :)
-    real(rp) :: h(3), errors(3), distance(1)
+    real(rp) :: h(0:3), errors(0:3), distance(1)
     type(fluid_t) :: fluid
     character(24) :: number
     integer :: level
@@ -43,7 +43,7 @@ contains
       coarse = fluid%rhs%state%u
       call fluid%free()
     end do
-    call test%check_order(scheme//merge(' with a solid', '             ', solids /= '')//' has its order in dt', h, errors, &
-                          real(order, rp), 0.2_rp)
+    call test%check_order(scheme//merge(' with a solid', '             ', solids /= '')//' has its order in dt', &
+                          h(1:), errors(1:), real(order, rp), 0.2_rp)
   end subroutine order_of
 end program test_time_order
