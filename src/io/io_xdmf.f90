@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The index (`<run>.xmf`, XDMF 3) through which ParaView sees the field files of a run as one time series.
 !>
-!> One uniform grid per saved time: 3DCoRectMesh, point values, sizes in the order z y x. Prefixes that
-!> end in x, y and z with a common stem become one vector of that stem, others are scalars. The index is
+!> One uniform grid per saved time: 3DCoRectMesh, point values, sizes in the order z y x. Every prefix is
+!> a scalar; prefixes that end in x, y and z with a common stem are also one vector of that stem. (Of
+!> ParaView 5.11's readers 'XDMF Reader' shows both, 'Xdmf3 Reader' skips the vectors.) The index is
 !> rewritten as a whole at every save. A restarted run keeps the text of the grids before its restart
 !> time from the existing index, so that one index describes the whole run.
 module io_xdmf
@@ -131,9 +132,8 @@ contains
                                  '<DataItem ItemType="Function" Function="JOIN($0, $1, $2)" Dimensions="'// &
                                  size_text//' 3">'//NL//item(prefixes(i))//item(prefixes(y))// &
                                  item(prefixes(z))//'</DataItem>'//NL)
-        else if (.not. belongs_to_vector(prefixes, trim(prefixes(i)))) then
-          text = text//attribute(trim(prefixes(i)), 'Scalar', item(prefixes(i)))
         end if
+        text = text//attribute(trim(prefixes(i)), 'Scalar', item(prefixes(i)))
       end do
       self%grids = self%grids//text//GRID_TAIL//NL
       call write_text(self%path, HEAD//self%grids//TAIL, ok)
@@ -167,18 +167,6 @@ contains
     end do
     partners = len(stem) > 0 .and. prefix == stem//'x' .and. y > 0 .and. z > 0
   end function partners
-
-  !> Whether `prefix` is the y or z component of a vector whose other components are there too.
-  logical function belongs_to_vector(prefixes, prefix) result(belongs)
-    character(*), intent(in) :: prefixes(:), prefix
-    character(:), allocatable :: stem
-    integer :: y, z
-    belongs = .false.
-    if (len(prefix) < 2) return
-    if (scan(prefix(len(prefix):), 'yz') == 0) return
-    if (.not. any(prefixes == prefix(:len(prefix) - 1)//'x')) return
-    belongs = partners(prefixes, prefix(:len(prefix) - 1)//'x', y, z, stem)
-  end function belongs_to_vector
 
   pure function attribute(name, kind, content) result(xml)
     character(*), intent(in) :: name, kind, content
