@@ -111,7 +111,7 @@ contains
   !> Writes how the program is called.
   subroutine print_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(18) = [character(78) :: &
+    character(*), parameter :: LINES(18) = [character(84) :: &
       'usage: mpirun -n RANKS flusi FILE.ini [options]', &
       '', &
       '  --check             print every effective value and where it comes from', &

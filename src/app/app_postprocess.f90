@@ -5,7 +5,8 @@ module app_postprocess
   use app_command_line, only: command_t
   use base_constants, only: EXIT_OK, EXIT_FAILURE, EXIT_USER
   use base_errors, only: failure_t
-  use io_keyvalues, only: print_keyvalues, compare_keys, write_return_file
+  use base_kinds, only: rp
+  use io_keyvalues, only: N_KEYS, field_keys, key_line, keyvalues, compare_keys, write_verdict
   implicit none
   private
   public :: run_keyvalues, run_compare_keys
@@ -17,8 +18,14 @@ contains
     type(command_t), intent(in) :: command
     integer, intent(out) :: code
     type(failure_t) :: failure
-    call print_keyvalues(command%file, output_unit, command%postprocess, failure)
+    real(rp) :: keys(N_KEYS)
     code = EXIT_OK
+    if (command%postprocess) then
+      call keyvalues(command%file, output_unit, failure)
+    else
+      call field_keys(command%file, keys, failure)
+      if (.not. failure%failed) write (output_unit, '(a)') key_line(keys)
+    end if
     if (.not. failure%failed) return
     write (error_unit, '(a)') 'flusi: '//failure%reason
     code = EXIT_USER
@@ -36,6 +43,6 @@ contains
       write (error_unit, '(a)') 'flusi: '//failure%reason
       code = EXIT_USER
     end if
-    if (command%postprocess) call write_return_file('return', code, failure)
+    if (command%postprocess) call write_verdict(equal, failure)
   end subroutine run_compare_keys
 end module app_postprocess

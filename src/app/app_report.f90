@@ -64,12 +64,13 @@ contains
   end subroutine print_scales
 
   !> Where the time went, over all ranks. Collective.
-  subroutine print_time_table(world, timers, fluid)
+  subroutine print_time_table(world, timers, whole, fluid)
     type(world_t), intent(in) :: world
-    type(timers_t), intent(inout) :: timers
+    type(timers_t), intent(in) :: timers
+    integer, intent(in) :: whole !< region that covers the run
     type(fluid_t), intent(in) :: fluid
     real(rp) :: exchange(1)
-    call report_timers(world, timers, output_unit)
+    call report_timers(world, timers, whole, output_unit)
     exchange(1) = fluid%transform%exchange_seconds
     call world%max_reals(exchange)
     if (world%is_root) write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &

@@ -37,7 +37,7 @@ module app_simulation
     type(stop_rules_t), private :: stop_rules
     type(progress_t), private :: progress
     type(timers_t), private :: timers
-    integer, private :: t_start = 0, t_step = 0, t_output = 0, t_backup = 0
+    integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_output = 0, t_backup = 0
     type(failure_t) :: failure
     integer :: exit_code = EXIT_OK
   contains
@@ -61,7 +61,8 @@ contains
 
     self%world = world
     self%settings = settings
-    call self%timers%init()
+    self%t_whole = self%timers%region('whole run')
+    call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
     self%t_step = self%timers%region('time steps')
     self%t_output = self%timers%region('fields and series')
@@ -146,7 +147,8 @@ contains
     if (self%exit_code /= EXIT_USER) then
       call self%series%close(self%failure)
       if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_FAILURE)
-      call print_time_table(self%world, self%timers, self%fluid)
+      call self%timers%stop(self%t_whole)
+      call print_time_table(self%world, self%timers, self%t_whole, self%fluid)
       if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
     end if
     call self%fluid%free()
@@ -180,7 +182,8 @@ contains
     if (path == '') then
       call self%slots%newest_valid(path, found)
       if (.not. found) then
-        call self%failure%raise('there is no valid backup to restart from: '//self%slots%reason())
+        call self%failure%raise('there is no valid backup to restart from: '//self%slots%reason(0)//'; '// &
+                                self%slots%reason(1))
         return
       end if
     end if

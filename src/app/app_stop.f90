@@ -2,11 +2,13 @@
 !> Reasons to stop before the end: wall time, the end of the job, a signal, a control file. And when the
 !> next backup is due.
 module app_stop
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use app_settings, only: output_params_t
+  use base_errors, only: message_list_t
   use base_kinds, only: rp, i8
   use base_process, only: environment_value, wall_seconds, epoch_seconds
   use base_signals, only: catch_signals, signal_caught
-  use io_control, only: control_t
+  use io_control, only: prepare_control, poll_control, CONTROL_SAVE_STOP
   use parallel_world, only: world_t
   implicit none
   private
@@ -16,7 +18,6 @@ module app_stop
     logical :: must_stop = .false.
     logical :: backup_due = .false.
     character(60) :: reason = ''
-    type(control_t), private :: control
     real(rp), private :: begun = 0, last_backup = 0, stop_seconds = 0, backup_seconds = 0
     integer(i8), private :: job_end = huge(1_i8)
   contains
@@ -35,6 +36,7 @@ contains
     type(world_t), intent(in) :: world
     type(output_params_t), intent(in) :: params
     character(:), allocatable :: text
+    type(message_list_t) :: messages
     integer(i8) :: end_time
     integer :: status
     self%begun = wall_seconds()
@@ -47,21 +49,23 @@ contains
       if (status == 0) self%job_end = end_time - nint(params%job_end_margin, i8)
     end if
     call catch_signals()
-    if (world%is_root) call self%control%init('.')
+    if (world%is_root) call prepare_control('.', messages)
+    if (world%is_root) call messages%print(error_unit, 'flusi: ')
   end subroutine stop_init
 
   !> Looks whether to stop or to back up; all ranks decide the same. Collective.
   subroutine stop_look(self, world)
     class(stop_rules_t), intent(inout) :: self
     type(world_t), intent(in) :: world
+    type(message_list_t) :: messages
     integer :: verdict, signals
     ! A signal may reach one rank only.
-    signals = merge(1, 0, signal_caught())
-    signals = world%max_integer(signals)
+    signals = world%max_integer(signal_caught())
     verdict = GO_ON
     if (world%is_root) then
       if (wall_seconds() - self%last_backup > self%backup_seconds) verdict = BACKUP
-      if (self%control%wants_stop()) verdict = STOP_FILE
+      if (poll_control('.', messages) == CONTROL_SAVE_STOP) verdict = STOP_FILE
+      call messages%print(error_unit, 'flusi: ')
       if (wall_seconds() - self%begun > self%stop_seconds) verdict = STOP_WALLTIME
       if (epoch_seconds() >= self%job_end) verdict = STOP_JOB_END
     end if

@@ -22,9 +22,10 @@ program test_penalized_walls
   call test%check_order('channel flow converges with half order in C_eta', eta, errors, 0.5_rp, 0.06_rp)
 
   ! At dt = C_eta the integrating factor shifts the steady layer by O((nu k^2 dt)^2), k = 1/delta: 8 % of
-  ! the slip. With dt = C_eta/5 that is 25 times less, and the grid's error remains.
+  ! the slip. With dt = C_eta/5 that is 25 times less, and the grid's error remains: the
+  ! sharp mask ends between two points, and a sixth of a cell moves the slip by 4 dy/6 = 2.6e-3.
   call channel_error(eta(1), 0.2_rp, errors(1), profile(1))
-  call test%check_below('the channel profile is that of the penalized equation', profile(1), 1.5e-3_rp)
+  call test%check_below('the channel profile is that of the penalized equation', profile(1), 2.6e-3_rp)
 
   eta = (2*LAYERS)**2
   do i = 1, 3

@@ -76,14 +76,15 @@ contains
   !> case C3.5 of the International Workshop on High-Order CFD Methods (Wang et al. 2013,
   !> DOI 10.1002/fld.3767), which the finite-difference run of Dairay et al. 2017
   !> (DOI 10.1016/j.jcp.2017.02.035) matches to 8 digits of the energy and 5 of the dissipation.
-  !> Tolerance: up to t = 3 the coarse grid resolves the flow and the time step (order 2) decides; at
-  !> t = 4 the truncation at |k| = 20 misses the beginning of the cascade, below 1 % of the dissipation.
+  !> Tolerance: up to t = 2 the coarse grid resolves the flow to the digits of the reference. Then the
+  !> modes beyond its truncation at |k| = 31 fill: with 64^3 points (|k| < 21) the missing enstrophy is
+  !> 0.3 % at t = 3 and 4.5 % at t = 4, with 96^3 0.06 % and 1.4 %.
   subroutine transition()
     real(rp), parameter :: ENERGY(4) = [0.124515267367_rp, 0.12391676584_rp, 0.123023878593_rp, 0.121508194351_rp]
     real(rp), parameter :: HALF_ENSTROPHY(4) = [0.415054960369_rp, 0.566047789484_rp, 0.901208116699_rp, &
                                                 1.65296400285_rp]
-    real(rp), parameter :: ENERGY_TOLERANCE(4) = [1e-6_rp, 1e-6_rp, 1e-6_rp, 1e-4_rp]
-    real(rp), parameter :: DISSIPATION_TOLERANCE(4) = [1e-5_rp, 1e-5_rp, 1e-4_rp, 1e-2_rp]
+    real(rp), parameter :: ENERGY_TOLERANCE(4) = [1e-8_rp, 1e-8_rp, 3e-5_rp, 1e-4_rp]
+    real(rp), parameter :: DISSIPATION_TOLERANCE(4) = [1e-7_rp, 2e-6_rp, 1e-3_rp, 2e-2_rp]
     type(fluid_t) :: fluid
     type(request_t) :: request
     type(failure_t) :: failure
