@@ -56,7 +56,7 @@ contains
     type(registry_t) :: registry
     call register_all_keys(registry)
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat)
-    if (errors%count() > 0) return
+    ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_fluid_params(settings%config, settings%fluid, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)
     call read_units(settings%config, settings%units, notices)

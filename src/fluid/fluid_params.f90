@@ -167,9 +167,11 @@ contains
     p%penalized = c%get_switch('Penalization', 'iPenalization')
     p%mask = c%get_word('Penalization', 'iMask')
     p%c_eta = c%get_real('Penalization', 'eps')
-    p%cavity = c%get_word('Penalization', 'iCavity') == 'yes'
+    p%cavity = any(c%get_word('Penalization', 'iCavity') == ['yes', '1  '])
     p%cavity_size = c%get_integer('Penalization', 'cavity_size')
     p%channel = c%get_word('Penalization', 'iChannel')
+    if (p%channel == '0') p%channel = 'no'
+    if (p%channel == '1') p%channel = 'xy'
     p%thick_wall = c%get_real('Penalization', 'thick_wall')
     p%pos_wall = c%get_real('Penalization', 'pos_wall')
     p%compute_forces = c%get_switch('Penalization', 'compute_forces')
