@@ -10,6 +10,7 @@ module fluid_spectrum
   use base_kinds, only: rp, i8
   use base_random, only: random_uniforms
   use fluid_params, only: fluid_params_t
+  use io_ini, only: read_text_file
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t
   implicit none
@@ -139,33 +140,33 @@ contains
     character(*), intent(in) :: path
     real(rp), allocatable, intent(out) :: table(:, :)
     type(failure_t), intent(inout) :: failure
-    character(256) :: line
+    character(:), allocatable :: text, problem, line
     real(rp) :: row(2)
-    integer :: unit, status, pass, n
-    do pass = 1, 2
-      open (newunit=unit, file=path, status='old', action='read', iostat=status)
-      if (status /= 0) then
-        call failure%raise('cannot read the spectrum file "'//path//'"')
+    integer :: first, last, status, n
+    call read_text_file(path, text, problem)
+    if (allocated(problem)) then
+      call failure%raise(problem)
+      return
+    end if
+    text = text//new_line('a')
+    allocate (table(2, len(text)/2 + 1))
+    n = 0
+    first = 1
+    do while (first <= len(text))
+      last = first + index(text(first:), new_line('a')) - 2
+      line = trim(adjustl(text(first:last)))
+      first = last + 2
+      if (line == '' .or. index('#%', line(1:min(1, len(line)))) > 0) cycle
+      read (line, *, iostat=status) row
+      if (status /= 0) row = -1
+      if (any(row < 0)) then
+        call failure%raise('spectrum file "'//path//'": "'//line//'" is not a pair k, E(k) >= 0')
         return
       end if
-      n = 0
-      do
-        read (unit, '(a)', iostat=status) line
-        if (status /= 0) exit
-        line = adjustl(line)
-        if (line == '' .or. index('#%', line(1:1)) > 0) cycle
-        read (line, *, iostat=status) row
-        if (status /= 0 .or. any(row < 0)) then
-          call failure%raise('spectrum file "'//path//'": "'//trim(line)//'" is not a pair k, E(k) >= 0')
-          close (unit)
-          return
-        end if
-        n = n + 1
-        if (pass == 2) table(:, n) = row
-      end do
-      close (unit)
-      if (pass == 1) allocate (table(2, n))
+      n = n + 1
+      table(:, n) = row
     end do
+    table = table(:, 1:n)
     if (n < 2) then
       call failure%raise('spectrum file "'//path//'": at least two lines k, E(k) are needed')
     else if (any(table(1, 2:) <= table(1, :n - 1))) then
