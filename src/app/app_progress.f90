@@ -48,7 +48,8 @@ contains
     self%last_step = now
     self%steps = self%steps + 1
     self%seconds_per_step = self%seconds_per_step + (seconds - self%seconds_per_step)/min(self%steps, 50)
-    if (.not. self%speaks .or. now - self%shown < self%interval) return
+    ! The first steps warm caches up and would promise a wrong end.
+    if (.not. self%speaks .or. self%steps < 3 .or. now - self%shown < self%interval) return
     self%shown = now
     steps_left = min((t_max - time)/dt, real(max_steps - step, rp))
     done = max(time/t_max, real(step, rp)/max_steps)

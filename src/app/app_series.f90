@@ -92,18 +92,18 @@ contains
 
   function energy_columns() result(columns)
     character(40) :: columns(21)
-    character(3), parameter :: WHERE_(2) = ['flu', 'box']
+    character(5), parameter :: PLACE(2) = ['fluid', 'box  ']
     character(1) :: i
     integer :: w, c, n
     columns(1) = 'time [T]'
     n = 1
     do w = 1, 2
-      columns(n + 1) = 'E '//WHERE_(w)//' [rho L^5/T^2]'
-      columns(n + 5) = 'dissipation '//WHERE_(w)//' [rho L^5/T^3]'
+      columns(n + 1) = 'E '//trim(PLACE(w))//' [rho L^5/T^2]'
+      columns(n + 5) = 'dissipation '//trim(PLACE(w))//' [rho L^5/T^3]'
       do c = 1, 3
         i = XYZ(c:c)
-        columns(n + 1 + c) = 'E'//i//' '//WHERE_(w)//' [rho L^5/T^2]'
-        columns(n + 5 + c) = 'dissipation '//i//' '//WHERE_(w)//' [rho L^5/T^3]'
+        columns(n + 1 + c) = 'E'//i//' '//trim(PLACE(w))//' [rho L^5/T^2]'
+        columns(n + 5 + c) = 'dissipation '//i//' '//trim(PLACE(w))//' [rho L^5/T^3]'
       end do
       n = n + 8
     end do
