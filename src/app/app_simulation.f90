@@ -235,8 +235,9 @@ contains
     self%exit_code = code
     if (.not. self%world%is_root) return
     write (error_unit, '(a)') 'flusi: '//self%failure%reason
-    if (code == EXIT_NUMERICAL) write (error_unit, '(a)') &
-      'flusi: the last valid backup is kept; the failing velocity is in failed-u*.h5'
+    if (code == EXIT_NUMERICAL) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
+    if (code == EXIT_NUMERICAL .and. self%slots%newest_generation() > 0) write (error_unit, '(a)') &
+      'flusi: the last valid backup is kept'
     flush (error_unit)
   end subroutine fail
 
