@@ -39,12 +39,13 @@ module app_simulation
     type(timers_t), private :: timers
     integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_output = 0, t_backup = 0
     type(failure_t) :: failure
+    logical, private :: blown_up = .false. !< `failure` is numerical: the velocity is no longer one
     integer :: exit_code = EXIT_OK
   contains
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, back_up, fail
+    procedure, private :: restart, is_done, write_end, back_up, fail
   end type simulation_t
 
 contains
@@ -68,10 +69,10 @@ contains
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
-    call self%stop_rules%init(world, settings%output)
+    call self%stop_rules%init(settings%output)
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
     call self%fluid%init(world, settings%fluid, settings%output%needs_fields(), self%failure)
-    if (settings%output%backup .or. command%restart) call self%slots%scan(world, '.', BACKUP_NAME)
+    call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
 
     restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
     restart_time = -1
@@ -88,6 +89,7 @@ contains
     if (settings%fluid%intelligent_dt) self%fluid%rhs%intervals = &
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                   settings%output%slices), 0.0_rp]
+    call self%stop_rules%listen(world)
     call self%series%open(world, self%fluid, restart_time, self%failure)
     call self%output%init(world, settings%output, self%fluid, run_name(command%ini), restart_time, self%failure)
     if (self%failure%failed) then
@@ -111,34 +113,47 @@ contains
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure)
         call self%timers%stop(self%t_step)
+        self%blown_up = self%failure%failed
         if (self%failure%failed) exit
         call write_all(self)
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size)
         call self%stop_rules%look(self%world)
-        if (self%stop_rules%backup_due) call self%back_up()
+        if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
         if (self%stop_rules%must_stop .or. self%failure%failed) exit
       end do
       call self%progress%finish()
-      if (self%failure%failed) then
+      if (.not. self%failure%failed) then
+        if (self%is_done()) then
+          call self%write_end(request)
+        else
+          self%exit_code = EXIT_STOPPED
+          call self%back_up()
+          if (self%world%is_root .and. .not. self%failure%failed) write (output_unit, '(a)') 'stopped early: '// &
+            trim(self%stop_rules%reason)//'; the backup is written, go on with --restart'
+        end if
+      end if
+      if (self%blown_up) then
         call self%output%write_failed(fluid, self%failure)
         call self%fail(EXIT_NUMERICAL)
-      else if (self%is_done()) then
-        call self%output%look_ahead(fluid, .true., request)
-        call fluid%evaluate(request, self%failure)
-        call write_all(self)
-        if (self%settings%output%backup .and. state%step > 0) call self%back_up()
-        if (self%failure%failed) call self%fail(EXIT_FAILURE)
-      else
-        call self%back_up()
-        self%exit_code = EXIT_STOPPED
-        if (self%world%is_root) write (output_unit, '(a)') 'stopped early: '//trim(self%stop_rules%reason)// &
-          '; the backup is written, go on with --restart'
-        if (self%failure%failed) call self%fail(EXIT_FAILURE)
+      else if (self%failure%failed) then
+        call self%fail(EXIT_FAILURE)
       end if
     end associate
   end subroutine simulation_run
+
+  !> Writes what is due at the end of the run, and the last backup.
+  subroutine write_end(self, request)
+    class(simulation_t), intent(inout) :: self
+    type(request_t), intent(out) :: request
+    call self%output%look_ahead(self%fluid, .true., request)
+    call self%fluid%evaluate(request, self%failure)
+    self%blown_up = self%failure%failed
+    if (self%failure%failed) return
+    call write_all(self)
+    if (self%settings%output%backup) call self%back_up()
+  end subroutine write_end
 
   !> Closes files, prints where the time went, releases everything. Collective.
   subroutine simulation_finish(self)
@@ -194,15 +209,21 @@ contains
     call self%slots%came_from(path)
   end subroutine restart
 
-  !> Writes the next of the two alternating checkpoints.
+  !> Writes the next of the two alternating checkpoints. A step shows only when the next one begins whether
+  !> it was sound; here it is evaluated first, so that a velocity that has blown up never replaces a good one.
   subroutine back_up(self)
     class(simulation_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
-    if (self%fluid%rhs%state%step == 0) return
+    type(request_t) :: nothing
+    if (self%failure%failed .or. self%fluid%rhs%state%step == 0) return
     call self%timers%start(self%t_backup)
-    call self%slots%begin(writer, self%failure)
-    call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
-    call self%slots%commit(writer, self%failure)
+    call self%fluid%evaluate(nothing, self%failure)
+    self%blown_up = self%failure%failed
+    if (.not. self%blown_up) then
+      call self%slots%begin(writer, self%failure)
+      call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
+      call self%slots%commit(writer, self%failure)
+    end if
     call self%stop_rules%backup_done()
     call self%timers%stop(self%t_backup)
   end subroutine back_up
@@ -214,8 +235,9 @@ contains
     self%exit_code = code
     if (.not. self%world%is_root) return
     write (error_unit, '(a)') 'flusi: '//self%failure%reason
-    if (code == EXIT_NUMERICAL) write (error_unit, '(a)') &
-      'flusi: the last valid backup is kept; the failing velocity is in failed-u*.h5'
+    if (code == EXIT_NUMERICAL) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
+    if (code == EXIT_NUMERICAL .and. self%slots%newest_generation() > 0) write (error_unit, '(a)') &
+      'flusi: the last valid backup is kept'
     flush (error_unit)
   end subroutine fail
 

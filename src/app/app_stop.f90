@@ -22,6 +22,7 @@ module app_stop
     integer(i8), private :: job_end = huge(1_i8)
   contains
     procedure :: init => stop_init
+    procedure, nopass :: listen => stop_listen
     procedure :: look => stop_look
     procedure :: backup_done => stop_backup_done
   end type stop_rules_t
@@ -31,12 +32,10 @@ module app_stop
 contains
 
   !> Starts the clocks and catches SIGTERM and SIGUSR1.
-  subroutine stop_init(self, world, params)
+  subroutine stop_init(self, params)
     class(stop_rules_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(output_params_t), intent(in) :: params
     character(:), allocatable :: text
-    type(message_list_t) :: messages
     integer(i8) :: end_time
     integer :: status
     self%begun = wall_seconds()
@@ -49,9 +48,16 @@ contains
       if (status == 0) self%job_end = end_time - nint(params%job_end_margin, i8)
     end if
     call catch_signals()
-    if (world%is_root) call prepare_control('.', messages)
-    if (world%is_root) call messages%print(error_unit, 'flusi: ')
   end subroutine stop_init
+
+  !> Writes the control file through which a run can be stopped: the first file that a run writes.
+  subroutine stop_listen(world)
+    type(world_t), intent(in) :: world
+    type(message_list_t) :: messages
+    if (.not. world%is_root) return
+    call prepare_control('.', messages)
+    call messages%print(error_unit, 'flusi: ')
+  end subroutine stop_listen
 
   !> Looks whether to stop or to back up; all ranks decide the same. Collective.
   subroutine stop_look(self, world)

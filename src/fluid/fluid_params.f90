@@ -22,7 +22,8 @@ module fluid_params
     integer :: nt = 0                      !< largest number of steps
     logical :: intelligent_dt = .false.
     ! Initial condition
-    character(:), allocatable :: inicond, file_u(:), spectrum_file
+    character(:), allocatable :: inicond, spectrum_file
+    character(1024) :: file_u(3) = '' !< names of the fields of inicond = infile
     real(rp) :: omega1 = 0
     integer :: seed = 0
     ! Solids
@@ -130,7 +131,6 @@ contains
     p%omega1 = c%get_real('InitialCondition', 'omega1')
     p%seed = c%get_integer('InitialCondition', 'seed')
     p%spectrum_file = c%get_text('InitialCondition', 'inicond_spectrum_file')
-    allocate (character(1024) :: p%file_u(3))
     do i = 1, 3
       name = c%get_text('InitialCondition', FILES(i))
       p%file_u(i) = name
