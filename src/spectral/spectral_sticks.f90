@@ -40,6 +40,8 @@ module spectral_sticks
     integer :: n_jx = 0                      !< kx columns of all rows
     integer, allocatable :: plane_index(:)   !< (n_row_sticks) place in a plane (n_row_kx, ny)
     integer, allocatable :: part_start(:)    !< (0:columns) first stick of each column, 0-based
+  contains
+    procedure :: truncate => sticks_truncate
   end type sticks_t
 
 contains
@@ -135,6 +137,14 @@ contains
     end do
     s%rows = runs_of(global_of_row(start + 1:start + s%n), global)
   end function make_sticks
+
+  !> Zeroes the modes of local stick `s` that lie outside the truncation; `line` is (nkz).
+  pure subroutine sticks_truncate(self, s, line)
+    class(sticks_t), intent(in) :: self
+    integer, intent(in) :: s
+    complex(rp), intent(inout) :: line(self%nkz)
+    line(self%jz_max(s) + 2:self%nkz - self%jz_max(s)) = 0
+  end subroutine sticks_truncate
 
   !> Largest mode number kept along an axis of n points.
   pure integer function mode_limit(n, dealias) result(limit)

@@ -22,7 +22,7 @@ def dataset_info(h5dump, path, name):
 
 def attribute(h5dump, path, name, which):
     """Numbers of an attribute of a dataset."""
-    out = subprocess.run([h5dump, "-y", "-a", f"{name}/{which}", path], capture_output=True, text=True,
+    out = subprocess.run([h5dump, "-y", "-m", "%.17g", "-a", f"{name}/{which}", path], capture_output=True, text=True,
                          check=True).stdout
     data = re.search(r"DATA\s*\{(.*?)\}", out, re.S).group(1)
     return [float(x) for x in data.replace(",", " ").split()]

@@ -1,0 +1,168 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Draws the analytic bodies and walls into the sparse mask.
+!>
+!> Profile of FLUSI: chi = 1 inside d <= -h, 0 outside d >= h, (1 + cos(pi (d + h)/(2 h)))/2 between, with
+!> the signed distance d from the surface (negative inside) and h = 1.5 max(dx). Walls are sharp.
+!> Where bodies overlap, the larger chi wins.
+module fluid_bodies
+  use base_constants, only: PI
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t
+  use fluid_penalty, only: penalty_t, COLOR_WALL, COLOR_BODY
+  use io_fields, only: read_field, field_meta_t
+  use parallel_block, only: block_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: draw_bodies, mask_profile
+
+  real(rp), parameter :: SMOOTHING_CELLS = 1.5_rp
+
+contains
+
+  !> Fills `penalty` with the solids of `params` on this rank's `block`. Fails if a mask file cannot be
+  !> read. Collective (the mask may come from a file).
+  subroutine draw_bodies(world, params, block, penalty, failure)
+    type(world_t), intent(in) :: world
+    type(fluid_params_t), intent(in) :: params
+    type(block_t), intent(in) :: block
+    type(penalty_t), intent(inout) :: penalty
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: chi(:), us(:, :), from_file(:, :, :)
+    integer, allocatable :: color(:)
+    type(field_meta_t) :: meta
+    integer :: y, z
+    real(rp) :: point(3)
+
+    allocate (chi(block%count(1)), us(3, block%count(1)), color(block%count(1)))
+    if (params%penalized .and. index(params%mask, 'from_file::') == 1) then
+      allocate (from_file(block%count(1), block%count(2), block%count(3)))
+      call read_field(world, params%mask(12:), block, from_file, meta, failure)
+      if (failure%failed) return
+    end if
+    call penalty%begin(block)
+    do z = 1, block%count(3)
+      do y = 1, block%count(2)
+        chi = 0
+        us = 0
+        color = COLOR_BODY
+        point = ([0, y - 1, z - 1] + block%start)*params%grid%spacing
+        if (params%penalized) then
+          if (allocated(from_file)) then
+            chi = min(1.0_rp, max(0.0_rp, from_file(:, y, z)))
+            us = spread(params%us_fixed, 2, size(chi))
+          else
+            call draw_body(params, block, point, chi, us)
+          end if
+          call draw_channel(params, point, chi, us, color)
+          if (params%cavity) call draw_cavity(params, [0, y - 1, z - 1] + block%start, chi, us, color)
+        end if
+        call penalty%add_line(chi, us, color)
+      end do
+    end do
+    call penalty%finish()
+  end subroutine draw_bodies
+
+  !> The smoothed step at signed distance d (negative inside) with half-width h.
+  elemental real(rp) function mask_profile(d, h) result(chi)
+    real(rp), intent(in) :: d, h
+    if (d <= -h) then
+      chi = 1
+    else if (d >= h) then
+      chi = 0
+    else
+      chi = 0.5_rp*(1 + cos(PI*(d + h)/(2*h)))
+    end if
+  end function mask_profile
+
+  !> One line of the body named by params%mask.
+  subroutine draw_body(p, block, line_point, chi, us)
+    type(fluid_params_t), intent(in) :: p
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: line_point(3)
+    real(rp), intent(inout) :: chi(:), us(:, :)
+    real(rp) :: h, point(3), d, r, reach
+    integer :: x
+    logical :: along_x
+    h = SMOOTHING_CELLS*p%grid%max_spacing()
+    if (any(p%mask == ['none ', 'empty'])) return
+    along_x = p%mask == 'cylinder_x' .or. p%mask == 'couette' .or. p%grid%is_2d
+    ! Lines that cannot touch a compact body cost one comparison.
+    reach = p%size/2*merge(sqrt(2.0_rp), 1.0_rp, p%mask == 'plate') + h
+    if (p%mask == 'sphere' .or. p%mask == 'plate') then
+      if (any(abs(line_point(2:3) - p%centre(2:3)) > reach)) return
+    end if
+    do x = 1, block%count(1)
+      point = line_point
+      point(1) = (x - 1)*p%grid%spacing(1)
+      point = point - p%centre
+      us(:, x) = p%us_fixed
+      select case (p%mask)
+      case ('sphere')
+        chi(x) = mask_profile(norm2(point(merge(2, 1, p%grid%is_2d):)) - p%size/2, h)
+      case ('cylinder', 'cylinder_x')
+        r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), along_x)
+        chi(x) = mask_profile(r - p%size/2, h)
+      case ('plate')
+        d = plate_distance(point, p%alpha*PI/180, p%size, 2*p%grid%max_spacing())
+        chi(x) = mask_profile(d, h)
+      case ('couette')
+        r = hypot(point(2), point(3))
+        chi(x) = max(mask_profile(r - p%r1, h), mask_profile(p%r2 - r, h))
+        us(:, x) = 0
+        if (r < (p%r1 + p%r2)/2) us(:, x) = p%omega*[0.0_rp, -point(3), point(2)]
+      end select
+    end do
+  end subroutine draw_body
+
+  !> Signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned
+  !> by `angle` about z.
+  pure real(rp) function plate_distance(point, angle, side, half) result(d)
+    real(rp), intent(in) :: point(3), angle, side, half
+    real(rp) :: q(3)
+    q(1) = abs(cos(angle)*point(1) + sin(angle)*point(2)) - half
+    q(2) = abs(-sin(angle)*point(1) + cos(angle)*point(2)) - side/2
+    q(3) = abs(point(3)) - side/2
+    d = norm2(max(q, 0.0_rp)) + min(maxval(q), 0.0_rp)
+  end function plate_distance
+
+  !> A single wall; in a periodic box it is both walls of a channel.
+  subroutine draw_channel(p, line_point, chi, us, color)
+    type(fluid_params_t), intent(in) :: p
+    real(rp), intent(in) :: line_point(3)
+    real(rp), intent(inout) :: chi(:), us(:, :)
+    integer, intent(inout) :: color(:)
+    real(rp) :: height
+    if (p%channel == 'no') return
+    height = merge(line_point(3), line_point(2), p%channel(1:2) == 'xy')
+    if (height < p%pos_wall - p%thick_wall .or. height > p%pos_wall) return
+    chi = 1
+    color = COLOR_WALL
+    us = 0
+    ! A sliding wall moves with the mean flow: flight in still air above the ground, seen by the flyer.
+    if (index(p%channel, 'sliding') > 0) us = spread(p%mean_velocity, 2, size(chi))
+  end subroutine draw_channel
+
+  !> Walls of cavity_size points on every face of the box.
+  subroutine draw_cavity(p, line_index, chi, us, color)
+    type(fluid_params_t), intent(in) :: p
+    integer, intent(in) :: line_index(3) !< 0-based indices of the first point of the line
+    real(rp), intent(inout) :: chi(:), us(:, :)
+    integer, intent(inout) :: color(:)
+    integer :: x, i(3), k
+    logical :: wall
+    do x = 1, size(chi)
+      i = line_index
+      i(1) = x - 1
+      wall = .false.
+      do k = merge(2, 1, p%grid%is_2d), 3
+        wall = wall .or. i(k) < p%cavity_size .or. i(k) >= p%grid%n(k) - p%cavity_size
+      end do
+      if (.not. wall) cycle
+      chi(x) = 1
+      us(:, x) = 0
+      color(x) = COLOR_WALL
+    end do
+  end subroutine draw_cavity
+end module fluid_bodies

@@ -1,0 +1,42 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Dense copies of sparse things, for output.
+module fluid_fields
+  use base_kinds, only: rp
+  use fluid_penalty, only: penalty_t
+  implicit none
+  private
+  public :: mask_field, solid_velocity_field
+
+contains
+
+  !> The mask chi on this rank's block, (nx, ny_local, nz_local).
+  subroutine mask_field(penalty, field)
+    type(penalty_t), intent(in) :: penalty
+    real(rp), intent(inout) :: field(:, :, :)
+    call spread_points(penalty, penalty%chi, field)
+  end subroutine mask_field
+
+  !> Component `c` of the solid velocity where chi > 0, zero elsewhere.
+  subroutine solid_velocity_field(penalty, c, field)
+    type(penalty_t), intent(in) :: penalty
+    integer, intent(in) :: c
+    real(rp), intent(inout) :: field(:, :, :)
+    call spread_points(penalty, penalty%us(c, :), field)
+  end subroutine solid_velocity_field
+
+  subroutine spread_points(penalty, values, field)
+    type(penalty_t), intent(in) :: penalty
+    real(rp), intent(in) :: values(:)
+    real(rp), intent(inout) :: field(:, :, :)
+    integer :: y, z, i, line
+    field = 0
+    do z = 1, size(field, 3)
+      do y = 1, size(field, 2)
+        line = y + size(field, 2)*(z - 1)
+        do i = penalty%line_start(line) + 1, penalty%line_start(line + 1)
+          field(penalty%x(i), y, z) = values(i)
+        end do
+      end do
+    end do
+  end subroutine spread_points
+end module fluid_fields

@@ -1,0 +1,48 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What happens to the mean velocity, the mode k = 0, in each direction: it is left free, prescribed, or
+!> accelerated by the reaction of the solids on a given mass of fluid.
+module fluid_mean_flow
+  use base_constants, only: TWO_PI
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t
+  implicit none
+  private
+  public :: mean_acceleration, imposed_mean_flow
+
+contains
+
+  !> Right-hand side of the mean: `n` as computed, or -F/m_fluid where the mean flow is dynamic.
+  pure function mean_acceleration(p, time, force, n) result(a)
+    type(fluid_params_t), intent(in) :: p
+    real(rp), intent(in) :: time
+    real(rp), intent(in) :: force(3) !< force on all solids, walls included
+    complex(rp), intent(in) :: n(3)
+    complex(rp) :: a(3)
+    a = n
+    where (p%mean_flow == 'dynamic') a = cmplx(-force/p%m_fluid*ramp(p, time), 0.0_rp, rp)
+  end function mean_acceleration
+
+  !> The mean velocity `u` at `time` with prescribed components replaced.
+  pure function imposed_mean_flow(p, time, u) result(mean)
+    type(fluid_params_t), intent(in) :: p
+    real(rp), intent(in) :: time
+    complex(rp), intent(in) :: u(3)
+    complex(rp) :: mean(3)
+    mean = u
+    where (p%mean_flow == 'fixed') mean = p%mean_velocity
+    where (p%mean_flow == 'sinusoidal') mean = p%mean_velocity*sin(TWO_PI*p%mean_frequency*time)
+  end function imposed_mean_flow
+
+  !> Smooth start of the dynamic mean flow: 0 until release, then a cubic to 1 within tau.
+  pure real(rp) function ramp(p, time) result(r)
+    type(fluid_params_t), intent(in) :: p
+    real(rp), intent(in) :: time
+    real(rp) :: s
+    r = 1
+    if (.not. p%mean_conditioner) return
+    s = 1
+    if (p%mean_tau > 0) s = max(0.0_rp, min(1.0_rp, (time - p%mean_release)/p%mean_tau))
+    if (time < p%mean_release) s = 0
+    r = s*s*(3 - 2*s)
+  end function ramp
+end module fluid_mean_flow

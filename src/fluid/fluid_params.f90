@@ -1,0 +1,240 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Parameters of the fluid as given by the user; set once, then read-only.
+module fluid_params
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use io_config, only: config_t
+  use spectral_grid, only: grid_t, make_grid, is_fft_friendly
+  implicit none
+  private
+  public :: fluid_params_t, read_fluid_params, SCHEME_AB2, SCHEME_RK4
+
+  integer, parameter :: SCHEME_AB2 = 1, SCHEME_RK4 = 2
+
+  type :: fluid_params_t
+    type(grid_t) :: grid
+    integer :: process_rows = 0
+    character(:), allocatable :: planner
+    character(:), allocatable :: dealias   !< 'ellipsoid', 'box', 'none'
+    real(rp) :: nu = 0                     !< kinematic viscosity
+    integer :: scheme = SCHEME_AB2
+    real(rp) :: t_max = 0, cfl = 0.1_rp, cfl_eta = 0.99_rp, dt_fixed = 0, dt_max = 0
+    integer :: nt = 0                      !< largest number of steps
+    logical :: intelligent_dt = .false.
+    ! Initial condition
+    character(:), allocatable :: inicond, spectrum_file
+    character(1024) :: file_u(3) = '' !< names of the fields of inicond = infile
+    real(rp) :: omega1 = 0
+    integer :: seed = 0
+    ! Solids
+    logical :: penalized = .false.
+    character(:), allocatable :: mask, channel
+    logical :: cavity = .false.
+    integer :: cavity_size = 0
+    real(rp) :: c_eta = 1.0e-2_rp, thick_wall = 0, pos_wall = 0, us_fixed(3) = 0, omega = 0
+    real(rp) :: centre(3) = 0, size = 0, alpha = 0, r1 = 1, r2 = 1
+    logical :: compute_forces = .true., unsteady_corrections = .false., periodic_torque = .false.
+    ! Sponge
+    logical :: sponge = .false.
+    character(:), allocatable :: sponge_type
+    real(rp) :: c_sponge = 0
+    integer :: sponge_thickness = 0
+    ! Mean flow
+    character(10) :: mean_flow(3) = 'free'
+    real(rp) :: mean_velocity(3) = 0, m_fluid = 0, mean_frequency = 0, mean_tau = 0, mean_release = 0
+    logical :: mean_conditioner = .false.
+  end type fluid_params_t
+
+contains
+
+  !> Takes the fluid's parameters from `config` and adds mistakes that concern several keys to `errors`.
+  subroutine read_fluid_params(config, params, errors)
+    type(config_t), intent(in) :: config
+    type(fluid_params_t), intent(out) :: params
+    type(message_list_t), intent(inout) :: errors
+    call read_grid(config, params, errors)
+    call read_time(config, params)
+    call read_initial_condition(config, params, errors)
+    call read_solids(config, params, errors)
+    call read_sponge(config, params, errors)
+    call read_mean_flow(config, params, errors)
+  end subroutine read_fluid_params
+
+  subroutine read_grid(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(2), parameter :: KEYS(3) = ['nx', 'ny', 'nz']
+    integer :: n(3), i
+    do i = 1, 3
+      n(i) = c%get_integer('Resolution', KEYS(i))
+      if (i == 1 .and. n(i) == 1) cycle
+      if (mod(n(i), 2) /= 0) call c%complain(errors, 'Resolution', KEYS(i), 'the number of points must be even')
+      if (.not. is_fft_friendly(n(i))) &
+        call c%complain(errors, 'Resolution', KEYS(i), 'only the factors 2, 3, 5 and 7 transform fast; '// &
+                        nearby_sizes(n(i)))
+      if (n(i) < 4) call c%complain(errors, 'Resolution', KEYS(i), 'at least 4 points, or nx = 1 for a 2-D flow')
+    end do
+    p%grid = make_grid(max(n, 1), [c%get_real('Geometry', 'xl'), c%get_real('Geometry', 'yl'), c%get_real('Geometry', 'zl')])
+    p%process_rows = c%get_integer('Resolution', 'process_rows')
+    p%planner = c%get_word('Resolution', 'planner')
+    select case (c%get_word('Dealiasing', 'iDealias'))
+    case ('1', 'ellipsoid')
+      p%dealias = 'ellipsoid'
+    case ('box')
+      p%dealias = 'box'
+    case default
+      p%dealias = 'none'
+    end select
+  end subroutine read_grid
+
+  !> Names the next good sizes below and above n.
+  function nearby_sizes(n) result(text)
+    integer, intent(in) :: n
+    character(:), allocatable :: text
+    character(60) :: buffer
+    integer :: below, above
+    below = n
+    do while (below > 4 .and. .not. (is_fft_friendly(below) .and. mod(below, 2) == 0))
+      below = below - 1
+    end do
+    above = n
+    do while (above < huge(1) - 1 .and. .not. (is_fft_friendly(above) .and. mod(above, 2) == 0))
+      above = above + 1
+    end do
+    write (buffer, '(a,i0,a,i0)') 'nearest good sizes: ', below, ' and ', above
+    text = trim(buffer)
+  end function nearby_sizes
+
+  subroutine read_time(c, p)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(inout) :: p
+    p%t_max = c%get_real('Time', 'Tmax')
+    p%nt = c%get_integer('Time', 'nt')
+    p%cfl = c%get_real('Time', 'CFL')
+    p%cfl_eta = c%get_real('Time', 'CFL_eta')
+    p%dt_fixed = c%get_real('Time', 'dt_fixed')
+    p%dt_max = c%get_real('Time', 'dt_max')
+    p%intelligent_dt = c%get_switch('Time', 'intelligent_dt')
+    p%scheme = merge(SCHEME_RK4, SCHEME_AB2, c%get_word('Time', 'iTimeMethodFluid') == 'RK4')
+    p%nu = c%get_real('ReynoldsNumber', 'nu')
+  end subroutine read_time
+
+  subroutine read_initial_condition(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(7), parameter :: FILES(3) = ['file_ux', 'file_uy', 'file_uz']
+    character(:), allocatable :: name
+    integer :: i
+    p%inicond = c%get_word('InitialCondition', 'inicond')
+    p%omega1 = c%get_real('InitialCondition', 'omega1')
+    p%seed = c%get_integer('InitialCondition', 'seed')
+    p%spectrum_file = c%get_text('InitialCondition', 'inicond_spectrum_file')
+    do i = 1, 3
+      name = c%get_text('InitialCondition', FILES(i))
+      p%file_u(i) = name
+      if (p%inicond == 'infile') call need_file(c, errors, FILES(i), name)
+    end do
+    if (p%inicond == 'random-given-spectrum') call need_file(c, errors, 'inicond_spectrum_file', p%spectrum_file)
+    if (p%inicond == 'taylor_green_2d' .and. .not. p%grid%is_2d) &
+      call c%complain(errors, 'InitialCondition', 'inicond', 'taylor_green_2d is a flow in the y-z plane: set nx = 1')
+    if (p%inicond == 'taylor_green' .and. p%grid%is_2d) &
+      call c%complain(errors, 'InitialCondition', 'inicond', 'taylor_green is three-dimensional; valid with nx = 1: '// &
+                      'taylor_green_2d')
+  end subroutine read_initial_condition
+
+  subroutine need_file(c, errors, key, name)
+    type(config_t), intent(in) :: c
+    type(message_list_t), intent(inout) :: errors
+    character(*), intent(in) :: key, name
+    logical :: exists
+    if (name == 'none' .or. name == '') then
+      call c%complain(errors, 'InitialCondition', key, 'this initial condition needs a file name here')
+      return
+    end if
+    inquire (file=name, exist=exists)
+    if (.not. exists) call c%complain(errors, 'InitialCondition', key, 'there is no file "'//name//'"')
+  end subroutine need_file
+
+  subroutine read_solids(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(2), parameter :: CENTRES(3) = ['x0', 'y0', 'z0']
+    integer :: i
+    logical :: exists
+    p%penalized = c%get_switch('Penalization', 'iPenalization')
+    p%mask = c%get_word('Penalization', 'iMask')
+    p%c_eta = c%get_real('Penalization', 'eps')
+    p%cavity = any(c%get_word('Penalization', 'iCavity') == ['yes', '1  '])
+    p%cavity_size = c%get_integer('Penalization', 'cavity_size')
+    p%channel = c%get_word('Penalization', 'iChannel')
+    if (p%channel == '0') p%channel = 'no'
+    if (p%channel == '1') p%channel = 'xy'
+    p%thick_wall = c%get_real('Penalization', 'thick_wall')
+    p%pos_wall = c%get_real('Penalization', 'pos_wall')
+    p%compute_forces = c%get_switch('Penalization', 'compute_forces')
+    p%unsteady_corrections = c%get_switch('Penalization', 'unst_corrections')
+    p%periodic_torque = c%get_switch('Penalization', 'periodic')
+    p%us_fixed = c%get_reals('Penalization', 'us_fixed')
+    p%omega = c%get_real('Penalization', 'omega')
+    p%size = c%get_real('Geometry', 'Size')
+    p%alpha = c%get_real('Geometry', 'alpha')
+    p%r1 = c%get_real('Geometry', 'r1')
+    p%r2 = c%get_real('Geometry', 'r2')
+    p%centre = p%grid%length/2
+    do i = 1, 3
+      if (c%is_given('Geometry', CENTRES(i))) p%centre(i) = c%get_real('Geometry', CENTRES(i))
+    end do
+    if (.not. p%penalized) return
+    if (any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .and. p%size <= 0) &
+      call c%complain(errors, 'Geometry', 'Size', 'the body needs a size above 0')
+    if (p%mask == 'couette' .and. p%r2 <= p%r1) &
+      call c%complain(errors, 'Geometry', 'r2', 'the outer radius must be larger than r1')
+    if (index(p%mask, 'from_file::') == 1) then
+      inquire (file=p%mask(12:), exist=exists)
+      if (.not. exists) call c%complain(errors, 'Penalization', 'iMask', 'there is no file "'//p%mask(12:)//'"')
+    end if
+    if (p%cavity .and. p%cavity_size == 0) &
+      call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
+  end subroutine read_solids
+
+  subroutine read_sponge(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    p%sponge = c%get_switch('Sponge', 'iVorticitySponge')
+    p%sponge_type = c%get_word('Sponge', 'iSpongeType')
+    p%c_sponge = c%get_real('Sponge', 'eps_sponge')
+    p%sponge_thickness = c%get_integer('Sponge', 'sponge_thickness')
+    if (.not. p%sponge) return
+    if (p%c_sponge <= 0) call c%complain(errors, 'Sponge', 'eps_sponge', 'the sponge needs a damping time above 0')
+    if (p%sponge_thickness <= 0) call c%complain(errors, 'Sponge', 'sponge_thickness', &
+                                                 'the sponge needs a thickness of at least one point')
+    if (p%sponge_thickness > minval(p%grid%n, mask=p%grid%n > 1)/2) &
+      call c%complain(errors, 'Sponge', 'sponge_thickness', 'the sponge would fill the box')
+  end subroutine read_sponge
+
+  subroutine read_mean_flow(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(*), parameter :: AXES = 'xyz'
+    integer :: i
+    do i = 1, 3
+      p%mean_flow(i) = c%get_word('MeanFlow', 'iMeanFlow_'//AXES(i:i))
+      p%mean_velocity(i) = c%get_real('MeanFlow', 'u'//AXES(i:i))
+      if (c%get_integer('MeanFlow', 'iMeanFlow') == 1) then
+        if (c%is_given('MeanFlow', 'iMeanFlow_'//AXES(i:i)) .and. p%mean_flow(i) /= 'fixed') &
+          call c%complain(errors, 'MeanFlow', 'iMeanFlow', 'iMeanFlow = 1 contradicts iMeanFlow_'//AXES(i:i))
+        p%mean_flow(i) = 'fixed'
+      end if
+    end do
+    p%m_fluid = c%get_real('MeanFlow', 'm_fluid')
+    p%mean_frequency = c%get_real('MeanFlow', 'umean_freq')
+    p%mean_conditioner = c%get_switch('MeanFlow', 'iMeanFlowStartupConditioner')
+    p%mean_tau = c%get_real('MeanFlow', 'tau_meanflow')
+    p%mean_release = c%get_real('MeanFlow', 'T_release_meanflow')
+  end subroutine read_mean_flow
+end module fluid_params

@@ -1,0 +1,18 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What one pass over the right-hand side should do besides computing it.
+module fluid_requests
+  implicit none
+  private
+  public :: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, PASS_RK_FOURTH
+
+  integer, parameter :: PASS_EVALUATE = 0  !< compute, change nothing
+  integer, parameter :: PASS_AB2 = 1       !< advance by Adams-Bashforth
+  integer, parameter :: PASS_RK_FIRST = 2, PASS_RK_SECOND = 3, PASS_RK_THIRD = 4, PASS_RK_FOURTH = 5
+
+  !> All of these refer to the state at the beginning of the step.
+  type :: request_t
+    logical :: integrals = .false. !< volume integrals and the largest divergence
+    logical :: fields = .false.    !< keep velocity and vorticity in physical space
+    logical :: pressure = .false.  !< keep the total pressure's spectrum
+  end type request_t
+end module fluid_requests

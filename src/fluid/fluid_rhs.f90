@@ -1,0 +1,349 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The right-hand side of the Navier-Stokes equations and the time step, as three pipeline kernels.
+!>
+!>   du/dt = P[ u x omega - chi/C_eta (u - u_s) ] + F_sponge + nu lap u,   div u = 0,
+!>
+!> rotational form, P the exact projection in Fourier space. Viscosity is integrated exactly by
+!> E = exp(-nu k^2 dt); E is set to 0 outside the truncation, which is how aliasing is removed. One pass
+!> costs six inverse and three forward transforms (six with a sponge).
+!>
+!> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
+!> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step is Euler's.
+!> RK4: classical, in the integrating-factor variable (for verification).
+module fluid_rhs
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_kernels, only: stick_fields, stick_divergence, line_product, project_stick, add_sponge, ab2_stick, &
+                           weighted_sum, add_weighted
+  use fluid_params, only: fluid_params_t, SCHEME_RK4
+  use fluid_mean_flow, only: mean_acceleration, imposed_mean_flow
+  use fluid_penalty, only: penalty_t
+  use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, &
+                            PASS_RK_FOURTH
+  use fluid_sponge, only: sponge_t
+  use fluid_state, only: fluid_state_t, viscous_factor_t
+  use fluid_sums, only: sums_t
+  use fluid_timestep, only: next_step_length, TOO_FAST
+  use parallel_block, only: block_t
+  use parallel_world, only: world_t
+  use spectral_sticks, only: sticks_t
+  use spectral_transform, only: kernels_t
+  implicit none
+  private
+  public :: rhs_t
+
+  !> Kernels with everything they work on. Scratch (contents undefined between steps): all but `state`.
+  type, extends(kernels_t) :: rhs_t
+    type(world_t) :: world
+    type(fluid_params_t) :: params
+    type(sticks_t) :: sticks
+    type(block_t) :: block
+    type(penalty_t) :: penalty
+    type(sponge_t) :: sponge
+    type(fluid_state_t) :: state
+    ! This pass
+    integer :: pass = PASS_EVALUATE
+    type(request_t) :: request
+    real(rp) :: intervals(4) = 0                 !< output intervals that intelligent_dt respects
+    real(rp) :: dt = 0                           !< the step, chosen when the products are known
+    type(sums_t) :: sums
+    type(failure_t) :: failure
+    type(viscous_factor_t) :: full, half         !< exp(-nu k^2 dt) and exp(-nu k^2 dt/2)
+    complex(rp), allocatable :: stage_base(:, :, :)  !< RK4 only: u(n)
+    complex(rp), allocatable :: pressure(:, :, :)    !< (nkz, sticks, 1) total pressure if requested
+    real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
+    real(rp), allocatable :: initial(:, :, :, :)     !< the untruncated initial u and omega, first pass only
+    real(rp), private, allocatable :: line_max(:), line_sum(:, :) !< (nx), (nx, 7) accumulators along x
+    real(rp), private, allocatable :: line_divergence(:)          !< (nx)
+    complex(rp), private, allocatable :: pressure_line(:)         !< (nkz)
+    real(rp), private, allocatable :: ones(:)                     !< (nkz)
+  contains
+    procedure :: init => rhs_init
+    procedure :: prepare => rhs_prepare
+    procedure :: spectral_in => rhs_spectral_in
+    procedure :: product => rhs_product
+    procedure :: reduce => rhs_reduce
+    procedure :: spectral_out => rhs_spectral_out
+    procedure, private :: penalize_line, add_integrals, advance_stick, stage_time
+  end type rhs_t
+
+contains
+
+  !> Allocates state and tables for these sticks; penalty and sponge are set by the caller.
+  subroutine rhs_init(self, world, params, sticks, block, keeps_fields)
+    class(rhs_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(fluid_params_t), intent(in) :: params
+    type(sticks_t), intent(in) :: sticks
+    type(block_t), intent(in) :: block
+    logical, intent(in) :: keeps_fields !< whether any pass will request fields or pressure
+    self%world = world
+    self%params = params
+    self%sticks = sticks
+    self%block = block
+    call self%state%init(sticks)
+    call self%full%init(sticks)
+    call self%half%init(sticks)
+    allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7))
+    allocate (self%line_divergence(block%count(1)), self%pressure_line(sticks%nkz))
+    allocate (self%ones(sticks%nkz))
+    self%ones = 1
+    self%line_divergence = 0
+    if (params%scheme == SCHEME_RK4) allocate (self%stage_base(sticks%nkz, sticks%n, 3))
+    if (keeps_fields) then
+      allocate (self%pressure(sticks%nkz, sticks%n, 1))
+      allocate (self%fields(block%count(1), block%count(2), block%count(3), 6))
+    end if
+  end subroutine rhs_init
+
+  !> Sets up the next pass.
+  subroutine rhs_prepare(self, pass, request)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: pass
+    type(request_t), intent(in) :: request
+    self%pass = pass
+    self%request = request
+    self%n_in = 6
+    if (request%integrals) self%n_in = 7
+    if (allocated(self%initial)) self%n_in = 0
+    self%n_out = merge(6, 3, self%sponge%is_on)
+    call self%sums%clear()
+    self%line_max = 0
+    self%line_sum = 0
+  end subroutine rhs_prepare
+
+  !> Velocity, vorticity i k x u, and on request the divergence.
+  subroutine rhs_spectral_in(self, first, count, fields)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    integer :: i, s
+    do i = 1, count
+      s = first + i - 1
+      call stick_fields(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
+                        self%state%u(:, s, 1), self%state%u(:, s, 2), self%state%u(:, s, 3), fields(:, i, 1), &
+                        fields(:, i, 2), fields(:, i, 3), fields(:, i, 4), fields(:, i, 5), fields(:, i, 6))
+      if (self%n_in == 7) &
+        call stick_divergence(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
+                              self%state%u(:, s, 1), self%state%u(:, s, 2), self%state%u(:, s, 3), fields(:, i, 7))
+    end do
+  end subroutine rhs_spectral_in
+
+  !> u x omega, penalization and sponge on a batch of lines; integrals and copies on request.
+  subroutine rhs_product(self, first, count, z, in, out)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: first, count, z
+    real(rp), contiguous, intent(in) :: in(:, :, :)
+    real(rp), contiguous, intent(inout) :: out(:, :, :)
+    if (self%n_in > 0) then
+      call lines_product(self, first, count, z, in, out)
+    else
+      call lines_product(self, first, count, z, self%initial(:, first:first + count - 1, z, :), out)
+    end if
+  end subroutine rhs_product
+
+  subroutine lines_product(self, first, count, z, in, out)
+    type(rhs_t), intent(inout) :: self
+    integer, intent(in) :: first, count, z
+    real(rp), intent(in) :: in(:, :, :)
+    real(rp), contiguous, intent(inout) :: out(:, :, :)
+    integer :: i, y, nx
+    nx = self%block%count(1)
+    do i = 1, count
+      y = first + i - 1
+      call line_product(nx, in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &
+                        out(:, i, 1), out(:, i, 2), out(:, i, 3), self%line_max, self%line_sum(:, 1))
+      if (self%params%penalized) call self%penalize_line(y, z, in(:, i, 1), in(:, i, 2), in(:, i, 3), &
+                                                         out(:, i, 1), out(:, i, 2), out(:, i, 3))
+      if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
+      if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
+    end do
+    if (self%request%fields) self%fields(:, first:first + count - 1, z, 1:6) = in(:, 1:count, 1:6)
+  end subroutine lines_product
+
+  !> Adds -chi/C_eta (u - u_s) to N on a line and gathers the forces.
+  subroutine penalize_line(self, y, z, u, v, w, out1, out2, out3)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: y, z
+    real(rp), contiguous, intent(in) :: u(:), v(:), w(:)
+    real(rp), contiguous, intent(inout) :: out1(:), out2(:), out3(:)
+    real(rp) :: arm(3), box(3), wrap
+    integer :: line
+    line = y + self%block%count(2)*(z - 1)
+    if (self%penalty%line_start(line + 1) == self%penalty%line_start(line)) return
+    box = self%params%grid%length
+    arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%centre
+    wrap = 0
+    if (self%params%periodic_torque) then
+      arm(2:3) = arm(2:3) - box(2:3)*anint(arm(2:3)/box(2:3))
+      wrap = box(1)
+    end if
+    call self%sums%add_solid_line(self%penalty, self%penalty%line_start(line) + 1, &
+                                  self%penalty%line_start(line + 1), self%params%c_eta, arm, &
+                                  self%params%grid%spacing(1), wrap, u, v, w, out1, out2, out3)
+  end subroutine penalize_line
+
+  !> -omega/C_sp inside the sponge, outside the solids.
+  subroutine sponge_line(self, y, z, omega, q)
+    type(rhs_t), intent(in) :: self
+    integer, intent(in) :: y, z
+    real(rp), intent(in) :: omega(:, :)
+    real(rp), intent(inout) :: q(:, :)
+    integer :: nx, line, i
+    nx = size(omega, 1)
+    if (self%sponge%whole_line(y, z)) then
+      q = -self%sponge%rate*omega
+    else
+      q = 0
+      q(1:self%sponge%low, :) = -self%sponge%rate*omega(1:self%sponge%low, :)
+      q(nx - self%sponge%high + 1:, :) = -self%sponge%rate*omega(nx - self%sponge%high + 1:, :)
+    end if
+    if (.not. self%params%penalized) return
+    line = y + self%block%count(2)*(z - 1)
+    do i = self%penalty%line_start(line) + 1, self%penalty%line_start(line + 1)
+      q(self%penalty%x(i), :) = 0
+    end do
+  end subroutine sponge_line
+
+  !> Energies, enstrophies and the divergence on a line.
+  subroutine add_integrals(self, y, z, in)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: y, z
+    real(rp), intent(in) :: in(:, :)
+    real(rp) :: solid_share
+    integer :: f, i, line
+    do f = 1, 6
+      self%line_sum(:, f + 1) = self%line_sum(:, f + 1) + in(:, f)**2
+    end do
+    if (size(in, 2) >= 7) then
+      self%sums%divergence = max(self%sums%divergence, maxval(abs(in(:, 7))))
+      self%line_divergence = abs(in(:, 7))
+    end if
+    if (self%params%penalized) then
+      line = y + self%block%count(2)*(z - 1)
+      do i = self%penalty%line_start(line) + 1, self%penalty%line_start(line + 1)
+        associate (x => self%penalty%x(i), chi => self%penalty%chi(i))
+          ! The fluid's share weighs (1 - chi)^2; what is missing from 1 is taken off here.
+          solid_share = 1 - (1 - chi)**2
+          self%sums%energy_fluid = self%sums%energy_fluid - 0.5_rp*solid_share*in(x, 1:3)**2
+          self%sums%enstrophy_fluid = self%sums%enstrophy_fluid - solid_share*in(x, 4:6)**2
+          self%line_divergence(x) = self%line_divergence(x)*(1 - chi)
+        end associate
+      end do
+    end if
+    self%sums%divergence_fluid = max(self%sums%divergence_fluid, maxval(self%line_divergence))
+  end subroutine add_integrals
+
+  !> Finishes the integrals, checks the velocity, and fixes the step that this pass will take. The
+  !> state is left alone if the velocity is not finite or too large. Collective.
+  subroutine rhs_reduce(self)
+    class(rhs_t), intent(inout) :: self
+    real(rp) :: total
+    integer :: f
+    character(80) :: text
+    total = sum(self%line_sum(:, 1))
+    self%sums%is_finite = abs(total) <= huge(total) ! false for NaN as well
+    self%sums%kinetic_energy = 0.5_rp*total
+    self%sums%u_max = sqrt(maxval(self%line_max))
+    if (self%request%integrals) then
+      do f = 1, 3
+        self%sums%energy(f) = 0.5_rp*sum(self%line_sum(:, f + 1))
+        self%sums%enstrophy(f) = sum(self%line_sum(:, f + 4))
+      end do
+      self%sums%energy_fluid = self%sums%energy_fluid + self%sums%energy
+      self%sums%enstrophy_fluid = self%sums%enstrophy_fluid + self%sums%enstrophy
+    end if
+    if (self%sticks%zero > 0) self%sums%mean = real(self%state%u(1, self%sticks%zero, :))/ &
+                                               self%params%grid%cell_volume()
+    call self%sums%reduce(self%world, self%params%grid%cell_volume())
+    if (.not. self%sums%is_finite) then
+      call self%failure%raise('the velocity is not a number')
+    else if (self%sums%u_max >= TOO_FAST) then
+      write (text, '(a,es10.3)') 'the velocity has blown up: max |u| =', self%sums%u_max
+      call self%failure%raise(trim(text))
+    end if
+    if (self%failure%failed) return
+    if (self%pass == PASS_AB2 .or. self%pass == PASS_RK_FIRST) then
+      self%dt = next_step_length(self%params, self%sums%u_max, self%state%time, self%intervals)
+      call self%full%update(self%sticks, self%params%nu, self%dt)
+      if (self%pass == PASS_RK_FIRST) call self%half%update(self%sticks, self%params%nu, self%dt/2)
+    end if
+  end subroutine rhs_reduce
+
+  !> Projection, pressure on request, and the update of the state.
+  subroutine rhs_spectral_out(self, first, count, fields)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    integer :: i, s, c
+    if (self%failure%failed) return
+    do i = 1, count
+      s = first + i - 1
+      call project_stick(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
+                         fields(:, i, 1), fields(:, i, 2), fields(:, i, 3), self%pressure_line)
+      if (self%request%pressure) then
+        self%pressure(:, s, 1) = self%pressure_line
+        call self%sticks%truncate(s, self%pressure(:, s, 1))
+      end if
+      if (self%n_out == 6) &
+        call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
+                        fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &
+                        fields(:, i, 1), fields(:, i, 2), fields(:, i, 3))
+      if (self%pass == PASS_EVALUATE) cycle
+      if (s == self%sticks%zero) fields(1, i, 1:3) = mean_acceleration(self%params, self%state%time, &
+                                                                       sum(self%sums%force, 2), fields(1, i, 1:3))
+      do c = 1, 3
+        call self%advance_stick(s, c, fields(:, i, c))
+      end do
+      if (s == self%sticks%zero) self%state%u(1, s, :) = imposed_mean_flow(self%params, self%stage_time(), &
+                                                                          self%state%u(1, s, :))
+    end do
+  end subroutine rhs_spectral_out
+
+  !> Component `c` of the update on stick `s` by the projected right-hand side `n`.
+  subroutine advance_stick(self, s, c, n)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: s, c
+    complex(rp), contiguous, intent(in) :: n(:)
+    real(rp) :: b10, b11
+    associate (dt => self%dt, nkz => self%sticks%nkz, e => self%full%on_stick(s), ez => self%full%along, &
+               u => self%state%u(:, s, c), h => self%state%history(:, s, c))
+      if (self%pass == PASS_AB2) then
+        b10 = dt
+        b11 = 0
+        if (self%state%step > 0) then
+          b10 = dt/self%state%dt_old*(dt/2 + self%state%dt_old)
+          b11 = -dt**2/(2*self%state%dt_old)
+        end if
+        call ab2_stick(nkz, e, ez, b10, b11, n, u, h)
+      else
+        ! u is the stage velocity, stage_base is u(n), h gathers u(n+1).
+        associate (g => self%half%on_stick(s), gz => self%half%along, base => self%stage_base(:, s, c))
+          select case (self%pass)
+          case (PASS_RK_FIRST)
+            base = u
+            call weighted_sum(nkz, e, ez, base, dt/6, e, ez, n, h)
+            call weighted_sum(nkz, g, gz, base, dt/2, g, gz, n, u)
+          case (PASS_RK_SECOND)
+            call add_weighted(nkz, dt/3, g, gz, n, h)
+            call weighted_sum(nkz, g, gz, base, dt/2, 1.0_rp, self%ones, n, u)
+          case (PASS_RK_THIRD)
+            call add_weighted(nkz, dt/3, g, gz, n, h)
+            call weighted_sum(nkz, e, ez, base, dt, g, gz, n, u)
+          case (PASS_RK_FOURTH)
+            call weighted_sum(nkz, 1.0_rp, self%ones, h, dt/6, 1.0_rp, self%ones, n, u)
+          end select
+        end associate
+      end if
+      call self%sticks%truncate(s, u)
+      call self%sticks%truncate(s, h)
+    end associate
+  end subroutine advance_stick
+
+  !> The time that the state has after this pass.
+  pure real(rp) function stage_time(self) result(time)
+    class(rhs_t), intent(in) :: self
+    time = self%state%time + self%dt
+    if (self%pass == PASS_RK_FIRST .or. self%pass == PASS_RK_SECOND) time = self%state%time + self%dt/2
+  end function stage_time
+end module fluid_rhs

@@ -1,0 +1,175 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The fluid as a whole: transform, right-hand side, and the step.
+module fluid_solver
+  use base_errors, only: failure_t, require
+  use base_kinds, only: rp
+  use fluid_bodies, only: draw_bodies
+  use fluid_initial, only: initial_velocity
+  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH
+  use fluid_rhs, only: rhs_t
+  use fluid_sponge, only: make_sponge
+  use fluid_sums, only: sums_t
+  use parallel_world, only: world_t
+  use spectral_pencil, only: pencil_t
+  implicit none
+  private
+  public :: fluid_t
+
+  type :: fluid_t
+    type(pencil_t) :: transform
+    type(rhs_t) :: rhs
+    real(rp) :: unsteady_force(3, 0:5) = 0  !< d/dt int chi u_s at the time of `sums`
+    real(rp) :: unsteady_moment(3, 0:5) = 0
+    type(sums_t) :: sums                    !< integrals of the last pass
+    real(rp) :: sums_time = 0               !< time they belong to
+    real(rp) :: dt = 0                      !< length of the step that began at that time
+  contains
+    procedure :: init => fluid_init
+    procedure :: start => fluid_start
+    procedure :: step => fluid_step
+    procedure :: evaluate => fluid_evaluate
+    procedure :: pressure_field => fluid_pressure_field
+    procedure :: free => fluid_free
+    procedure :: memory_bytes => fluid_memory_bytes
+  end type fluid_t
+
+contains
+
+  !> Builds transform, mask and sponge. The process grid must exist (`process_grid`). Collective.
+  subroutine fluid_init(self, world, params, keeps_fields, failure)
+    class(fluid_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(fluid_params_t), intent(in) :: params
+    logical, intent(in) :: keeps_fields !< whether fields or pressure will be asked for
+    type(failure_t), intent(inout) :: failure
+    call self%transform%init(world, params%grid, params%dealias, params%process_rows, params%planner, 7, &
+                             merge(6, 3, params%sponge))
+    call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields)
+    self%rhs%sponge = make_sponge(params, self%transform%block)
+    call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
+  end subroutine fluid_init
+
+  !> Sets the initial condition. Until the first step the flow is the untruncated initial field, as in
+  !> FLUSI; truncation starts with the first update. Collective.
+  subroutine fluid_start(self, failure)
+    class(fluid_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    associate (rhs => self%rhs, block => self%transform%block)
+      allocate (rhs%initial(block%count(1), block%count(2), block%count(3), 7))
+      call initial_velocity(rhs%world, rhs%params, rhs%initial, failure)
+      if (failure%failed) return
+      call self%transform%forward(rhs%initial(:, :, :, 1:3), rhs%state%u)
+      call truncate_all(rhs)
+    end associate
+  end subroutine fluid_start
+
+  !> Advances the state by one step and leaves the integrals of its beginning in `sums`. On numerical
+  !> failure the state is unchanged and `failure` tells why. Collective.
+  subroutine fluid_step(self, request, failure)
+    class(fluid_t), intent(inout) :: self
+    type(request_t), intent(in) :: request
+    type(failure_t), intent(inout) :: failure
+    type(request_t) :: nothing
+    integer :: pass
+    if (self%rhs%params%scheme == SCHEME_AB2) then
+      call run_pass(self, PASS_AB2, request)
+      if (.not. self%rhs%failure%failed) call keep_sums(self)
+    else
+      call run_pass(self, PASS_RK_FIRST, request)
+      if (.not. self%rhs%failure%failed) call keep_sums(self)
+      do pass = PASS_RK_FIRST + 1, PASS_RK_FOURTH
+        if (self%rhs%failure%failed) exit
+        call run_pass(self, pass, nothing)
+      end do
+    end if
+    if (self%rhs%failure%failed) then
+      call failure%raise(self%rhs%failure%reason)
+      return
+    end if
+    associate (state => self%rhs%state)
+      state%solid_momentum = self%sums%solid_momentum
+      state%solid_moment = self%sums%solid_moment
+      state%time = state%time + self%rhs%dt
+      state%dt_old = self%rhs%dt
+      state%step = state%step + 1
+      ! Sums of dt must not leave the run an epsilon short of its end.
+      if (abs(self%rhs%params%t_max - state%time) <= 1.0e-12_rp*self%rhs%params%t_max) &
+        state%time = self%rhs%params%t_max
+    end associate
+  end subroutine fluid_step
+
+  !> Computes integrals and fields of the present state without advancing it. Collective.
+  subroutine fluid_evaluate(self, request, failure)
+    class(fluid_t), intent(inout) :: self
+    type(request_t), intent(in) :: request
+    type(failure_t), intent(inout) :: failure
+    call run_pass(self, PASS_EVALUATE, request)
+    if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
+    call keep_sums(self)
+  end subroutine fluid_evaluate
+
+  subroutine run_pass(self, pass, request)
+    class(fluid_t), intent(inout) :: self
+    integer, intent(in) :: pass
+    type(request_t), intent(in) :: request
+    call self%rhs%prepare(pass, request)
+    call self%transform%pipeline(self%rhs)
+    ! The untruncated initial field has served once it was advanced.
+    if (pass /= PASS_EVALUATE .and. allocated(self%rhs%initial)) deallocate (self%rhs%initial)
+  end subroutine run_pass
+
+  !> Keeps the integrals of a pass and completes them by the rate of change of the solids' momentum.
+  subroutine keep_sums(self)
+    class(fluid_t), intent(inout) :: self
+    self%sums = self%rhs%sums
+    self%dt = self%rhs%dt
+    associate (state => self%rhs%state)
+      self%sums_time = state%time
+      self%unsteady_force = 0
+      self%unsteady_moment = 0
+      if (.not. self%rhs%params%unsteady_corrections .or. state%step == 0) return
+      self%unsteady_force = (self%sums%solid_momentum - state%solid_momentum)/state%dt_old
+      self%unsteady_moment = (self%sums%solid_moment - state%solid_moment)/state%dt_old
+    end associate
+  end subroutine keep_sums
+
+  !> Static pressure of the last pass that requested it: p = Pi - |u|^2/2 pointwise, Pi the truncated
+  !> total pressure; costs one inverse transform. `p` is (nx, ny_local, nz_local). Collective.
+  subroutine fluid_pressure_field(self, p)
+    class(fluid_t), intent(inout) :: self
+    real(rp), contiguous, intent(inout) :: p(:, :, :, :) !< last extent 1
+    call require(self%rhs%request%pressure .and. self%rhs%request%fields, &
+                 'fluid_t: the pressure was not requested with the fields')
+    call self%transform%backward(self%rhs%pressure, p)
+    p(:, :, :, 1) = p(:, :, :, 1) - 0.5_rp*(self%rhs%fields(:, :, :, 1)**2 + self%rhs%fields(:, :, :, 2)**2 + &
+                                            self%rhs%fields(:, :, :, 3)**2)
+  end subroutine fluid_pressure_field
+
+  !> Zeroes all modes outside the truncation.
+  subroutine truncate_all(rhs)
+    type(rhs_t), intent(inout) :: rhs
+    integer :: s, c
+    do c = 1, 3
+      do s = 1, rhs%sticks%n
+        call rhs%sticks%truncate(s, rhs%state%u(:, s, c))
+      end do
+    end do
+  end subroutine truncate_all
+
+  !> Releases plans and communicators. Collective.
+  subroutine fluid_free(self)
+    class(fluid_t), intent(inout) :: self
+    call self%transform%free()
+  end subroutine fluid_free
+
+  !> Bytes of this rank's large arrays.
+  real(rp) function fluid_memory_bytes(self) result(bytes)
+    class(fluid_t), intent(in) :: self
+    bytes = self%transform%memory_bytes() + 16*real(size(self%rhs%state%u) + size(self%rhs%state%history), rp)
+    if (allocated(self%rhs%fields)) bytes = bytes + 8*real(size(self%rhs%fields), rp)
+    if (allocated(self%rhs%pressure)) bytes = bytes + 16*real(size(self%rhs%pressure), rp)
+    if (allocated(self%rhs%stage_base)) bytes = bytes + 16*real(size(self%rhs%stage_base), rp)
+    bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)
+  end function fluid_memory_bytes
+end module fluid_solver

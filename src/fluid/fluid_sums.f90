@@ -1,0 +1,150 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Volume integrals gathered while the right-hand side is computed, reduced over the ranks in one message.
+module fluid_sums
+  use base_kinds, only: rp
+  use fluid_penalty, only: penalty_t, N_COLORS
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: sums_t
+
+  integer, parameter :: LAST = N_COLORS - 1
+
+  !> All integrals are over the box, at the time of the state. `penalty` ones are over the solids.
+  type :: sums_t
+    real(rp) :: kinetic_energy = 0              !< 1/2 int |u|^2, every step
+    real(rp) :: force(3, 0:LAST) = 0            !< int chi/C_eta (u - u_s): force on the solid, every step
+    real(rp) :: moment(3, 0:LAST) = 0           !< the same with lever arm
+    real(rp) :: solid_momentum(3, 0:LAST) = 0   !< int chi u_s
+    real(rp) :: solid_moment(3, 0:LAST) = 0     !< int chi r x u_s
+    real(rp) :: solid_volume(0:LAST) = 0        !< int chi
+    real(rp) :: slip(0:LAST) = 0                !< int chi |u - u_s|^2
+    real(rp) :: power(3) = 0                    !< components of -int u_s . chi/C_eta (u - u_s)
+    real(rp) :: energy(3) = 0                   !< 1/2 int u_i^2
+    real(rp) :: enstrophy(3) = 0                !< int omega_i^2
+    real(rp) :: energy_fluid(3) = 0             !< 1/2 int (1-chi)^2 u_i^2
+    real(rp) :: enstrophy_fluid(3) = 0          !< int (1-chi)^2 omega_i^2
+    real(rp) :: mean(3) = 0                     !< mean velocity
+    ! Maxima
+    real(rp) :: u_max = 0                       !< largest |u|
+    real(rp) :: divergence = 0                  !< largest |div u|
+    real(rp) :: divergence_fluid = 0            !< largest |div u| (1-chi)
+    logical :: is_finite = .true.
+  contains
+    procedure :: clear => sums_clear
+    procedure :: add_solid_line => sums_add_solid_line
+    procedure :: reduce => sums_reduce
+  end type sums_t
+
+contains
+
+  !> Sets everything to zero.
+  subroutine sums_clear(self)
+    class(sums_t), intent(out) :: self
+    associate (all_components_take_their_defaults => self)
+    end associate
+  end subroutine sums_clear
+
+  !> Adds the penalized points first .. last of a line: forces, moments, and what belongs to the mask.
+  !> `out` receives the penalization term, `arm` is the lever arm of the line's first point. Not yet
+  !> multiplied by the cell volume.
+  subroutine sums_add_solid_line(self, penalty, first, last, c_eta, arm, dx, wrap, u, v, w, out1, out2, out3)
+    class(sums_t), intent(inout) :: self
+    type(penalty_t), intent(in) :: penalty
+    integer, intent(in) :: first, last
+    real(rp), intent(in) :: c_eta, arm(3), dx
+    real(rp), intent(in) :: wrap !< period by which the x arm is wrapped, 0 for never
+    real(rp), contiguous, intent(in) :: u(:), v(:), w(:)
+    real(rp), contiguous, intent(inout) :: out1(:), out2(:), out3(:)
+    real(rp) :: slip(3), f(3), r(3), us(3), chi
+    integer :: i, x, c
+    do i = first, last
+      x = penalty%x(i)
+      c = penalty%color(i)
+      chi = penalty%chi(i)
+      us = penalty%us(:, i)
+      slip = [u(x), v(x), w(x)] - us
+      f = chi/c_eta*slip
+      out1(x) = out1(x) - f(1)
+      out2(x) = out2(x) - f(2)
+      out3(x) = out3(x) - f(3)
+      r = arm
+      r(1) = arm(1) + (x - 1)*dx
+      if (wrap > 0) r(1) = r(1) - wrap*anint(r(1)/wrap)
+      self%force(:, c) = self%force(:, c) + f
+      self%moment(:, c) = self%moment(:, c) + cross(r, f)
+      self%solid_momentum(:, c) = self%solid_momentum(:, c) + chi*us
+      self%solid_moment(:, c) = self%solid_moment(:, c) + chi*cross(r, us)
+      self%solid_volume(c) = self%solid_volume(c) + chi
+      self%slip(c) = self%slip(c) + chi*sum(slip**2)
+      self%power = self%power - us*f
+    end do
+  end subroutine sums_add_solid_line
+
+  pure function cross(a, b) result(c)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: c(3)
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> Multiplies sums by the cell volume and reduces sums and maxima over the ranks. Collective.
+  subroutine sums_reduce(self, world, cell_volume)
+    class(sums_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    real(rp), intent(in) :: cell_volume
+    real(rp) :: total(19 + 14*N_COLORS), largest(4)
+    integer :: n
+    n = 0
+    call pack_or_unpack(self, total, n, packing=.true.)
+    total = total*cell_volume
+    call world%sum_reals(total)
+    n = 0
+    call pack_or_unpack(self, total, n, packing=.false.)
+    largest = [self%u_max, self%divergence, self%divergence_fluid, merge(0.0_rp, 1.0_rp, self%is_finite)]
+    call world%max_reals(largest)
+    self%u_max = largest(1)
+    self%divergence = largest(2)
+    self%divergence_fluid = largest(3)
+    self%is_finite = largest(4) < 0.5_rp
+  end subroutine sums_reduce
+
+  !> One list of all sums, walked in both directions, so that packing and unpacking cannot disagree.
+  subroutine pack_or_unpack(s, buffer, n, packing)
+    class(sums_t), intent(inout) :: s
+    real(rp), intent(inout) :: buffer(:)
+    integer, intent(inout) :: n
+    logical, intent(in) :: packing
+    integer :: c, i
+    call move(s%kinetic_energy)
+    do i = 1, 3
+      call move(s%mean(i))
+      call move(s%power(i))
+      call move(s%energy(i))
+      call move(s%enstrophy(i))
+      call move(s%energy_fluid(i))
+      call move(s%enstrophy_fluid(i))
+    end do
+    do c = 0, LAST
+      call move(s%solid_volume(c))
+      call move(s%slip(c))
+      do i = 1, 3
+        call move(s%force(i, c))
+        call move(s%moment(i, c))
+        call move(s%solid_momentum(i, c))
+        call move(s%solid_moment(i, c))
+      end do
+    end do
+
+  contains
+
+    subroutine move(x)
+      real(rp), intent(inout) :: x
+      n = n + 1
+      if (packing) then
+        buffer(n) = x
+      else
+        x = buffer(n)
+      end if
+    end subroutine move
+  end subroutine pack_or_unpack
+end module fluid_sums

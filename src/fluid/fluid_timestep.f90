@@ -1,0 +1,76 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How long the next time step may be.
+module fluid_timestep
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t
+  implicit none
+  private
+  public :: next_step_length, two_digits, is_due, TOO_FAST
+
+  !> A velocity beyond this means that the run has blown up: all units are chosen so that it is of order 1.
+  real(rp), parameter :: TOO_FAST = 1.0e3_rp
+
+contains
+
+  !> FLUSI's rule. dt = CFL min(dx)/max|u|, rounded to two significant digits so that it stays constant
+  !> for many steps, then limited by dt_max, by the explicit penalization (CFL_eta C_eta) and by the
+  !> explicit sponge (C_sp). A prescribed dt_fixed replaces all that. The last step ends at t_max; with
+  !> intelligent_dt the time left to the next event of any interval in `intervals` (0 = none) is spread
+  !> over equal steps.
+  pure real(rp) function next_step_length(p, u_max, time, intervals) result(dt)
+    type(fluid_params_t), intent(in) :: p
+    real(rp), intent(in) :: u_max !< largest |u| in the box at `time`
+    real(rp), intent(in) :: time
+    real(rp), intent(in) :: intervals(:)
+    real(rp) :: left
+    integer :: i
+
+    if (p%dt_fixed > 0) then
+      dt = p%dt_fixed
+    else
+      dt = 1.0e-3_rp ! a fluid at rest tells nothing
+      if (u_max >= 1.0e-8_rp) dt = two_digits(p%cfl*p%grid%min_spacing()/u_max)
+      if (p%dt_max > 0) dt = min(dt, p%dt_max)
+      if (p%penalized) dt = min(dt, p%cfl_eta*p%c_eta)
+      if (p%sponge) dt = min(dt, p%c_sponge)
+    end if
+    left = p%t_max - time
+    if (p%intelligent_dt) then
+      do i = 1, size(intervals)
+        if (intervals(i) > 0) left = min(left, intervals(i)*(1 - fraction_done(time, intervals(i))))
+      end do
+      if (left < huge(1)*dt) dt = left/max(1, ceiling(left/dt - 1.0e-9_rp))
+    else
+      dt = min(dt, left)
+    end if
+  end function next_step_length
+
+  !> How far `time` is between two multiples of `interval`; just before a multiple counts as on it.
+  pure real(rp) function fraction_done(time, interval) result(fraction)
+    real(rp), intent(in) :: time, interval
+    fraction = time/interval - floor_of(time, interval)
+  end function fraction_done
+
+  !> Number of the last event not after `time`, with a tolerance for accumulated round-off.
+  pure real(rp) function floor_of(time, interval) result(k)
+    real(rp), intent(in) :: time, interval
+    k = aint(time/interval + 1.0e-9_rp)
+  end function floor_of
+
+  !> Whether an event of `interval` lies in (time - dt_old, time]; at t = 0 one always does.
+  pure logical function is_due(time, dt_old, interval) result(due)
+    real(rp), intent(in) :: time, dt_old, interval
+    due = .false.
+    if (interval <= 0) return
+    due = time <= 0
+    if (.not. due) due = floor_of(time, interval) > floor_of(time - dt_old, interval)
+  end function is_due
+
+  !> Rounds to two significant digits as the format es7.1 does.
+  pure real(rp) function two_digits(x) result(rounded)
+    real(rp), intent(in) :: x
+    character(12) :: text
+    write (text, '(es9.1e3)') x
+    read (text, '(es9.1e3)') rounded
+  end function two_digits
+end module fluid_timestep

@@ -1,0 +1,397 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The values of all registered keys, from one ini file and the defaults.
+!>
+!> Loading never stops the program: all mistakes of the file come back together, each as
+!> `file:line: [section] key: problem; valid: a | b; did you mean 'b'?`, and a key with a mistake has
+!> its default. Nothing here is collective: every rank loads the same text.
+module io_config
+  use base_errors, only: message_list_t, require
+  use base_kinds, only: rp
+  use base_text, only: number_text, printable
+  use io_ini, only: ini_document_t, ini_entry_t, read_text_file
+  use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
+    KEY_TEXT, KEY_WORD
+  use io_lookup, only: report_unknown_key, report_unknown_section
+  use io_registry, only: registry_t
+  use io_value, only: read_value, value_t, value_text
+  implicit none
+  private
+  public :: config_t
+
+  type :: config_t
+    private
+    type(registry_t) :: registry
+    type(value_t), allocatable :: values(:) !< of the key with the same index in the registry
+    character(:), allocatable :: name       !< of the file
+    real(rp) :: spacing = 0                 !< what dx means, 0 if unknown
+  contains
+    procedure :: load_file => config_load_file
+    procedure :: load_text => config_load_text
+    procedure :: get_integer => config_get_integer
+    procedure :: get_real => config_get_real
+    procedure :: get_switch => config_get_switch
+    procedure :: get_word => config_get_word
+    procedure :: get_text => config_get_text
+    procedure :: get_reals => config_get_reals
+    procedure :: get_matrix => config_get_matrix
+    procedure :: is_given => config_is_given
+    procedure :: line_of => config_line_of
+    procedure :: print_effective => config_print_effective
+    procedure :: complain => config_complain
+  end type config_t
+
+contains
+
+  !> `load_text` of the file at `path`, which is read by the calling rank.
+  subroutine config_load_file(self, path, registry, errors, notices, flusi_compat)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    type(registry_t), intent(in) :: registry
+    type(message_list_t), intent(inout) :: errors, notices
+    logical, intent(in), optional :: flusi_compat
+    character(:), allocatable :: text, problem
+    call read_text_file(path, text, problem)
+    if (allocated(problem)) then
+      call start(self, path, registry)
+      call errors%add(problem)
+    else
+      call self%load_text(text, path, registry, errors, notices, flusi_compat)
+    end if
+  end subroutine config_load_file
+
+  !> Reads `text`, the content of the file called `name`, by the rules of `registry`. Adds every
+  !> mistake to `errors` and what the user should know to `notices`. With `flusi_compat` the first of
+  !> several equal keys counts, with a notice, instead of being a mistake. Whatever was loaded before
+  !> is forgotten.
+  subroutine config_load_text(self, text, name, registry, errors, notices, flusi_compat)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: text, name
+    type(registry_t), intent(in) :: registry
+    type(message_list_t), intent(inout) :: errors, notices
+    logical, intent(in), optional :: flusi_compat
+    type(ini_document_t) :: document
+    character(:), allocatable :: inert
+    logical :: first_wins
+    integer :: i, j
+
+    first_wins = .false.
+    if (present(flusi_compat)) first_wins = flusi_compat
+    call start(self, name, registry)
+    call document%parse(text, name, errors)
+    call find_spacing(self, document)
+    inert = ''
+    j = 1
+    do i = 1, document%n_sections
+      call read_section(self, document, i, j, first_wins, errors, notices, inert)
+    end do
+    do i = 1, registry%n_keys
+      associate (key => self%registry%keys(i)%key)
+        if (key%is_required .and. .not. (self%values(i)%is_given .or. self%values(i)%is_excused)) &
+          call self%complain(errors, key%section, key%name, 'is missing; valid: '//key%choices_text())
+      end associate
+    end do
+    if (len(inert) > 0) call notices%add(name//': accepted, but without effect here: '//inert(3:))
+  end subroutine config_load_text
+
+  !> All keys at their defaults.
+  subroutine start(self, name, registry)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    type(registry_t), intent(in) :: registry
+    integer :: i
+    self%name = name
+    self%registry = registry
+    self%spacing = 0
+    if (allocated(self%values)) deallocate (self%values)
+    allocate (self%values(registry%n_keys))
+    do i = 1, registry%n_keys
+      call set_default(self, i)
+    end do
+  end subroutine start
+
+  !> A default in N*dx needs the spacing and is therefore set a second time by `find_spacing`.
+  subroutine set_default(self, i)
+    class(config_t), intent(inout) :: self
+    integer, intent(in) :: i
+    character(:), allocatable :: problem
+    associate (key => self%registry%keys(i)%key, value => self%values(i))
+      value%text = ''
+      if (.not. allocated(value%reals)) allocate (value%reals(key%length), source=0.0_rp)
+      if (.not. allocated(value%matrix)) allocate (value%matrix(0, key%columns))
+      value%is_known = .not. key%is_computed
+      if (key%is_computed .or. key%kind == KEY_MATRIX .or. key%kind == KEY_INERT) return
+      call read_value(key, key%default_text, .false., 0, self%spacing, value, problem)
+    end associate
+  end subroutine set_default
+
+  !> The spacing is needed before any length can be read, wherever its keys stand in the file.
+  subroutine find_spacing(self, document)
+    class(config_t), intent(inout) :: self
+    type(ini_document_t), intent(in) :: document
+    real(rp) :: points, length
+    integer :: i
+    if (self%registry%points_key == 0) return
+    points = peek(self%registry%points_key)
+    length = peek(self%registry%length_key)
+    if (points > 0 .and. length > 0) self%spacing = length/points
+    do i = 1, self%registry%n_keys
+      if (self%registry%keys(i)%key%kind == KEY_LENGTH) call set_default(self, i)
+    end do
+
+  contains
+
+    !> The value that key k will have, 0 if it is wrong or missing.
+    real(rp) function peek(k) result(x)
+      integer, intent(in) :: k
+      type(value_t) :: value
+      character(:), allocatable :: problem
+      integer :: e
+      value = self%values(k)
+      if (self%registry%keys(k)%key%is_required) value%is_known = .false.
+      do e = 1, document%n_entries
+        associate (entry => document%entries(e))
+          if (self%registry%find(document%sections(entry%section)%name, entry%key) /= k) cycle
+          if (len(entry%value) == 0) exit
+          associate (key => self%registry%keys(k)%key)
+            call read_value(key, entry%value, entry%is_matrix, entry%line, 0.0_rp, value, problem)
+          end associate
+          value%is_known = .not. allocated(problem)
+          exit
+        end associate
+      end do
+      x = value%number
+      if (self%registry%keys(k)%key%kind == KEY_INTEGER) x = real(value%whole, rp)
+      if (.not. value%is_known) x = 0
+    end function peek
+  end subroutine find_spacing
+
+  !> Section i of the document, whose entries begin at index e; e moves to those of the next one.
+  subroutine read_section(self, document, i, e, first_wins, errors, notices, inert)
+    class(config_t), intent(inout) :: self
+    type(ini_document_t), intent(in) :: document
+    integer, intent(in) :: i
+    integer, intent(inout) :: e
+    logical, intent(in) :: first_wins
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable, intent(inout) :: inert
+    character(:), allocatable :: name, meant
+    integer :: s, k
+    logical :: is_inert
+
+    name = document%sections(i)%name
+    s = self%registry%find_section(name)
+    meant = name
+    if (s == 0 .and. len(name) > 0) &
+      call report_unknown_section(self%registry, document%name, document%sections(i)%line, name, meant, &
+        errors)
+    is_inert = .false.
+    if (s > 0) is_inert = self%registry%sections(s)%is_inert
+    do while (e <= document%n_entries)
+      associate (entry => document%entries(e))
+        if (entry%section /= i) exit
+        e = e + 1
+        if (len(meant) == 0) cycle ! the header was broken or unknown, which is mistake enough
+        k = self%registry%find(meant, entry%key)
+        if (k > 0) then
+          call read_entry(self, entry, k, first_wins, errors, notices, inert)
+        else if (is_inert) then
+          call note_inert(inert, '['//printable(name, 60)//']', '')
+        else
+          call report_unknown_key(self%registry, document%name, entry%line, meant, entry%key, k, errors)
+          if (k > 0) self%values(k)%is_excused = .true.
+        end if
+      end associate
+    end do
+  end subroutine read_section
+
+  subroutine read_entry(self, entry, k, first_wins, errors, notices, inert)
+    class(config_t), intent(inout) :: self
+    type(ini_entry_t), intent(in) :: entry
+    integer, intent(in) :: k
+    logical, intent(in) :: first_wins
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable, intent(inout) :: inert
+    character(:), allocatable :: problem, place
+    associate (key => self%registry%keys(k)%key, value => self%values(k))
+      if (key%kind == KEY_INERT) then
+        call note_inert(inert, '['//key%section//'] '//printable(entry%key, 60), &
+          ' (line '//number_text(entry%line)//')')
+        return
+      end if
+      place = self%name//':'//number_text(entry%line)//': ['//key%section//'] '//entry%key//': '
+      if (value%line > 0) then
+        problem = 'is given twice, first in line '//number_text(value%line)
+        if (value%spelling /= entry%key) problem = problem//' under the name '//value%spelling
+        if (first_wins) then
+          call notices%add(place//problem//'; the first one counts')
+        else
+          call errors%add(place//problem)
+        end if
+        return
+      end if
+      value%line = entry%line
+      value%spelling = entry%key
+      if (len(entry%value) == 0 .and. .not. entry%is_matrix) return ! "key=;" asks for the default
+      call read_value(key, entry%value, entry%is_matrix, entry%line, self%spacing, value, problem)
+      value%is_given = .not. allocated(problem)
+      value%is_excused = .not. value%is_given
+      value%is_known = value%is_known .or. value%is_given
+      if (allocated(problem)) call errors%add(place//problem)
+    end associate
+  end subroutine read_entry
+
+  !> Adds `name` to the list of what has no effect, unless it is there.
+  subroutine note_inert(inert, name, place)
+    character(:), allocatable, intent(inout) :: inert
+    character(*), intent(in) :: name, place
+    if (index(inert//',', ', '//name//',') > 0 .or. index(inert, ', '//name//' (') > 0) return
+    inert = inert//', '//name//place
+  end subroutine note_inert
+
+  !> Value of an integer key.
+  integer function config_get_integer(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    value = self%values(slot(self, section, key, KEY_INTEGER, KEY_INTEGER))%whole
+  end function config_get_integer
+
+  !> Value of a real or length key.
+  real(rp) function config_get_real(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    value = self%values(slot(self, section, key, KEY_REAL, KEY_LENGTH))%number
+  end function config_get_real
+
+  !> Value of a switch.
+  logical function config_get_switch(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    value = self%values(slot(self, section, key, KEY_SWITCH, KEY_SWITCH))%switch
+  end function config_get_switch
+
+  !> Value of a word key: one of its allowed words.
+  function config_get_word(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    character(:), allocatable :: value
+    value = self%values(slot(self, section, key, KEY_WORD, KEY_WORD))%text
+  end function config_get_word
+
+  !> Value of a text key, trimmed.
+  function config_get_text(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    character(:), allocatable :: value
+    value = self%values(slot(self, section, key, KEY_TEXT, KEY_TEXT))%text
+  end function config_get_text
+
+  !> Value of a list of reals; its size is the registered length, if there is one.
+  function config_get_reals(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    real(rp), allocatable :: value(:)
+    value = self%values(slot(self, section, key, KEY_REALS, KEY_REALS))%reals
+  end function config_get_reals
+
+  !> Value of a matrix, (row, column); no rows if it is not given.
+  function config_get_matrix(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    real(rp), allocatable :: value(:, :)
+    value = self%values(slot(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
+  end function config_get_matrix
+
+  !> Whether the file gives a valid value, so that it is not the default.
+  logical function config_is_given(self, section, key) result(is_given)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    is_given = self%values(find(self, section, key))%is_given
+  end function config_is_given
+
+  !> Line of the file in which the key stands, right or wrong; 0 if nowhere.
+  integer function config_line_of(self, section, key) result(line)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    line = self%values(find(self, section, key))%line
+  end function config_line_of
+
+  !> Adds the mistake `file:line: [section] key: text`, without the line if the key is not in the file. A
+  !> key that already has a mistake holds its default, and nothing more is said about it.
+  subroutine config_complain(self, errors, section, key, text)
+    class(config_t), intent(in) :: self
+    type(message_list_t), intent(inout) :: errors
+    character(*), intent(in) :: section, key, text
+    character(:), allocatable :: place
+    integer :: line, i
+    do i = 1, errors%count()
+      if (index(errors%text(i), ': ['//section//'] '//key//': ') > 0) return
+    end do
+    place = self%name
+    line = self%line_of(section, key)
+    if (line > 0) place = place//':'//number_text(line)
+    call errors%add(place//': ['//section//'] '//key//': '//text)
+  end subroutine config_complain
+
+  !> Writes every key with its value, and behind ';' its unit and where the value comes from (file:line
+  !> or default). What is written is an ini file again and gives the same values.
+  subroutine config_print_effective(self, unit)
+    class(config_t), intent(in) :: self
+    integer, intent(in) :: unit
+    integer :: s, i
+    logical :: has_header
+    do s = 1, self%registry%n_sections
+      has_header = .false.
+      do i = 1, self%registry%n_keys
+        associate (key => self%registry%keys(i)%key)
+          if (key%section /= self%registry%sections(s)%name .or. key%kind == KEY_INERT) cycle
+          if (.not. has_header) write (unit, '(a)') '['//key%section//']'
+          has_header = .true.
+          write (unit, '(a)') effective_line(self, i)
+        end associate
+      end do
+      if (has_header) write (unit, '(a)') ''
+    end do
+  end subroutine config_print_effective
+
+  function effective_line(self, i) result(text)
+    type(config_t), intent(in) :: self
+    integer, intent(in) :: i
+    character(:), allocatable :: text, remark
+    integer, parameter :: REMARK_COLUMN = 40
+    integer :: last_line
+    associate (key => self%registry%keys(i)%key, value => self%values(i))
+      text = '  '//key%name//' = '
+      if (value%is_known .and. (value%is_given .or. key%kind /= KEY_MATRIX)) &
+        text = text//value_text(key, value)
+      text = text//'; '
+      remark = 'default'
+      if (value%is_given) remark = self%name//':'//number_text(value%line)
+      if (.not. value%is_known) remark = key%default_text//', worked out by the program'
+      if (len(key%unit) > 0) remark = key%unit//', '//remark
+      last_line = len(text) - index(text, achar(10), back=.true.)
+      text = text//repeat(' ', max(0, REMARK_COLUMN - last_line))//remark
+    end associate
+  end function effective_line
+
+  integer function find(self, section, key) result(i)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    call require(allocated(self%values), 'io_config: nothing was loaded')
+    i = self%registry%find(section, key)
+    call require(i > 0, 'io_config: ['//section//'] '//key//' is not registered')
+  end function find
+
+  !> Index of a key of one of two kinds that has a value.
+  integer function slot(self, section, key, kind, or_kind) result(i)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    integer, intent(in) :: kind, or_kind
+    i = find(self, section, key)
+    associate (its_kind => self%registry%keys(i)%key%kind)
+      call require(its_kind == kind .or. its_kind == or_kind, 'io_config: ['//section//'] '//key// &
+        ' is asked for as another type than it was registered with')
+    end associate
+    call require(self%values(i)%is_known, 'io_config: ['//section//'] '//key// &
+      ' has no value: its default is worked out by the program, ask is_given first')
+  end function slot
+end module io_config

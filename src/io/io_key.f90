@@ -1,0 +1,156 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One ini key: what kind of value it takes, its default, its limits and one line of help.
+module io_key
+  use base_kinds, only: rp
+  use base_text, only: next_word, number_text
+  implicit none
+  private
+  public :: key_t, matches_pattern, matches_any, spaced_choices
+
+  integer, parameter, public :: KEY_INTEGER = 1, KEY_REAL = 2, KEY_LENGTH = 3, KEY_SWITCH = 4, KEY_WORD = 5, &
+    KEY_TEXT = 6, KEY_REALS = 7, KEY_MATRIX = 8, KEY_INERT = 9
+
+  type :: key_t
+    integer :: kind = KEY_INERT
+    character(:), allocatable :: section, name, help
+    character(:), allocatable :: unit         !< empty: a pure number
+    character(:), allocatable :: default_text !< as it would stand in a file
+    character(:), allocatable :: allowed      !< KEY_WORD: a|b|c*
+    character(:), allocatable :: unbuilt      !< words (or for a switch the physics) known but not built
+    logical :: is_required = .false.
+    logical :: is_computed = .false.          !< the default is a sentence; the program finds the value
+    logical :: has_lower = .false., has_upper = .false.
+    logical :: is_lower_open = .false., is_upper_open = .false. !< the limit itself is not allowed
+    real(rp) :: lower = 0, upper = 0
+    integer :: length = 0                     !< KEY_REALS: how many numbers, 0 is any
+    integer :: columns = 0                    !< KEY_MATRIX: numbers in a row, 0 is any
+  contains
+    procedure :: is_in_range => key_is_in_range
+    procedure :: range_text => key_range_text
+    procedure :: kind_text => key_kind_text
+    procedure :: choices_text => key_choices_text
+  end type key_t
+
+contains
+
+  !> Whether `x` respects the limits.
+  pure logical function key_is_in_range(self, x) result(is_in)
+    class(key_t), intent(in) :: self
+    real(rp), intent(in) :: x
+    is_in = .true.
+    if (self%has_lower) is_in = x > self%lower .or. (.not. self%is_lower_open .and. x >= self%lower)
+    if (self%has_upper) &
+      is_in = is_in .and. (x < self%upper .or. (.not. self%is_upper_open .and. x <= self%upper))
+  end function key_is_in_range
+
+  !> The limits in words, '> 0 and <= 1'; empty if there are none.
+  function key_range_text(self) result(text)
+    class(key_t), intent(in) :: self
+    character(:), allocatable :: text
+    text = ''
+    if (self%has_lower) &
+      text = trim(merge('> ', '>=', self%is_lower_open))//' '//limit_text(self, self%lower)
+    if (self%has_lower .and. self%has_upper) text = text//' and '
+    if (self%has_upper) &
+      text = text//trim(merge('< ', '<=', self%is_upper_open))//' '//limit_text(self, self%upper)
+  end function key_range_text
+
+  function limit_text(key, x) result(text)
+    class(key_t), intent(in) :: key
+    real(rp), intent(in) :: x
+    character(:), allocatable :: text
+    if (key%kind == KEY_INTEGER) then
+      text = number_text(nint(x))
+    else
+      text = number_text(x)
+    end if
+  end function limit_text
+
+  !> What kind of value the key takes, in words.
+  function key_kind_text(self) result(text)
+    class(key_t), intent(in) :: self
+    character(:), allocatable :: text
+    select case (self%kind)
+    case (KEY_INTEGER)
+      text = 'integer'
+    case (KEY_REAL)
+      text = 'real'
+    case (KEY_LENGTH)
+      text = 'real or N*dx'
+    case (KEY_SWITCH)
+      text = 'switch'
+    case (KEY_WORD)
+      text = 'word'
+    case (KEY_TEXT)
+      text = 'text'
+    case (KEY_REALS)
+      text = 'reals'
+      if (self%length > 0) text = number_text(self%length)//' reals'
+    case (KEY_MATRIX)
+      text = 'matrix (/ rows /)'
+      if (self%columns > 0) text = 'matrix (/ rows of '//number_text(self%columns)//' /)'
+    case default
+      text = 'without effect'
+    end select
+  end function key_kind_text
+
+  !> What may stand in a file: 'a | b | c', 'integer >= 1', '3 reals'.
+  function key_choices_text(self) result(text)
+    class(key_t), intent(in) :: self
+    character(:), allocatable :: text, limits
+    select case (self%kind)
+    case (KEY_SWITCH)
+      text = 'yes | no | 1 | 0 | true | false'
+    case (KEY_WORD)
+      text = spaced_choices(self%allowed)
+    case default
+      text = self%kind_text()
+      limits = self%range_text()
+      if (len(limits) > 0) text = text//' '//limits
+    end select
+  end function key_choices_text
+
+  !> 'a|b' as 'a | b'.
+  pure function spaced_choices(choices) result(text)
+    character(*), intent(in) :: choices
+    character(:), allocatable :: text
+    integer :: position, first, last
+    logical :: found
+    text = ''
+    position = 1
+    do
+      call next_word(choices, '|', position, first, last, found)
+      if (.not. found) return
+      if (len(text) > 0) text = text//' | '
+      text = text//choices(first:last)
+    end do
+  end function spaced_choices
+
+  !> Whether `word` is `pattern`, or begins with what stands in front of a final '*'.
+  pure logical function matches_pattern(word, pattern) result(matches)
+    character(*), intent(in) :: word, pattern
+    integer :: n
+    n = len(pattern) - 1
+    matches = .false.
+    if (len(pattern) == 0) return
+    if (pattern(n + 1:) /= '*') then
+      matches = word == pattern .and. len(word) == len(pattern)
+    else if (len(word) >= n) then
+      matches = word(:n) == pattern(:n)
+    end if
+  end function matches_pattern
+
+  !> Whether `word` matches one of the patterns a|b|c*.
+  pure logical function matches_any(word, patterns) result(matches)
+    character(*), intent(in) :: word, patterns
+    integer :: position, first, last
+    logical :: found
+    matches = .false.
+    position = 1
+    do while (.not. matches)
+      call next_word(patterns, '|', position, first, last, found)
+      if (.not. found) return
+      matches = matches_pattern(word, patterns(first:last))
+    end do
+  end function matches_any
+end module io_key

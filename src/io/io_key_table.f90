@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Writes the keys of one section as a Markdown table for the documentation.
+module io_key_table
+  use io_key, only: KEY_INERT, KEY_SWITCH, KEY_WORD, key_t, spaced_choices
+  implicit none
+  private
+  public :: key_slot_t, section_t, write_key_tables
+
+  type :: section_t
+    character(:), allocatable :: name, help
+    logical :: is_inert = .false. !< keys that are not declared are accepted without effect
+  end type section_t
+
+  !> A key in a list: lists grow by moving keys instead of copying them.
+  type :: key_slot_t
+    type(key_t), allocatable :: key
+  end type key_slot_t
+
+contains
+
+  !> Heading, help, the table of the keys, and then the names of those without effect.
+  subroutine write_key_tables(unit, section, keys)
+    integer, intent(in) :: unit
+    type(section_t), intent(in) :: section
+    type(key_slot_t), intent(in) :: keys(:)
+    character(:), allocatable :: inert
+    logical :: has_table
+    integer :: i
+    write (unit, '(a)') '## ['//section%name//']', ''
+    if (len(section%help) > 0) write (unit, '(a)') section%help, ''
+    if (section%is_inert) &
+      write (unit, '(a)') 'All other keys of this section are accepted without effect.', ''
+    has_table = .false.
+    inert = ''
+    do i = 1, size(keys)
+      if (keys(i)%key%section /= section%name) cycle
+      if (keys(i)%key%kind == KEY_INERT) then
+        inert = inert//', `'//keys(i)%key%name//'`'
+        cycle
+      end if
+      if (.not. has_table) write (unit, '(a)') '| key | type | unit | default | allowed | meaning |', &
+        '|---|---|---|---|---|---|'
+      has_table = .true.
+      call write_row(unit, keys(i)%key)
+    end do
+    if (has_table) write (unit, '(a)') ''
+    if (len(inert) > 0) write (unit, '(a)') 'Accepted from FLUSI files, without effect: '//inert(3:)//'.', ''
+  end subroutine write_key_tables
+
+  subroutine write_row(unit, key)
+    integer, intent(in) :: unit
+    type(key_t), intent(in) :: key
+    character(:), allocatable :: default, allowed
+    default = '`'//key%default_text//'`'
+    if (len(key%default_text) == 0) default = 'none'
+    if (key%is_computed) default = key%default_text
+    if (key%is_required) default = 'required'
+    allowed = key%range_text()
+    if (key%kind == KEY_WORD) allowed = spaced_choices(key%allowed)
+    if (key%kind == KEY_SWITCH) allowed = 'yes | no'
+    if (key%kind == KEY_SWITCH .and. len(key%unbuilt) > 0) allowed = 'no'
+    write (unit, '(a)') '| `'//key%name//'` | '//key%kind_text()//' | '//escaped(key%unit)//' | '// &
+      escaped(default)//' | '//escaped(allowed)//' | '//escaped(key%help)//' |'
+  end subroutine write_row
+
+  !> A bar inside a cell would end it.
+  pure function escaped(text) result(cell)
+    character(*), intent(in) :: text
+    character(:), allocatable :: cell
+    integer :: i
+    cell = ''
+    do i = 1, len(text)
+      if (text(i:i) == '|') cell = cell//'\'
+      cell = cell//text(i:i)
+    end do
+  end function escaped
+end module io_key_table

@@ -1,0 +1,85 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Messages about sections and keys that are not registered.
+module io_lookup
+  use base_errors, only: message_list_t
+  use base_text, only: number_text, printable, to_lower
+  use io_key, only: KEY_INERT
+  use io_registry, only: registry_t
+  use io_suggest, only: suggestion_t
+  implicit none
+  private
+  public :: report_unknown_section, report_unknown_key
+
+contains
+
+  !> Adds the mistake that section `name` in this line of `file` is unknown. `meant` becomes the known
+  !> section that was most likely meant, empty if none is near.
+  subroutine report_unknown_section(registry, file, line, name, meant, errors)
+    type(registry_t), intent(in) :: registry
+    character(*), intent(in) :: file, name
+    integer, intent(in) :: line
+    character(:), allocatable, intent(out) :: meant
+    type(message_list_t), intent(inout) :: errors
+    type(suggestion_t) :: suggestion
+    character(:), allocatable :: choices
+    integer :: i
+    call suggestion%start(name)
+    choices = ''
+    do i = 1, registry%n_sections
+      call suggestion%offer(registry%sections(i)%name)
+      if (.not. registry%sections(i)%is_inert) choices = choices//' | '//registry%sections(i)%name
+    end do
+    meant = ''
+    if (allocated(suggestion%best)) meant = suggestion%best
+    call errors%add(file//':'//number_text(line)//': ['//printable(name, 60)//']: '// &
+      what_is_wrong('section', name, meant)//'; valid: '//choices(4:)//suggestion%hint())
+  end subroutine report_unknown_section
+
+  !> Adds the mistake that `key` is unknown in the known section `section`. `meant` becomes the index
+  !> of the key that was most likely meant, 0 if none is near.
+  subroutine report_unknown_key(registry, file, line, section, key, meant, errors)
+    type(registry_t), intent(in) :: registry
+    character(*), intent(in) :: file, section, key
+    integer, intent(in) :: line
+    integer, intent(out) :: meant
+    type(message_list_t), intent(inout) :: errors
+    type(suggestion_t) :: suggestion
+    character(:), allocatable :: choices, elsewhere, text
+    integer :: i
+    call suggestion%start(key)
+    choices = ''
+    elsewhere = ''
+    do i = 1, registry%n_keys
+      associate (known => registry%keys(i)%key)
+        if (known%section == section) then
+          call suggestion%offer(known%name)
+          if (known%kind /= KEY_INERT) choices = choices//' | '//known%name
+        else if (known%name == key) then
+          elsewhere = elsewhere//' or ['//known%section//']'
+        end if
+      end associate
+    end do
+    do i = 1, registry%n_aliases
+      if (registry%aliases(i)%section == section) call suggestion%offer(registry%aliases(i)%old_name)
+    end do
+    meant = 0
+    text = ''
+    if (allocated(suggestion%best)) then
+      meant = registry%find(section, suggestion%best)
+      text = suggestion%best
+    end if
+    text = what_is_wrong('key', key, text)
+    if (len(elsewhere) > 0) text = text//', it belongs to '//elsewhere(5:)
+    if (len(choices) > 0) text = text//'; valid: '//choices(4:)
+    call errors%add(file//':'//number_text(line)//': ['//section//'] '//printable(key, 60)//': '//text// &
+      suggestion%hint())
+  end subroutine report_unknown_key
+
+  function what_is_wrong(thing, name, meant) result(text)
+    character(*), intent(in) :: thing, name, meant
+    character(:), allocatable :: text
+    text = 'unknown '//thing
+    if (len(meant) == 0 .or. len(name) > 60) return
+    if (to_lower(name) == to_lower(meant)) text = text//' (names are case-sensitive)'
+  end function what_is_wrong
+end module io_lookup

@@ -1,0 +1,387 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The register of ini keys: each key is declared once, with everything that is known about it. Reading,
+!> error messages, `--check` and the parameter table of the documentation all come from here.
+module io_registry
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
+    KEY_TEXT, KEY_WORD, key_t, matches_pattern
+  use io_key_table, only: key_slot_t, section_t, write_key_tables
+  use io_value, only: is_length, read_value, value_t
+  implicit none
+  private
+  public :: registry_t, alias_t
+
+  !> FLUSI's older name of a key.
+  type :: alias_t
+    character(:), allocatable :: section, name, old_name
+  end type alias_t
+
+  !> All sections, keys and aliases, in the order of their declaration. Declaring anything twice, or
+  !> with a default that its own key would refuse, is a programmer error.
+  type :: registry_t
+    type(section_t), allocatable :: sections(:)
+    type(key_slot_t), allocatable :: keys(:) !< the first n_keys slots are filled
+    type(alias_t), allocatable :: aliases(:)
+    integer :: n_sections = 0, n_keys = 0, n_aliases = 0
+    integer :: points_key = 0, length_key = 0 !< N*dx means N*(length/points); 0: no such lattice
+  contains
+    procedure :: add_section => registry_add_section
+    procedure :: add_integer => registry_add_integer
+    procedure :: add_real => registry_add_real
+    procedure :: add_length => registry_add_length
+    procedure :: add_switch => registry_add_switch
+    procedure :: add_word => registry_add_word
+    procedure :: add_text => registry_add_text
+    procedure :: add_reals => registry_add_reals
+    procedure :: add_matrix => registry_add_matrix
+    procedure :: add_inert => registry_add_inert
+    procedure :: add_inert_section => registry_add_inert_section
+    procedure :: add_alias => registry_add_alias
+    procedure :: set_lattice => registry_set_lattice
+    procedure :: find_section => registry_find_section
+    procedure :: find => registry_find
+    procedure :: write_markdown => registry_write_markdown
+  end type registry_t
+
+contains
+
+  !> Declares a section with its line of help; of several declarations the first help counts. Keys
+  !> declare their section by themselves, without help.
+  subroutine registry_add_section(self, section, help)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, help
+    type(section_t), allocatable :: larger(:)
+    integer :: i
+    i = self%find_section(section)
+    if (i > 0) then
+      if (len(self%sections(i)%help) == 0) self%sections(i)%help = help
+      return
+    end if
+    if (.not. allocated(self%sections)) allocate (self%sections(16))
+    if (self%n_sections == size(self%sections)) then
+      allocate (larger(2*self%n_sections))
+      do i = 1, self%n_sections
+        call move_alloc(self%sections(i)%name, larger(i)%name)
+        call move_alloc(self%sections(i)%help, larger(i)%help)
+        larger(i)%is_inert = self%sections(i)%is_inert
+      end do
+      call move_alloc(larger, self%sections)
+    end if
+    self%n_sections = self%n_sections + 1
+    self%sections(self%n_sections)%name = section
+    self%sections(self%n_sections)%help = help
+  end subroutine registry_add_section
+
+  !> An integer, min <= value <= max.
+  subroutine registry_add_integer(self, section, key, default, help, unit, min, max, required)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, help
+    integer, intent(in) :: default
+    character(*), intent(in), optional :: unit
+    integer, intent(in), optional :: min, max
+    logical, intent(in), optional :: required
+    type(key_t) :: new
+    call describe(new, KEY_INTEGER, section, key, number_text(default), help, unit, required)
+    if (present(min)) call set_lower(new, real(min, rp), is_open=.false.)
+    if (present(max)) call set_upper(new, real(max, rp), is_open=.false.)
+    call add_key(self, new)
+  end subroutine registry_add_integer
+
+  !> A real, min <= value <= max or above < value < below.
+  subroutine registry_add_real(self, section, key, default, help, unit, min, max, above, below, required)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, help
+    real(rp), intent(in) :: default
+    character(*), intent(in), optional :: unit
+    real(rp), intent(in), optional :: min, max, above, below
+    logical, intent(in), optional :: required
+    type(key_t) :: new
+    call describe(new, KEY_REAL, section, key, number_text(default), help, unit, required)
+    call set_limits(new, min, max, above, below)
+    call add_key(self, new)
+  end subroutine registry_add_real
+
+  !> A real that may also be written N*dx. A default that is not such a number, 'xl/2', describes what
+  !> the program works out itself; get_real may then be asked only if the key is given.
+  subroutine registry_add_length(self, section, key, default_text, help, unit, min, max, above, below, &
+    required)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, default_text, help
+    character(*), intent(in), optional :: unit
+    real(rp), intent(in), optional :: min, max, above, below
+    logical, intent(in), optional :: required
+    type(key_t) :: new
+    call describe(new, KEY_LENGTH, section, key, default_text, help, unit, required)
+    call set_limits(new, min, max, above, below)
+    call add_key(self, new)
+  end subroutine registry_add_length
+
+  !> yes|no|1|0|true|false|.true.|.false. With `unbuilt`, the name of some physics, yes is a mistake.
+  subroutine registry_add_switch(self, section, key, default, help, unbuilt)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, help
+    logical, intent(in) :: default
+    character(*), intent(in), optional :: unbuilt
+    type(key_t) :: new
+    call describe(new, KEY_SWITCH, section, key, trim(merge('yes', 'no ', default)), help)
+    if (present(unbuilt)) new%unbuilt = unbuilt
+    call add_key(self, new)
+  end subroutine registry_add_switch
+
+  !> One of the words of `allowed`, 'a|b|from_file::*'. Words of `unbuilt` are known but refused.
+  subroutine registry_add_word(self, section, key, default, allowed, help, unbuilt, required)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, default, allowed, help
+    character(*), intent(in), optional :: unbuilt
+    logical, intent(in), optional :: required
+    type(key_t) :: new
+    call describe(new, KEY_WORD, section, key, default, help, required=required)
+    new%allowed = allowed
+    if (present(unbuilt)) new%unbuilt = unbuilt
+    call add_key(self, new)
+  end subroutine registry_add_word
+
+  !> Free text, such as the name of a file.
+  subroutine registry_add_text(self, section, key, default, help, required)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, default, help
+    logical, intent(in), optional :: required
+    type(key_t) :: new
+    call describe(new, KEY_TEXT, section, key, default, help, required=required)
+    call add_key(self, new)
+  end subroutine registry_add_text
+
+  !> A list of reals separated by blanks or commas: exactly `length` of them, or any number.
+  subroutine registry_add_reals(self, section, key, default, help, unit, length, min, max)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, help
+    real(rp), intent(in) :: default(:)
+    character(*), intent(in), optional :: unit
+    integer, intent(in), optional :: length
+    real(rp), intent(in), optional :: min, max
+    type(key_t) :: new
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    do i = 1, size(default)
+      text = text//' '//number_text(default(i))
+    end do
+    call describe(new, KEY_REALS, section, key, trim(adjustl(text)), help, unit)
+    if (present(length)) new%length = length
+    call set_limits(new, min, max)
+    call add_key(self, new)
+  end subroutine registry_add_reals
+
+  !> A matrix of reals over several lines; `columns` numbers in each row, 0 for any equal number. The
+  !> default has no rows.
+  subroutine registry_add_matrix(self, section, key, columns, help)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, help
+    integer, intent(in) :: columns
+    type(key_t) :: new
+    call describe(new, KEY_MATRIX, section, key, '', help)
+    new%columns = columns
+    call add_key(self, new)
+  end subroutine registry_add_matrix
+
+  !> A key of FLUSI that has no effect here: any value is accepted. `key` may end in '*'.
+  subroutine registry_add_inert(self, section, key, help)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, help
+    type(key_t) :: new
+    call describe(new, KEY_INERT, section, key, '', help)
+    call add_key(self, new)
+  end subroutine registry_add_inert
+
+  !> A section of FLUSI in which all keys that are not declared are accepted without effect. `section`
+  !> may end in '*'.
+  subroutine registry_add_inert_section(self, section, help)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, help
+    integer :: i
+    call self%add_section(section, help)
+    i = self%find_section(section)
+    call require(.not. self%sections(i)%is_inert, 'io_registry: ['//section//'] is declared inert twice')
+    self%sections(i)%is_inert = .true.
+  end subroutine registry_add_inert_section
+
+  !> An older name of the declared key [section] key.
+  subroutine registry_add_alias(self, section, key, old_name)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, old_name
+    type(alias_t), allocatable :: larger(:)
+    integer :: i
+    call require(self%find(section, key) > 0, 'io_registry: alias of the unknown key ['//section//'] '//key)
+    call require(self%find(section, old_name) == 0, 'io_registry: ['//section//'] '//old_name// &
+      ' is declared twice')
+    if (.not. allocated(self%aliases)) allocate (self%aliases(8))
+    if (self%n_aliases == size(self%aliases)) then
+      allocate (larger(2*self%n_aliases))
+      do i = 1, self%n_aliases
+        call move_alloc(self%aliases(i)%section, larger(i)%section)
+        call move_alloc(self%aliases(i)%name, larger(i)%name)
+        call move_alloc(self%aliases(i)%old_name, larger(i)%old_name)
+      end do
+      call move_alloc(larger, self%aliases)
+    end if
+    self%n_aliases = self%n_aliases + 1
+    self%aliases(self%n_aliases)%section = section
+    self%aliases(self%n_aliases)%name = key
+    self%aliases(self%n_aliases)%old_name = old_name
+  end subroutine registry_add_alias
+
+  !> Declares what dx stands for: N*dx is N times the value of the real [length_section] length_key
+  !> divided by the integer [points_section] points_key.
+  subroutine registry_set_lattice(self, points_section, points_key, length_section, length_key)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: points_section, points_key, length_section, length_key
+    self%points_key = self%find(points_section, points_key)
+    self%length_key = self%find(length_section, length_key)
+    call require(self%points_key > 0 .and. self%length_key > 0, 'io_registry: the lattice has unknown keys')
+    call require(self%keys(self%points_key)%key%kind == KEY_INTEGER, &
+      'io_registry: '//points_key//' is no integer')
+    associate (kind => self%keys(self%length_key)%key%kind)
+      call require(kind == KEY_REAL .or. kind == KEY_LENGTH, 'io_registry: '//length_key//' is no real')
+    end associate
+  end subroutine registry_set_lattice
+
+  !> Index of the section in `sections`, 0 if it is unknown. An inert pattern counts only if no
+  !> section has exactly this name.
+  integer function registry_find_section(self, section) result(found)
+    class(registry_t), intent(in) :: self
+    character(*), intent(in) :: section
+    integer :: i
+    found = 0
+    do i = 1, self%n_sections
+      if (self%sections(i)%name == section) found = i
+    end do
+    do i = 1, self%n_sections
+      if (found > 0) return
+      if (self%sections(i)%is_inert .and. matches_pattern(section, self%sections(i)%name)) found = i
+    end do
+  end function registry_find_section
+
+  !> Index in `keys` of the key with this exact name or alias, or of the inert pattern that it matches;
+  !> 0 if there is none.
+  recursive integer function registry_find(self, section, name) result(found)
+    class(registry_t), intent(in) :: self
+    character(*), intent(in) :: section, name
+    integer :: i
+    do found = 1, self%n_keys
+      associate (key => self%keys(found)%key)
+        if (key%name == name .and. key%section == section) return
+      end associate
+    end do
+    do i = 1, self%n_aliases
+      if (self%aliases(i)%old_name == name .and. self%aliases(i)%section == section) then
+        found = self%find(section, self%aliases(i)%name)
+        return
+      end if
+    end do
+    do found = 1, self%n_keys
+      associate (key => self%keys(found)%key)
+        if (key%kind == KEY_INERT .and. key%section == section) then
+          if (matches_pattern(name, key%name)) return
+        end if
+      end associate
+    end do
+    found = 0
+  end function registry_find
+
+  !> Writes one Markdown table a section to `unit`: key, kind, unit, default, limits or choices, help.
+  subroutine registry_write_markdown(self, unit)
+    class(registry_t), intent(in) :: self
+    integer, intent(in) :: unit
+    integer :: i, j
+    do i = 1, self%n_sections
+      call write_key_tables(unit, self%sections(i), self%keys(:self%n_keys))
+      do j = 1, self%n_aliases
+        if (self%aliases(j)%section == self%sections(i)%name) write (unit, '(a)') 'Older name of `'// &
+          self%aliases(j)%name//'`: `'//self%aliases(j)%old_name//'`.', ''
+      end do
+    end do
+  end subroutine registry_write_markdown
+
+  subroutine describe(new, kind, section, name, default_text, help, unit, required)
+    type(key_t), intent(out) :: new
+    integer, intent(in) :: kind
+    character(*), intent(in) :: section, name, default_text, help
+    character(*), intent(in), optional :: unit
+    logical, intent(in), optional :: required
+    new%kind = kind
+    new%section = section
+    new%name = name
+    new%default_text = default_text
+    new%help = help
+    new%unit = ''
+    new%allowed = ''
+    new%unbuilt = ''
+    if (present(unit)) new%unit = unit
+    if (present(required)) new%is_required = required
+  end subroutine describe
+
+  subroutine set_limits(new, min, max, above, below)
+    type(key_t), intent(inout) :: new
+    real(rp), intent(in), optional :: min, max, above, below
+    if (present(min)) call set_lower(new, min, is_open=.false.)
+    if (present(max)) call set_upper(new, max, is_open=.false.)
+    if (present(above)) call set_lower(new, above, is_open=.true.)
+    if (present(below)) call set_upper(new, below, is_open=.true.)
+  end subroutine set_limits
+
+  subroutine set_lower(new, limit, is_open)
+    type(key_t), intent(inout) :: new
+    real(rp), intent(in) :: limit
+    logical, intent(in) :: is_open
+    call require(.not. new%has_lower, 'io_registry: '//new%name//' has two lower limits')
+    new%has_lower = .true.
+    new%is_lower_open = is_open
+    new%lower = limit
+  end subroutine set_lower
+
+  subroutine set_upper(new, limit, is_open)
+    type(key_t), intent(inout) :: new
+    real(rp), intent(in) :: limit
+    logical, intent(in) :: is_open
+    call require(.not. new%has_upper, 'io_registry: '//new%name//' has two upper limits')
+    new%has_upper = .true.
+    new%is_upper_open = is_open
+    new%upper = limit
+  end subroutine set_upper
+
+  subroutine add_key(self, new)
+    class(registry_t), intent(inout) :: self
+    type(key_t), intent(inout) :: new
+    type(key_slot_t), allocatable :: larger(:)
+    integer :: i
+    call require(self%find(new%section, new%name) == 0, 'io_registry: ['//new%section//'] '//new%name// &
+      ' is declared twice')
+    call check_default(new)
+    call self%add_section(new%section, '')
+    if (.not. allocated(self%keys)) allocate (self%keys(64))
+    if (self%n_keys == size(self%keys)) then
+      allocate (larger(2*self%n_keys))
+      do i = 1, self%n_keys
+        call move_alloc(self%keys(i)%key, larger(i)%key)
+      end do
+      call move_alloc(larger, self%keys)
+    end if
+    self%n_keys = self%n_keys + 1
+    allocate (self%keys(self%n_keys)%key, source=new)
+  end subroutine add_key
+
+  !> The default must pass the checks that a value from a file has to pass.
+  subroutine check_default(new)
+    type(key_t), intent(inout) :: new
+    character(:), allocatable :: problem
+    type(value_t) :: unused
+    if (new%kind == KEY_INERT .or. new%kind == KEY_MATRIX .or. new%is_required) return
+    if (new%kind == KEY_LENGTH) new%is_computed = .not. is_length(new%default_text)
+    if (new%is_computed) return
+    call read_value(new, new%default_text, .false., 0, 1.0_rp, unused, problem)
+    call require(.not. allocated(problem), 'io_registry: ['//new%section//'] '//new%name// &
+      ' has a default that it would refuse: '//new%default_text)
+  end subroutine check_default
+end module io_registry
