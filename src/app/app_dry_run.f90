@@ -35,7 +35,7 @@ contains
         ranks = 2*ranks
       end do
       speed = reference_speed(p)
-      dt = next_step_length(p, speed, 0.0_rp, [0.0_rp])
+      dt = next_step_length(p, speed, 0.0_rp, 0.0_rp, [0.0_rp])
       steps = min(p%t_max/dt, real(p%nt, rp))
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
       if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))

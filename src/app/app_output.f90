@@ -179,7 +179,8 @@ contains
     character(:), allocatable :: label
     real(rp) :: shown
     shown = time
-    if (p%one_period) shown = modulo(time, p%period)
+    ! A whole number of periods is 0 whatever its round-off.
+    if (p%one_period) shown = max(0.0_rp, time - p%period*aint(time/p%period + 1.0e-9_rp))
     label = field_label(shown, int(step, i8), finest_naming(p%naming, p%t_save))
   end function label_of
 

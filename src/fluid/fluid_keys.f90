@@ -40,9 +40,9 @@ contains
     call r%add_real('Geometry', 'xl', BOX, 'length of the box in x', unit='L', above=0.0_rp)
     call r%add_real('Geometry', 'yl', BOX, 'length of the box in y', unit='L', above=0.0_rp)
     call r%add_real('Geometry', 'zl', BOX, 'length of the box in z', unit='L', above=0.0_rp)
-    call r%add_real('Geometry', 'x0', 0.0_rp, 'centre of body or vortex, x; default: middle of the box', unit='L')
-    call r%add_real('Geometry', 'y0', 0.0_rp, 'centre of body or vortex, y; default: middle of the box', unit='L')
-    call r%add_real('Geometry', 'z0', 0.0_rp, 'centre of body or vortex, z; default: middle of the box', unit='L')
+    call r%add_length('Geometry', 'x0', 'xl/2', 'centre of body or vortex, x', unit='L')
+    call r%add_length('Geometry', 'y0', 'yl/2', 'centre of body or vortex, y', unit='L')
+    call r%add_length('Geometry', 'z0', 'zl/2', 'centre of body or vortex, z', unit='L')
     call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                       unit='L', min=0.0_rp)
     call r%add_real('Geometry', 'alpha', 0.0_rp, 'turning of the plate about the z axis', unit='degree')

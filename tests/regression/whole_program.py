@@ -80,6 +80,7 @@ class Case:
 
     def __init__(self, program, h5dump, folder):
         self.program, self.h5dump, self.folder = str(Path(program).resolve()), h5dump, Path(folder)
+        self.headers = {}
         self.mpiexec = os.environ.get("MPIEXEC", "mpiexec")
         if self.folder.exists():
             shutil.rmtree(self.folder)
@@ -179,8 +180,7 @@ class Case:
 
     def field(self, name):
         """The numbers of a field file, x fastest."""
-        header = subprocess.run([self.h5dump, "-H", "-A", "0", str(self.folder / name)], capture_output=True,
-                                text=True, check=True).stdout
+        header = self.header(name)
         key = re.search(r'DATASET "([^"]+)"', header).group(1)
         width = int(re.search(r"H5T_IEEE_F(\d+)", header).group(1)) // 8
         data = self.raw(name, key)
@@ -195,11 +195,18 @@ class Case:
         file.unlink()
         return data
 
+    def header(self, name):
+        """Types, sizes and attributes in an HDF5 file, as text; remembered as long as the file is the same."""
+        path = self.folder / name
+        key = (path, path.stat().st_mtime_ns, path.stat().st_ino)
+        if key not in self.headers:
+            self.headers[key] = subprocess.run([self.h5dump, "-m", "%.17g", "-A", str(path)], capture_output=True,
+                                               text=True, check=True).stdout
+        return self.headers[key]
+
     def attribute(self, name, which):
         """Numbers of an attribute of the dataset in a field file."""
-        out = subprocess.run([self.h5dump, "-m", "%.17g", "-A", str(self.folder / name)], capture_output=True,
-                             text=True, check=True).stdout
-        found = re.search(rf'ATTRIBUTE "{which}" \{{.*?DATA \{{(.*?)\n\s*\}}', out, re.S)
+        found = re.search(rf'ATTRIBUTE "{which}" \{{.*?DATA \{{(.*?)\n\s*\}}', self.header(name), re.S)
         check(found, f"{name} has the attribute {which}")
         return [float(v) for v in re.sub(r"\(\d+\):", " ", found.group(1)).replace(",", " ").split()]
 
