@@ -10,6 +10,8 @@ module wing_writer
                h5gclose_f, h5screate_simple_f, h5screate_f, h5sclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, &
                  h5lexists_f, h5ldelete_f, h5acreate_by_name_f, h5awrite_f, h5aclose_f, h5adelete_by_name_f, &
                   h5aexists_by_name_f, h5tcopy_f, h5tset_size_f, h5tclose_f
+  use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode, &
+                                           ieee_set_flag
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_null_char
   implicit none
   private
@@ -163,13 +165,18 @@ contains
     real(rp), target :: buffer(size(values) + 1)
     integer(HID_T) :: space, id, kind
     integer :: error
+    logical :: halting(size(ieee_all))
     call self%delete(name)
     buffer(:size(values)) = values
     kind = H5T_IEEE_F64LE
     if (present(is_single)) kind = merge(H5T_IEEE_F32LE, kind, is_single)
     call h5screate_simple_f(size(dims), int(dims, HSIZE_T), space, error)
     call h5dcreate_f(self%id, name, kind, space, id, error)
+    call ieee_get_halting_mode(ieee_all, halting) ! the conversion to single precision may overflow
+    call ieee_set_halting_mode(ieee_all, .false.)
     if (size(values) > 0) call h5dwrite_f(id, H5T_NATIVE_DOUBLE, c_loc(buffer), error)
+    call ieee_set_flag(ieee_all, .false.)
+    call ieee_set_halting_mode(ieee_all, halting)
     call h5dclose_f(id, error)
     call h5sclose_f(space, error)
     if (.not. present(units)) then
