@@ -13,7 +13,8 @@ module io_arrays
                            ATTRIBUTE_REAL
   use hdf5, only: HID_T, HSIZE_T, SIZE_T, H5T_NATIVE_DOUBLE, H5T_INTEGER_F, H5T_FLOAT_F, H5T_STRING_F, &
                   H5T_STRING, H5_INTEGER_KIND, H5S_NULL_F, H5P_DEFAULT_F, h5kind_to_type, &
-                  h5dopen_f, h5dclose_f, h5dread_f, h5dget_type_f, h5dget_space_f, h5dvlen_reclaim_f, &
+                  h5dopen_f, h5dclose_f, h5dread_f, h5dget_storage_size_f, h5dget_type_f, h5dget_space_f, &
+                  h5dget_create_plist_f, h5pget_layout_f, h5pclose_f, H5D_CHUNKED_F, h5dvlen_reclaim_f, &
                   h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
                   h5sget_simple_extent_type_f, h5gopen_f, h5gclose_f, h5gn_members_f, h5gget_obj_info_idx_f, &
                   h5aopen_by_name_f, h5aclose_f, h5aread_f, h5aget_type_f, h5aget_space_f, &
@@ -89,9 +90,11 @@ contains
     character(*), intent(in) :: name
     integer, intent(out) :: kind
     integer(i8), allocatable, intent(out) :: dims(:)
-    integer(HID_T) :: dataset, stored, space
+    integer(HID_T) :: dataset, stored, space, creation
     integer(HSIZE_T), allocatable :: extent(:), largest(:)
-    integer :: class, rank, sort, error, ignored
+    integer(HSIZE_T) :: storage
+    integer(SIZE_T) :: bytes
+    integer :: class, rank, sort, layout, error, ignored
     kind = ARRAY_MISSING
     allocate (dims(0))
     if (.not. file%has(name)) return
@@ -100,9 +103,19 @@ contains
     if (error < 0) return
     call h5dget_type_f(dataset, stored, error)
     class = -1
+    bytes = 0
     if (error >= 0) then
       call h5tget_class_f(stored, class, error)
+      call h5tget_size_f(stored, bytes, error)
       call h5tclose_f(stored, ignored)
+    end if
+    call h5dget_storage_size_f(dataset, storage, error)
+    if (error < 0) storage = 0
+    call h5dget_create_plist_f(dataset, creation, error)
+    layout = -1
+    if (error >= 0) then
+      call h5pget_layout_f(creation, layout, error)
+      call h5pclose_f(creation, ignored)
     end if
     call h5dget_space_f(dataset, space, error)
     if (error >= 0) then
@@ -116,12 +129,25 @@ contains
           if (class == H5T_INTEGER_F) kind = ARRAY_INTEGER
           if (kind /= ARRAY_OTHER) dims = int(extent, i8)
           if (sort == H5S_NULL_F) dims = [0_i8]
+          ! In a damaged file the library may read beyond what is stored, or stumble over the type.
+          if (.not. is_plausible(dims, int(bytes, i8), int(storage, i8), layout == H5D_CHUNKED_F)) &
+            kind = ARRAY_OTHER
         end if
       end if
       call h5sclose_f(space, ignored)
     end if
     call h5dclose_f(dataset, ignored)
   end subroutine describe_array
+
+  !> Whether numbers have a usual size and, unless they may be compressed, just as much is stored; too many
+  !> dimensions or too large ones are left to the caller.
+  pure logical function is_plausible(dims, bytes, storage, is_chunked)
+    integer(i8), intent(in) :: dims(:), bytes, storage
+    logical, intent(in) :: is_chunked
+    is_plausible = any(bytes == [1, 2, 4, 8, 16])
+    if (.not. is_plausible .or. size(dims) > 2 .or. any(dims > huge(1))) return
+    is_plausible = product(dims) == 0 .or. merge(storage > 0, storage == product(dims)*bytes, is_chunked)
+  end function is_plausible
 
   !> All values of a dataset of at most two dimensions, first Fortran index fastest; `values` must have its
   !> size. Numbers of other
