@@ -3,11 +3,12 @@
 !>
 !> Veins: every segment is a conical frustum of cuticle of length l and end radii r1, r2,
 !>   m = rho pi l (r1^2 + r1 r2 + r2^2)/3,  with its centre  h = l (r1^2 + 2 r1 r2 + 3 r2^2)/
-!>   (4 (r1^2 + r1 r2 + r2^2))  behind end 1; end 2 gets m h/l and end 1 the rest. Membrane: an areal density that is constant, or
-!> proportional to w(x, y) = w1 + w2 x + w3 y and scaled to a given mass, enters through its exact integrals
-!> with the linear shape functions of the triangles, A (2 w_i + w_j + w_k)/12. The weights are those of a
-!> blowfly wing in Truong et al., where x is measured from the wing root and y from the rotation axis. (Their
-!> text drops the division of h by l, and gives the membrane per point and in kg, which would weigh 80 mg.)
+!>   (4 (r1^2 + r1 r2 + r2^2))  behind end 1;
+!> end 2 gets m h/l and end 1 the rest. Membrane: an areal density that is constant, or proportional to
+!> w(x, y) = w1 + w2 x + w3 y and scaled to a given mass, enters through its exact integrals with the linear
+!> shape functions of the triangles, A (2 w_i + w_j + w_k)/12. The weights are those that Truong et al. give
+!> for a blowfly wing, x from the wing root and y from the rotation axis. (Their text drops the division of
+!> h by l, and has the membrane per point and in kg, with which it would weigh 80 mg.)
 module solid_mass
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -138,7 +139,8 @@ contains
     do k = 1, size(weights)
       if (weights(k) > 0) cycle
       call messages%add('mass: the areal density of the membrane is not positive at point '// &
-                        number_text(k)//' (counted from 1), x = '//number_text(wing%points(1, k))//' m, y = '// &
+                        number_text(k)//' (counted from 1), x = '// &
+                        number_text(wing%points(1, k))//' m, y = '// &
                         number_text(wing%points(2, k))//' m; use other weights or a constant density')
       return
     end do
