@@ -61,8 +61,10 @@ class Triangulation:
         self.add(corners, corners + 1, corners + 2)
         for i in range(self.fixed):
             self.insert(i)
+        done = set()
         for a, b in sorted(self.segments):
-            self.recover(a, b)
+            self.recover(a, b, done)
+            done.add((a, b))
         self.crossable = False
         self.cut_outside(corners)
         del self.points[self.fixed:]
@@ -113,10 +115,13 @@ class Triangulation:
                 stack += [(u, w), (w, v)]
         return made
 
-    def recover(self, a, b):
-        """Makes a-b an edge by flipping the edges that cross it."""
+    def recover(self, a, b, done):
+        """Makes a-b an edge by flipping the edges that cross it, none of which may be in `done`."""
         p, q = self.points[a], self.points[b]
         waiting = self.crossing(a, b)
+        for u, v in waiting:
+            if tuple(sorted((u, v))) in done:
+                raise ValueError(f"segment {a}-{b} crosses segment {u}-{v}")
         for _ in range(20 * len(waiting) + 20):
             if not waiting:
                 return
@@ -130,7 +135,7 @@ class Triangulation:
             sides = [orientation(p, q, self.points[k]) for k in (w, x)]
             if w not in (a, b) and x not in (a, b) and sides[0] * sides[1] < 0:
                 waiting.append((w, x))
-        raise ValueError(f"segment {a}-{b} cannot be made an edge: do two curves cross?")
+        raise ValueError(f"segment {a}-{b} cannot be made an edge")
 
     def crossing(self, a, b):
         """The edges between a and b in the order in which the segment crosses them."""

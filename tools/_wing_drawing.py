@@ -125,7 +125,7 @@ class Drawing:
                 found.append(Branch(name, controls[i], controls[j], points[at[i]:at[j] + 1]))
         return found
 
-    def mesh(self, edge, sweeps=40):
+    def mesh(self, edge, sweeps=24):
         """Mesh of the region that the curves enclose, with all curves as edges.
 
         Returns points [mm], triangles, and for every curve its point numbers, their arc lengths [mm], and the
