@@ -87,6 +87,9 @@ def _header_names(header, kind, n_columns):
     if len(found) == n_columns:
         return [name for name, _ in found], [unit.strip().strip("-") for _, unit in found]
     if len(wide) == n_columns:
+        parts = [re.fullmatch(r"(.*?)\s*\[([^\]]*)\]", word) for word in wide]
+        if all(parts):
+            return [part[1] for part in parts], [part[2].strip().strip("-") for part in parts]
         names = wide
     elif len(known) == n_columns:
         names = known

@@ -4,6 +4,7 @@
 import argparse
 from pathlib import Path
 
+import numpy as np
 import matplotlib
 
 matplotlib.use("Agg")
@@ -35,6 +36,10 @@ def panels_of(series, wanted):
         return [(f"[{unit}]" if unit else "", columns) for unit, columns in by_unit.items()]
     kind = "forces" if series.kind.startswith("forces_part") else series.kind
     known = [(label, [i for i in columns if i < n]) for label, columns in PANELS.get(kind, [])]
+    largest = np.nanmax(np.abs(series.data[:, 1:]), initial=0.0)
+    # A moment that vanishes by symmetry would be drawn as a panel of round-off.
+    known = [(label, columns) for number, (label, columns) in enumerate(known)
+             if number == 0 or not columns or np.nanmax(np.abs(series.data[:, columns])) > 1e-10 * largest]
     known = [(with_unit(label, series, columns), columns) for label, columns in known if columns]
     return known or [("", list(range(1, min(n, MOST_COLUMNS + 1))))]
 
@@ -82,8 +87,27 @@ def draw_panel(ax, content, label):
     first, columns = content[0]
     ax.set_ylabel(label or (first.names[columns[0]] if len(columns) == 1 else ""))
     ax.margins(x=0)
+    limit_axis(ax, [series.data[:, i] for series, columns in content for i in columns])
     if n_curves > 1:
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def limit_axis(ax, curves):
+    """An impulsive start must not flatten the rest: if a few values stretch the axis tenfold, they are cut
+    off, and the axis says so."""
+    values = np.concatenate(curves)
+    values = values[np.isfinite(values)]
+    if len(values) < 50:
+        return
+    low, high = np.percentile(values, [2, 98])
+    middle = max(high - low, 0.2 * max(abs(low), abs(high)))
+    if middle == 0 or np.ptp(values) < 10 * middle:
+        return
+    low, high = low - 0.15 * middle, high + 0.15 * middle
+    ax.set_ylim(low, high)
+    beyond = np.count_nonzero((values < low) | (values > high))
+    ax.text(0.99, 0.97, f"{beyond} of {len(values)} values beyond the axis, extremes {values.min():.3g} and "
+            f"{values.max():.3g}", transform=ax.transAxes, ha="right", va="top", fontsize="x-small", color="0.4")
 
 
 def main():

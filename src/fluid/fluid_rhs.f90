@@ -253,6 +253,8 @@ contains
       self%sums%energy_fluid = self%sums%energy_fluid + self%sums%energy
       self%sums%enstrophy_fluid = self%sums%enstrophy_fluid + self%sums%enstrophy
     end if
+    if (self%sticks%zero > 0) self%sums%mean = real(self%state%u(1, self%sticks%zero, :))/ &
+                                               self%params%grid%cell_volume()
     call self%sums%reduce(self%world, self%params%grid%cell_volume())
     if (.not. self%sums%is_finite) then
       call self%failure%raise('the velocity is not a number')

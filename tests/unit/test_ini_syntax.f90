@@ -122,6 +122,13 @@ contains
     call kit%check('a matrix that is not closed before a key or a section', &
       complains('[A]'//NL//'m=(/ 1 2'//NL//'3 4'//NL//'n=1;', 'f.ini:2: the matrix that begins here') .and. &
       complains('[A]'//NL//'m=(/ 1 2'//NL//'[B]', 'f.ini:2: the matrix that begins here'))
+    call document%parse('[A]'//NL//'m=(/ 1 2'//NL//'3 4'//NL//'n=1;'//NL//'[B]'//NL//'k=(/ 1'//NL//'[C]', &
+      'f.ini', errors)
+    call kit%check('what stands behind a matrix that is not closed is read', document%n_entries == 1 .and. &
+      document%n_sections == 3)
+    call kit%check('and at its line', document%entries(1)%key == 'n' .and. &
+      document%entries(1)%line == 4 .and. &
+      document%sections(3)%line == 7)
     call kit%check('text behind a matrix', complains('[A]'//NL//'m=(/ 1'//NL//'2 /) 3', &
       "f.ini:2: only a comment may"))
     call kit%check('binary in a matrix', complains('[A]'//NL//'m=(/ 1'//NL//achar(1)//' /)', &

@@ -150,6 +150,12 @@ class Quickstart(unittest.TestCase):
         self.assertEqual(sorted(p.name for p in (self.tree / "runs/sphere").iterdir()),
                          ["out.xmf", "run.log", "sphere.ini"])
 
+    def test_cases_of_the_same_name_in_two_folders(self):
+        (self.tree / "ini" / "flusi").mkdir()
+        shutil.copy(self.tree / "ini" / "sphere.ini", self.tree / "ini" / "flusi")
+        self.assert_exit(self.quickstart("run", "ini/flusi/sphere.ini"), 0)
+        self.assertTrue((self.tree / "runs/flusi_sphere/flusi_sphere.ini").exists())
+
     def test_early_stop_and_restart(self):
         done = self.quickstart("run", "--ranks", "2", RUN_EXIT="4", UID_IS="0")
         self.assert_exit(done, 4)
