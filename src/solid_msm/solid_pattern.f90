@@ -143,16 +143,16 @@ contains
     end do
   end subroutine pattern_multiply
 
-  !> Adds diagonal(n) times the unit matrix to the diagonal blocks.
-  pure subroutine pattern_add_diagonal(self, diagonal, blocks)
+  !> Adds factor*diagonal(n) times the unit matrix to the diagonal blocks.
+  pure subroutine pattern_add_diagonal(self, diagonal, factor, blocks)
     class(pattern_t), intent(in) :: self
-    real(rp), intent(in) :: diagonal(:)
+    real(rp), intent(in) :: diagonal(:), factor
     real(rp), intent(inout) :: blocks(:, :, :)
     integer :: j, c, k
     do j = 1, self%n
       k = self%start(j + 1) - 1
       do c = 1, 3
-        blocks(c, c, k) = blocks(c, c, k) + diagonal(j)
+        blocks(c, c, k) = blocks(c, c, k) + factor*diagonal(j)
       end do
     end do
   end subroutine pattern_add_diagonal

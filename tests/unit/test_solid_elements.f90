@@ -183,7 +183,7 @@ contains
     call model%gradient(u, g)
     slope = 0
     fd = 0*u
-    h = merge(1.0e-6_rp, 1.0e-9_rp, slack >= 1) ! the slack spring's third derivative jumps
+    h = merge(1.0e-6_rp, 3.0e-8_rp, slack >= 1) ! the slack spring's third derivative jumps
     do s = 1, 4
       v = u + s*h*direction
       slope = slope + STENCIL(s)*model%energy(v)/h
