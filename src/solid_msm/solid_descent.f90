@@ -36,7 +36,7 @@ contains
     start = work%cholesky%n_factorisations
     shift_unit = work%force_scale/model%size
     limit_step = model%size/6
-    shift = 0
+    shift = 1.0e-13_rp*model%params%k_vein
     since_failure = CAUTION
     call work%law_axial(model, u)
     call work%residual(model, load, u, work%g)
@@ -80,7 +80,7 @@ contains
         u = work%trial
         potential = new_potential
         shift = 0.2_rp*shift
-        if (shift < 1.0e-6_rp*shift_unit) shift = 0
+        if (shift < 1.0e-6_rp*shift_unit) shift = 1.0e-13_rp*model%params%k_vein
       else
         since_failure = 0
         shift = max(10*shift, 1.0e-5_rp*shift_unit)

@@ -69,6 +69,7 @@ contains
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
     real(rp), intent(in) :: u(:, :)
+    real(rp), parameter :: UNLOADED = 1.0e-6_rp ! scale of residuals without load
     self%stage = 1
     call self%residual(model, load, u, self%start_residual)
     self%stage = 0
@@ -76,7 +77,8 @@ contains
     call load%subtract_from(model, u, self%g)
     call model%zero_clamped(self%g)
     self%force_scale = norm2(self%g)
-    if (.not. self%force_scale > 0) self%force_scale = norm2(self%start_residual)
+    if (.not. self%force_scale > 0) self%force_scale = &
+      max(norm2(self%start_residual), UNLOADED*model%params%k_vein*model%size)
     self%g = 0
   end subroutine equilibrium_start
 
@@ -112,10 +114,9 @@ contains
     real(rp), intent(in) :: u(:, :), shift
     logical, intent(in) :: semidefinite
     logical, intent(out) :: is_spd
-    real(rp), parameter :: SMALLEST_SHIFT = 1.0e-13_rp ! of k_e
     call assemble_tangent(model, u, self%axial, semidefinite, self%blocks)
     if (size(load%couples) > 0) call load%subtract_tangent(model, u, self%blocks)
-    call model%pattern%add_diagonal(model%weights, shift + SMALLEST_SHIFT*model%params%k_vein, self%blocks)
+    call model%pattern%add_diagonal(model%weights, shift, self%blocks)
     call model%pattern%pack(self%blocks, self%values)
     call self%cholesky%factorise(self%values, is_spd)
   end subroutine equilibrium_factorise

@@ -114,7 +114,7 @@ contains
         rejections = 0
         rejections_unstable = 0
         report%stages = report%stages + 1
-        dt = dt*min(2.5_rp, most_moved/max(moved, tiny(t)), &
+        dt = dt*min(2.5_rp, most_moved/max(moved, 0.1_rp*most_moved), &
                     merge(2.5_rp, merge(1.2_rp, 0.7_rp, n_used <= 6), n_used <= 4))
       else
         rejections = rejections + 1
@@ -160,6 +160,7 @@ contains
     real(rp), intent(out) :: moved !< [m] largest movement from the last point
     logical, intent(out) :: accepted, was_unstable
     integer, intent(out) :: n_used !< factorisations
+    real(rp), parameter :: SHIFT = 1.0e-13_rp ! of k_e
     real(rp) :: size_g, last_size
     integer :: iteration, begin, growths
     logical :: is_spd
@@ -174,11 +175,11 @@ contains
     call work%residual(model, load, work%trial, work%g)
     size_g = norm2(work%g)
     do iteration = 1, limit
-      call work%factorise(model, load, work%trial, .false., 0.0_rp, is_spd)
+      call work%factorise(model, load, work%trial, .false., SHIFT*model%params%k_vein, is_spd)
       if (.not. is_spd) then
         if (was_unstable) exit
         was_unstable = .true.
-        call work%factorise(model, load, work%trial, .true., 0.0_rp, is_spd)
+        call work%factorise(model, load, work%trial, .true., SHIFT*model%params%k_vein, is_spd)
         if (.not. is_spd) exit
       end if
       call work%newton_step(model, work%g)
@@ -213,7 +214,7 @@ contains
     call work%law_axial(model, u)
     call work%residual(model, load, u, work%g)
     size_g = norm2(work%g)
-    call work%factorise(model, load, u, .false., 0.0_rp, is_spd)
+    call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
     if (.not. is_spd) then
       report%reason = 'the path ends in an unstable equilibrium'
       return
