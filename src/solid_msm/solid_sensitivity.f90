@@ -10,18 +10,7 @@ module solid_sensitivity
   use solid_stiffness, only: stiffness_t
   implicit none
   private
-  public :: shape_sensitivities, singular_values
-
-  interface
-    subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
-      import :: rp
-      character, intent(in) :: jobu, jobvt
-      integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
-      real(rp), intent(inout) :: a(lda, *)
-      real(rp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
-      integer, intent(out) :: info
-    end subroutine dgesvd
-  end interface
+  public :: shape_sensitivities
 
 contains
 
@@ -45,20 +34,4 @@ contains
       derivatives(:, :, p) = work%du
     end do
   end subroutine shape_sensitivities
-
-  !> Singular values, largest first, of a matrix(m, n) with m >= n, such as the stacked derivatives of
-  !> all observations; their ratios tell which combinations of parameters the data can see.
-  function singular_values(matrix) result(values)
-    real(rp), intent(in) :: matrix(:, :)
-    real(rp), allocatable :: values(:)
-    real(rp), allocatable :: a(:, :), work(:)
-    real(rp) :: left(1, 1), right(1, 1)
-    integer :: info
-    allocate (a(size(matrix, 1), size(matrix, 2)))
-    a(:, :) = matrix
-    allocate (values(min(size(a, 1), size(a, 2))), work(8*(size(a, 1) + size(a, 2)) + 64))
-    values = 0
-    call dgesvd('N', 'N', size(a, 1), size(a, 2), a, size(a, 1), values, &
-                left, 1, right, 1, work, size(work), info)
-  end function singular_values
 end module solid_sensitivity
