@@ -29,7 +29,8 @@ contains
     logical, intent(out) :: converged
     integer, parameter :: CAUTION = 5 ! iterations without the exact tangent after it failed
     real(rp), parameter :: ARMIJO = 1.0e-3_rp, EXACT_BELOW = 0.3_rp, ROUNDING = 1.0e-11_rp
-    real(rp) :: potential, new_potential, size_g, new_size, slope, shift, shift_unit, longest, step, limit_step
+    real(rp) :: potential, new_potential, size_g, new_size, slope, shift, shift_unit, longest, step, &
+      limit_step
     integer :: start, since_failure, halving
     logical :: is_spd, exact, accepted
 

@@ -100,8 +100,8 @@ contains
   subroutine dynamics_free(self)
     class(dynamics_t), intent(inout) :: self
     call self%solver%free()
-    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%u, self%v, self%rate, self%r, self%x, &
-                                        self%old_x, self%old_r)
+    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%u, self%v, self%rate, self%r, &
+                                        self%x, self%old_x, self%old_r)
   end subroutine dynamics_free
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
@@ -116,14 +116,16 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(out) :: report
     integer :: halvings, done
+    real(rp) :: part
     logical :: converged
     call require(dt > 0, 'dynamics_t%step: the time step must be positive')
     call copy_state(state, self%saved)
     halvings = 0
     done = 0
     do
-      call substep(self, model, inertia, motion%at(self%saved%time + dt*real(done + 1, rp)/2**halvings), force, &
-                   dt/2**halvings, options, state, report, converged)
+      part = dt/2**halvings
+      call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, &
+                   options, state, report, converged)
       if (converged) then
         done = done + 1
         report%substeps = report%substeps + 1
@@ -133,7 +135,7 @@ contains
         done = 2*done
       else
         call copy_state(self%saved, state)
-        report%reason = 'Newton''s method did not converge with steps of '//number_text(dt/2**halvings)//' s'
+        report%reason = 'Newton''s method did not converge with steps of '//number_text(part)//' s'
         return
       end if
     end do

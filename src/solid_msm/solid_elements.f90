@@ -227,7 +227,8 @@ contains
         do t = 1, size(tri, 2)
           do i = 1, 3
             if (abs(dot_product(normal, x(:, tri(i, t)) - x(:, tri(1, 1)))) > FLAT*extent) then
-              call failure%raise('the unloaded membrane must be flat, point '//number_text(tri(i, t))//' is not in its plane')
+              call failure%raise('the unloaded membrane must be flat, point '//number_text(tri(i, t))// &
+                ' is not in its plane')
               return
             end if
           end do
@@ -240,7 +241,8 @@ contains
       f = wing%points(:, plans(h)%nodes(3)) - wing%points(:, plans(h)%nodes(2))
       turn = cross(e, f)/(norm2(e)*norm2(f))
       if (norm2(turn - dot_product(turn, normal)*normal) > FLAT) then
-        call failure%raise('the veins at point '//number_text(plans(h)%nodes(2))//' bend out of the plane of the wing')
+        call failure%raise('the veins at point '//number_text(plans(h)%nodes(2))// &
+          ' bend out of the plane of the wing')
         return
       end if
     end do

@@ -82,14 +82,15 @@ contains
     self%g = 0
   end subroutine equilibrium_start
 
-  !> g(3, n_all) [N], zero at clamped points.
-  subroutine equilibrium_residual(self, model, load, u, g)
+  !> g(3, n_all) [N], zero at clamped points, at u plus the much smaller `low`.
+  subroutine equilibrium_residual(self, model, load, u, g, low)
     class(equilibrium_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
     real(rp), intent(in) :: u(:, :)
     real(rp), intent(inout) :: g(:, :)
-    call model%gradient(u, g)
+    real(rp), intent(in), optional :: low(:, :)
+    call model%gradient(u, g, low=low)
     call load%subtract_from(model, u, g)
     if (self%stage < 1) g = g - (1 - self%stage)*self%start_residual
     call model%zero_clamped(g)

@@ -42,15 +42,18 @@ contains
     end do
   end function extension_energy
 
-  !> Adds dE/du to g(3, :) [N].
-  pure subroutine extension_gradient(self, k, u, g)
+  !> Adds dE/du to g(3, :) [N]. `low` (3, :) [m] is a part of the displacement too small to be added to
+  !> u without rounding; springs as stiff as k_e would feel that.
+  pure subroutine extension_gradient(self, k, u, g, low)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: k(:), u(:, :)
     real(rp), intent(inout) :: g(:, :)
+    real(rp), intent(in), optional :: low(:, :)
     real(rp) :: dl, l, direction(3), e, force, slope, pull(3)
     integer :: s, i, j
     do s = 1, self%n
       call elongation(self, s, u, dl, l, direction)
+      if (present(low)) dl = dl + dot_product(direction, low(:, self%nodes(2, s)) - low(:, self%nodes(1, s)))
       call law(self, s, dl, e, force, slope)
       pull = (k(s)*force)*direction
       i = self%nodes(1, s)

@@ -29,7 +29,8 @@ module solid_hinge
     real(rp) :: normal0(3) = 0          !< unit normal of the reference plane
     logical :: is_straight = .true.     !< theta0 = 0
     real(rp) :: cos0 = 1, sin0 = 0      !< of theta0
-    integer :: blocks(HINGE_NODES, HINGE_NODES) = 0 !< upper part: places in the matrix, < 0 transposed, 0 clamped
+    !> upper part: places in the matrix, < 0 transposed, 0 clamped
+    integer :: blocks(HINGE_NODES, HINGE_NODES) = 0
   end type hinge_t
 
 contains

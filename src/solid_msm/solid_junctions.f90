@@ -170,7 +170,8 @@ contains
         if (plans(h)%nodes(2) /= node) cycle
         do a = 1, size(arms)
           do b = 1, size(arms)
-            if (arms(a)%node == plans(h)%nodes(1) .and. arms(b)%node == plans(h)%nodes(3)) call unite(arms, a, b)
+            if (arms(a)%node == plans(h)%nodes(1) .and. arms(b)%node == plans(h)%nodes(3)) &
+              call unite(arms, a, b)
           end do
         end do
       end do

@@ -44,7 +44,8 @@ contains
     a(:, :) = matrix
     call ieee_get_halting_mode(ieee_usual, halting)
     call ieee_set_halting_mode(ieee_usual, .false.)
-    call dgesvd('N', 'N', size(a, 1), size(a, 2), a, size(a, 1), values, left, 1, right, 1, work, size(work), info)
+    call dgesvd('N', 'N', size(a, 1), size(a, 2), a, size(a, 1), values, left, 1, right, 1, work, &
+                size(work), info)
     call ieee_set_halting_mode(ieee_usual, halting)
     call require(info == 0, 'the singular values did not converge')
   end function singular_values

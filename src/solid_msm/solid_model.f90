@@ -75,7 +75,8 @@ contains
     end if
     call plan_hinges(wing, self%plans, ghosts, stray)
     if (stray > 0) then
-      call failure%raise("joint '"//wing%joints(stray)%name//"' fits no two vein segments that meet in one point")
+      call failure%raise("joint '"//wing%joints(stray)%name// &
+        "' fits no two vein segments that meet in one point")
       return
     end if
     call find_flatness(wing, self%plans, normal, failure)
@@ -172,27 +173,30 @@ contains
   end function model_energy
 
   !> g(3, n_all) = dE/du [N], with the model's stiffness or with another one (or its derivative).
-  subroutine model_gradient(self, u, g, stiffness)
+  !> `low` is a part of the displacement below the rounding of u; only the springs feel it.
+  subroutine model_gradient(self, u, g, stiffness, low)
     class(solid_model_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
     real(rp), intent(out) :: g(:, :)
     type(stiffness_t), intent(in), optional :: stiffness
+    real(rp), intent(in), optional :: low(:, :)
     g = 0
     if (present(stiffness)) then
-      call add_gradient(self, stiffness, u, g)
+      call add_gradient(self, stiffness, u, g, low)
     else
-      call add_gradient(self, self%stiffness, u, g)
+      call add_gradient(self, self%stiffness, u, g, low)
     end if
   end subroutine model_gradient
 
-  subroutine add_gradient(self, stiffness, u, g)
+  subroutine add_gradient(self, stiffness, u, g, low)
     class(solid_model_t), intent(in) :: self
     type(stiffness_t), intent(in) :: stiffness
     real(rp), intent(in) :: u(:, :)
     real(rp), intent(inout) :: g(:, :)
+    real(rp), intent(in), optional :: low(:, :)
     real(rp) :: energy, local(3, HINGE_NODES), pull(3, HINGE_NODES)
     integer :: h, i, p
-    call extension_gradient(self%springs, stiffness%extension, u, g)
+    call extension_gradient(self%springs, stiffness%extension, u, g, low)
     local = 0
     do h = 1, size(self%hinges)
       if (.not. abs(stiffness%hinge(h)) > 0) cycle

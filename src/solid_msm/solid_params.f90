@@ -9,7 +9,7 @@
 !> | `D` | bending stiffness of the membrane | N m | log |
 !> | `thickness` | the membrane thickness that D means | m | log |
 !> | `root` | factor on the hinges at the clamped root | 1 | log |
-!> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter; 4 is a solid circle | 1 | linear |
+!> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter, 4: circles | 1 | linear |
 !> | `k_vein`, `k_membrane`, `k_cross` | extension stiffness of a spring | N/m | log |
 !>
 !> D = Em h^3/(12 (1 - nu^2)) is a regularising parameter, not a measured one: without it the flat

@@ -23,7 +23,8 @@ module solid_statics
     real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
     real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
     integer :: factorisation_limit = 900
-    logical :: redo_cold = .true.         !< a warm start that fails or snaps is repeated from the unloaded state
+    !> a warm start that fails or snaps is repeated from the unloaded state
+    logical :: redo_cold = .true.
   end type static_options_t
 
   !> What happened.
@@ -76,7 +77,8 @@ contains
     type(static_options_t), intent(in) :: options
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
-    real(rp), parameter :: COLD_STEP = 0.05_rp, SHRINK = 0.35_rp, SMALLEST = 0.01_rp, PATH_TOLERANCE = 1.0e-3_rp
+    real(rp), parameter :: COLD_STEP = 0.05_rp, SHRINK = 0.35_rp, SMALLEST = 0.01_rp, &
+      PATH_TOLERANCE = 1.0e-3_rp
     real(rp) :: t, dt, target, tolerance, moved, ahead, old_t, most_moved
     integer :: begin, n_used, rejections, rejections_unstable
     logical :: has_history, accepted, was_unstable
@@ -98,7 +100,7 @@ contains
       target = min(1.0_rp, t + dt)
       if (1 - target < 0.25_rp*dt) target = 1
       work%stage = target
-      tolerance = merge(options%tolerance, PATH_TOLERANCE, target >= 1)
+      tolerance = merge(max(options%tolerance, rounding(work, model, u)), PATH_TOLERANCE, target >= 1)
       ahead = 0
       if (has_history) ahead = (target - t)/(t - old_t)
       call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, moved, &
@@ -123,7 +125,7 @@ contains
         if (rejections_unstable >= 2 .or. rejections >= 4 .or. dt < SMALLEST) then
           target = min(1.0_rp, t + dt)
           work%stage = target
-          tolerance = merge(options%tolerance, PATH_TOLERANCE, target >= 1)
+          tolerance = merge(max(options%tolerance, rounding(work, model, u)), PATH_TOLERANCE, target >= 1)
           call descend(work, model, load, tolerance, 300, u, accepted)
           report%snaps = report%snaps + 1
           if (.not. accepted) then
@@ -141,16 +143,26 @@ contains
         end if
       end if
       if (work%cholesky%n_factorisations - begin > options%factorisation_limit) then
-        report%reason = 'the path needs more than '//number_text(options%factorisation_limit)//' factorisations'
+        report%reason = 'the path needs more than '//number_text(options%factorisation_limit)// &
+          ' factorisations'
         exit
       end if
     end do
     call conclude(work, model, load, options, u, report)
   end subroutine follow_path
 
+  !> Residual that the rounding of the displacements leaves, relative to the load.
+  pure real(rp) function rounding(work, model, u)
+    type(equilibrium_t), intent(in) :: work
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    rounding = 2*epsilon(u)*maxval(abs(u))*model%params%k_vein*sqrt(3.0_rp*model%n_free)/work%force_scale
+  end function rounding
+
   !> Newton iteration at the stage of `work`, from the path's last point u, extrapolated by `ahead`
   !> steps from the point before. If accepted, work%trial and work%axial are the new point.
-  subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, moved, accepted, was_unstable, n_used)
+  subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, moved, accepted, &
+    was_unstable, n_used)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
@@ -200,7 +212,8 @@ contains
   end subroutine correct
 
   !> Tests the end of the path for stability with the exact tangent, whose factorisation stays, and
-  !> spends one more step on it.
+  !> spends three more steps on it. Rounding u to its last bit alone changes the residual by k_e times
+  !> that bit, up to 1e-8 of a small load; so the last two corrections are kept apart from u.
   subroutine conclude(work, model, load, options, u, report)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -208,12 +221,12 @@ contains
     type(static_options_t), intent(in) :: options
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(inout) :: report
-    real(rp) :: size_g, new_size
+    real(rp) :: size_g
+    integer :: refinement
     logical :: is_spd
     if (allocated(report%reason)) return
     call work%law_axial(model, u)
     call work%residual(model, load, u, work%g)
-    size_g = norm2(work%g)
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
     if (.not. is_spd) then
       report%reason = 'the path ends in an unstable equilibrium'
@@ -221,15 +234,18 @@ contains
     end if
     report%reciprocal_condition = work%cholesky%reciprocal_condition()
     call work%newton_step(model, work%g)
-    work%trial = u + work%du
-    call work%residual(model, load, work%trial, work%g)
-    new_size = norm2(work%g)
-    if (new_size < size_g) then
-      u = work%trial
-      size_g = new_size
-    end if
+    u = u + work%du
+    work%trial = 0
+    do refinement = 1, 2
+      call work%residual(model, load, u, work%g, low=work%trial)
+      call work%newton_step(model, work%g)
+      work%trial = work%trial + work%du
+    end do
+    call work%residual(model, load, u, work%g, low=work%trial)
+    size_g = norm2(work%g)
     if (work%force_scale > 0) report%residual = size_g/work%force_scale
     report%converged = report%residual <= options%tolerance
-    if (.not. report%converged) report%reason = 'the residual is limited by rounding at '//number_text(report%residual)
+    if (.not. report%converged) report%reason = 'the residual is limited by rounding at '// &
+      number_text(report%residual)
   end subroutine conclude
 end module solid_statics

@@ -44,7 +44,8 @@ contains
     call t%check_below('the turning law gives the squared angle up to 3 rad', worst, 1.0e-13_rp)
     below = turning_law(0.01_rp*(1 - 1.0e-13_rp))
     above = turning_law(0.01_rp*(1 + 1.0e-13_rp))
-    call t%check_below('series and closed form agree where they meet', maxval(abs(below - above)/above), 1.0e-11_rp)
+    call t%check_below('series and closed form agree where they meet', maxval(abs(below - above)/above), &
+      1.0e-11_rp)
   end subroutine test_turning_law
 
   !> A hinge with two triangles on each side and rest angle theta0 in a strongly deformed state.
@@ -117,12 +118,15 @@ contains
         v = rotate(hinge%x0 + u) - hinge%x0
         if (n == 0 .and. a > 1) cycle ! a fixed normal does not turn with the structure
         call hinge_evaluate(hinge, K, v, e2, g2)
-        call t%check_below('a rotated hinge has the same energy'//trim(label), abs(e2 - energy)/energy, 1.0e-13_rp)
+        call t%check_below('a rotated hinge has the same energy'//trim(label), abs(e2 - energy)/energy, &
+          1.0e-13_rp)
         call t%check_below('its forces turn with it'//trim(label), &
                            maxval(abs(g2 - turned(g)))/maxval(abs(g)), 1.0e-12_rp)
         v = cross_sum(hinge%x0 + u, g)
-        call t%check_below('a hinge exerts no net force'//trim(label), maxval(abs(sum(g, 2)))/maxval(abs(g)), 1.0e-13_rp)
-        call t%check_below('a hinge exerts no net moment'//trim(label), maxval(abs(v))/maxval(abs(g)), 1.0e-13_rp)
+        call t%check_below('a hinge exerts no net force'//trim(label), &
+                           maxval(abs(sum(g, 2)))/maxval(abs(g)), 1.0e-13_rp)
+        call t%check_below('a hinge exerts no net moment'//trim(label), maxval(abs(v))/maxval(abs(g)), &
+          1.0e-13_rp)
       end do
     end do
   end subroutine test_hinges
@@ -144,7 +148,8 @@ contains
       axis = [f(2), -f(1), 0.0_rp]/norm2(f)
       u(:, 3) = cos(PHI)*f + sin(PHI)*cross(axis, f) - f
       call hinge_evaluate(hinge, K, u, energy)
-      call t%check_close('swinging out of the plane costs k phi^2/2', energy, 0.5_rp*K*PHI**2, rtol=1.0e-13_rp)
+      call t%check_close('swinging out of the plane costs k phi^2/2', energy, 0.5_rp*K*PHI**2, &
+        rtol=1.0e-13_rp)
       call t%check_close('the angle is the turning angle', hinge_angle(hinge, u), PHI, rtol=1.0e-13_rp)
     end do
   end subroutine test_hinge_directions
@@ -269,16 +274,19 @@ contains
     call model%gradient(u, g)
     v = rotate(model%points + u) - model%points + spread(shift, 2, model%n_all)
     call model%gradient(v, gv)
-    call t%check_close('the energy of a wing is invariant under rigid motion', model%energy(v), energy, rtol=1.0e-11_rp)
+    call t%check_close('the energy of a wing is invariant under rigid motion', model%energy(v), energy, &
+      rtol=1.0e-11_rp)
     call t%check_below('its forces turn with it', maxval(abs(gv - turned(g)))/maxval(abs(g)), 1.0e-11_rp)
     call t%check_below('a wing exerts no net force', maxval(abs(sum(g, 2)))/maxval(abs(g)), 1.0e-12_rp)
     v = cross_sum(model%points + u, g)
     moment = v(:, 1)
-    call t%check_below('a wing exerts no net moment', maxval(abs(moment))/(maxval(abs(g))*model%size), 1.0e-12_rp)
+    call t%check_below('a wing exerts no net moment', maxval(abs(moment))/(maxval(abs(g))*model%size), &
+      1.0e-12_rp)
     u = 0
     v = rotate(model%points) - model%points + spread(shift, 2, model%n_all)
     call model%gradient(v, gv)
-    call t%check_below('a rigid motion costs no energy', model%energy(v), 1.0e-24_rp*model%stiffness%extension(1))
+    call t%check_below('a rigid motion costs no energy', model%energy(v), &
+      1.0e-24_rp*model%stiffness%extension(1))
     call t%check_below('a rigid motion produces no force', maxval(abs(gv)), &
                        1.0e-14_rp*model%size*model%stiffness%extension(1))
   end subroutine test_rigid_motion
@@ -294,7 +302,8 @@ contains
     wing = make_fly_wing(24, 12)
     wing%joints(4)%nodes(3) = 1
     call model%init(wing, default_params(wing), failure)
-    call t%check('a joint beside the veins is refused by name', failure%failed .and. index(failure%reason, 'J4') > 0)
+    call t%check('a joint beside the veins is refused by name', failure%failed .and. index(failure%reason, &
+      'J4') > 0)
     wing = make_beam(4, 1.0_rp, 0.1_rp, [1.0_rp, 0.0_rp, 0.0_rp])
     wing%root = [integer ::]
     call model%init(wing, default_params(wing), failure)

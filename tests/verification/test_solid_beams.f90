@@ -74,7 +74,8 @@ contains
       call load%add_point(n + 1, [0.0_rp, 0.0_rp, P])
       call solve(model, load, 1.0e-9_rp, u, report)
       w = u(3, n + 1)/(P/3)
-      call t%check_close('the tip of a cantilever is too soft by 1/(2 N^2)', (w - 1)*2*n**2, 1.0_rp, atol=1.0e-4_rp)
+      call t%check_close('the tip of a cantilever is too soft by 1/(2 N^2)', (w - 1)*2*n**2, 1.0_rp, &
+        atol=1.0e-4_rp)
       n = 2*n
     end do
   end subroutine test_small_load
@@ -134,7 +135,8 @@ contains
     character(40) :: label
     integer :: a, n, i
     call elastica(10.0_rp, 0.0_rp, w, shortening, angle)
-    call t%check_close('the elastica of the test agrees with elliptic integrals', w, 0.810609_rp, atol=1.0e-6_rp)
+    call t%check_close('the elastica of the test agrees with elliptic integrals', w, 0.810609_rp, &
+      atol=1.0e-6_rp)
     do a = 1, size(ALPHAS)
       call elastica(ALPHAS(a), 0.0_rp, w, shortening, angle)
       write (label, '(a,f5.1)') ' at P L^2/EI =', ALPHAS(a)
@@ -169,7 +171,8 @@ contains
     g = 0*u
     u = arc(model, 2*PI)
     load%couples(1)%moment = 2*PI
-    call t%check_below('under 2 pi EI/L the beam closes', norm2(model%points(:, N + 1) + u(:, N + 1)), 1.0e-14_rp)
+    call t%check_below('under 2 pi EI/L the beam closes', norm2(model%points(:, N + 1) + u(:, N + 1)), &
+      1.0e-14_rp)
     call model%gradient(u, g)
     call load%subtract_from(model, u, g)
     call model%zero_clamped(g)
@@ -222,7 +225,8 @@ contains
   subroutine test_turek_hron()
     integer, parameter :: N = 80
     real(rp), parameter :: YOUNG(2) = [1.4e6_rp, 5.6e6_rp], L = 0.35_rp, H = 0.02_rp
-    real(rp), parameter :: PUBLISHED(2, 2) = reshape([-7.187e-3_rp, -66.10e-3_rp, -0.4690e-3_rp, -16.97e-3_rp], [2, 2])
+    real(rp), parameter :: PUBLISHED(2, 2) = reshape([-7.187e-3_rp, -66.10e-3_rp, -0.4690e-3_rp, &
+      -16.97e-3_rp], [2, 2])
     type(solid_model_t) :: model
     type(load_t) :: load
     type(static_report_t) :: report
@@ -242,8 +246,10 @@ contains
       call elastica(0.0_rp, q*L**3/ei, w, shortening, angle)
       call t%check_close('Turek-Hron''s beam deflects like the elastica', u(2, N + 1), -L*w, rtol=1.0e-3_rp)
       call t%check_close('and shortens like it', u(1, N + 1), -L*shortening, rtol=2.0e-3_rp)
-      call t%check_close('Turek-Hron: u_y within what an inextensible beam misses', u(2, N + 1), PUBLISHED(2, c), rtol=7.4e-3_rp)
-      call t%check_close('Turek-Hron: u_x within what an inextensible beam misses', u(1, N + 1), PUBLISHED(1, c), &
+      call t%check_close('Turek-Hron: u_y within what an inextensible beam misses', u(2, N + 1), &
+                         PUBLISHED(2, c), rtol=7.4e-3_rp)
+      call t%check_close('Turek-Hron: u_x within what an inextensible beam misses', u(1, N + 1), &
+                         PUBLISHED(1, c), &
                          rtol=1.15e-2_rp)
     end do
   end subroutine test_turek_hron

@@ -139,7 +139,8 @@ contains
         call stepper%step(model, inertia, rest, force, DT, options, state, report)
       end do
       damped = omega*sqrt(1 - zeta**2)
-      exact = X0*exp(-zeta*omega*state%time)*(cos(damped*state%time) + zeta*omega/damped*sin(damped*state%time))
+      exact = X0*exp(-zeta*omega*state%time)* &
+              (cos(damped*state%time) + zeta*omega/damped*sin(damped*state%time))
       call t%check_close('a damped oscillator decays as it must', state%u(1, 2)/X0, exact/X0, atol=2.0e-4_rp)
     end do
     call stepper%free()
@@ -183,7 +184,8 @@ contains
       last = 1 + state%u(1, 2)
       call stepper%step(model, inertia, rest, force, dt, options, state, report)
       fine = fine .and. report%converged
-      if (last > 0 .and. 1 + state%u(1, 2) <= 0) crossing = state%time - dt*(1 + state%u(1, 2))/(1 + state%u(1, 2) - last)
+      if (last > 0 .and. 1 + state%u(1, 2) <= 0) crossing = state%time - dt*(1 + state%u(1, &
+        2))/(1 + state%u(1, 2) - last)
       now = measure_motion(inertia, model, rest%frame, state%u, state%v)
       drift = max(drift, abs(now%kinetic + now%elastic + inertia%mass(2)*G*state%u(2, 2) - energy))
     end do
@@ -296,7 +298,8 @@ contains
         last = measure_motion(inertia, model, turning%at(T_END), state%u, state%v)
         h(refinement) = 1.0_rp/n
         if (c == 1) then
-          call t%check_below('linear momentum is conserved', maxval(abs(last%linear - first%linear)), 1.0e-8_rp)
+          call t%check_below('linear momentum is conserved', maxval(abs(last%linear - first%linear)), &
+            1.0e-8_rp)
           spin = last%angular - first%angular
           errors(refinement) = norm2(spin)
         else
@@ -308,7 +311,8 @@ contains
       end do
       if (c == 1) call t%check_below('angular momentum is conserved', errors(3), 1.0e-4_rp)
       if (c == 1) call t%check_order('and the better the shorter the steps', h, errors, 2.0_rp, 0.5_rp)
-      if (c == 2) call t%check_order('a free rod moves straight through a turning frame', h, errors, 2.0_rp, 0.2_rp)
+      if (c == 2) call t%check_order('a free rod moves straight through a turning frame', h, errors, 2.0_rp, &
+        0.2_rp)
     end do
     call stepper%free()
   end subroutine test_free_rod
@@ -360,7 +364,8 @@ contains
     options%iterations = 1
     before = state%u
     call stepper%step(model, inertia, spin, 50*force, 1.0e-3_rp, options, state, report)
-    call t%check('a hopeless step is a failure with a reason', .not. report%converged .and. allocated(report%reason))
+    call t%check('a hopeless step is a failure with a reason', .not. report%converged .and. &
+      allocated(report%reason))
     call t%check('and leaves the state as it was', .not. maxval(abs(before - state%u)) > 0 .and. &
                  abs(state%time - 5.0e-4_rp) < 1.0e-15_rp)
     call stepper%free()
@@ -383,7 +388,8 @@ contains
     call natural_modes(work, model, load, inertia%mass, 0*load%force, f, shapes, failure)
     call t%check('the modes of a cantilever are found', .not. failure%failed)
     do i = 1, 8 ! every frequency twice: in both planes
-      call t%check_close('a natural frequency of the cantilever is beta^2', TWO_PI*f(i), EXACT(ceiling(0.5_rp*i)), rtol=1.0e-3_rp)
+      call t%check_close('a natural frequency of the cantilever is beta^2', TWO_PI*f(i), &
+        EXACT(ceiling(0.5_rp*i)), rtol=1.0e-3_rp)
       mass = sum(inertia%mass*sum(shapes(:, :, i)**2, 1))
       call t%check_close('its shape has unit modal mass', mass, 1.0_rp, rtol=1.0e-8_rp)
     end do

@@ -99,7 +99,8 @@ contains
       call make_load(model, i, 0.5e-3_rp, load)
       options = static_options_t()
       call solve_static(work, model, load, .false., options, u, report)
-      call t%check('the loaded wing reaches a stable equilibrium', report%converged .and. report%residual <= 1.0e-8_rp)
+      call t%check('the loaded wing reaches a stable equilibrium', report%converged .and. &
+        report%residual <= 1.0e-8_rp)
       call t%check_below('in few factorisations', real(report%factorisations, rp), 60.0_rp)
       options%step_limit = options%step_limit/2.5_rp
       call solve_static(work, model, load, .false., options, fine, report)
@@ -114,7 +115,8 @@ contains
         call model%set_parameter(p, values(p))
       end do
       call solve_static(work, model, load, .true., options, warm, report)
-      call t%check('a warm start takes few factorisations', report%converged .and. report%factorisations <= 12)
+      call t%check('a warm start takes few factorisations', report%converged .and. &
+        report%factorisations <= 12)
       call t%check_below('a warm start ends in the shape of the cold one', maxval(abs(warm - u)), 1.0e-9_rp)
     end do
     call work%free()
@@ -177,7 +179,8 @@ contains
     call make_model(.false., model)
     call work%init(model)
     allocate (u(3, model%n_all), source=0.0_rp)
-    call t%check_close('D = 0.2 mN mm means 7.6 um at 5 GPa', membrane_thickness(model%params, 2.0e-7_rp), 7.59e-6_rp, &
+    call t%check_close('D = 0.2 mN mm means 7.6 um at 5 GPa', membrane_thickness(model%params, 2.0e-7_rp), &
+      7.59e-6_rp, &
                        rtol=1.0e-3_rp)
     call load%init(model)
     call solve_static(work, model, load, .false., options, u, report)
@@ -187,11 +190,13 @@ contains
     call make_load(model, 1, 1.0e-3_rp, load)
     options%factorisation_limit = 5
     call solve_static(work, model, load, .false., options, u, report)
-    call t%check('too little work is a failure with a reason', .not. report%converged .and. allocated(report%reason))
+    call t%check('too little work is a failure with a reason', .not. report%converged .and. &
+      allocated(report%reason))
     options = static_options_t()
     call model%set_parameter(model%params%find('D'), 0.0_rp)
     call solve_static(work, model, load, .false., options, u, report)
-    call t%check('a membrane without bending stiffness is refused', .not. report%converged .and. allocated(report%reason))
+    call t%check('a membrane without bending stiffness is refused', .not. report%converged .and. &
+      allocated(report%reason))
     call work%free()
   end subroutine test_failures
 end program test_solid_statics
