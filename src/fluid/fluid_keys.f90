@@ -29,9 +29,9 @@ contains
     real(rp), parameter :: BOX = 6.283185307179586_rp
     call r%add_section('Resolution', 'grid points and how they are shared among the ranks')
     call r%add_integer('Resolution', 'nx', 4, 'points in x, even; 1 means a two-dimensional flow in the y-z plane', &
-                       min=1, required=.true.)
-    call r%add_integer('Resolution', 'ny', 4, 'points in y, even', min=4, required=.true.)
-    call r%add_integer('Resolution', 'nz', 4, 'points in z, even', min=4, required=.true.)
+                       min=1, max=32768, required=.true.)
+    call r%add_integer('Resolution', 'ny', 4, 'points in y, even', min=4, max=32768, required=.true.)
+    call r%add_integer('Resolution', 'nz', 4, 'points in z, even', min=4, max=32768, required=.true.)
     call r%add_integer('Resolution', 'process_rows', 0, &
                        'rows of the process grid (they share y); 0 chooses slabs if possible', min=0)
     call r%add_word('Resolution', 'planner', 'estimate', 'estimate|measure', &
