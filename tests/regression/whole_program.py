@@ -149,6 +149,18 @@ class Case:
             time.sleep(0.01)
         raise AssertionError(f"not {steps} steps within {timeout} s")
 
+    def ranks(self):
+        """Process ids of the ranks of the run that `start` began."""
+        found = []
+        for process in filter(str.isdigit, os.listdir("/proc")):
+            try:
+                words = Path(f"/proc/{process}/cmdline").read_text().split("\0")
+                if words[0] == self.program and os.readlink(f"/proc/{process}/cwd") == str(self.folder.resolve()):
+                    found.append(int(process))
+            except (OSError, UnicodeDecodeError):
+                pass  # it has ended, or is none of ours
+        return found
+
     def files(self):
         return sorted(p.name for p in self.folder.iterdir())
 
@@ -257,6 +269,25 @@ def same_files(one, two):
         if all(abs(struct.unpack_from("<I", x, start)[0] - time.time()) < 86400 for x in (a, b)):
             return True
     return False
+
+
+def same_runs(one, two):
+    """Two folders hold the same run: the newest checkpoint, every series, index and field, to the bit."""
+    same_checkpoints(one, one.newest_checkpoint(), two, two.newest_checkpoint())
+    a, b = one.all_series(), two.all_series()
+    check(a.keys() == b.keys() and "ekin.t" in a, f"the same series: {sorted(a)}, {sorted(b)}")
+    for name in a:
+        check(a[name] == b[name], f"{name} is the same line by line")
+        times = [float(line[0] if isinstance(line, list) else line.split()[0]) for line in b[name]]
+        check(len(set(times)) == len(times) > 2, f"{name} has every time once")
+    for index in [n for n in one.files() if n.endswith(".xmf")]:
+        check((one.folder / index).read_text() == (two.folder / index).read_text(), f"{index} is the same")
+    compared = 0
+    for name in one.files():
+        if name.endswith(".h5") and not name.startswith("runtime_backup"):
+            check(same_files(one.folder / name, two.folder / name), f"{name} is the same to the bit")
+            compared += 1
+    check(compared > 5, "there are fields to compare")
 
 
 def same_checkpoints(a, name_a, b, name_b, tolerance=None):
