@@ -19,7 +19,7 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parents[2]
 EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED = range(5)
 # What the runtime of a compiler or the system prints when a program dies of a defect.
-CRASH_MARKS = ("Backtrace", "backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
+CRASH_MARKS = ("Backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
                "internal error", "AddressSanitizer", "runtime error:")
 
 Finished = namedtuple("Finished", "code out err")
@@ -89,6 +89,10 @@ class Case:
     def sub(self, name):
         """A case in a new folder below this one."""
         return Case(self.program, self.h5dump, self.folder / name)
+
+    def traps(self):
+        """Whether this build ends on the first invalid operation instead of carrying NaN on."""
+        return "-ffpe-trap" in self.flusi("--version").out
 
     def write(self, name, ini):
         text = ini if isinstance(ini, str) else ini_text(ini)
