@@ -210,8 +210,8 @@ def test_one_period(case):
 
 
 def test_infile(case):
-    """A saved velocity is an initial condition: at t = 0 it is saved again, but for the round-off of making
-    it solenoidal."""
+    """A saved velocity is an initial condition: the run starts at its time and saves it again at once, but for
+    the round-off of making it solenoidal."""
     for precision, round_off in (("single", 2e-7), ("double", 1e-14)):
         first, second = case.sub(f"{precision}_1"), case.sub(f"{precision}_2")
         first.write("run.ini", ring(Saving={"field_precision": precision}))
@@ -223,7 +223,7 @@ def test_infile(case):
         second.write("run.ini", ring(InitialCondition={"inicond": "infile", **keys}, Saving={"field_precision": precision}))
         second.run("run.ini", ranks=3)
         for c in "xyz":
-            close(first.field(f"u{c}_{last}"), second.field(f"u{c}_000000.h5"), round_off, f"u{c} at the start")
+            close(first.field(f"u{c}_{last}"), second.field(f"u{c}_{last}"), round_off, f"u{c} at the start")
 
 
 def test_series(case):
