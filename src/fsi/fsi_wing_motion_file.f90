@@ -89,10 +89,9 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     real(rp), allocatable :: a(:), b(:)
     real(rp) :: a0
-    integer :: n, n_before
+    integer :: n
     logical :: is_hermite
     if (.not. config%is_given(SECTION, 'nfft_'//angle)) return ! missing or wrong, which is reported
-    n_before = errors%count()
     is_hermite = to_lower(config%get_word(SECTION, 'type')) == 'hermite'
     n = config%get_integer(SECTION, 'nfft_'//angle)
     a0 = config%get_real(SECTION, 'a0_'//angle)
@@ -104,7 +103,7 @@ contains
       if (abs(a0) > 0) call config%complain(notices, SECTION, 'a0_'//angle, &
         'has no effect with type=hermite, as in FLUSI')
     end if
-    if (errors%count() > n_before) return
+    if (size(a) /= n .or. size(b) /= n .or. (is_hermite .and. n == 0)) return
     if (is_hermite) then
       call series%set_hermite(unit*a, unit*b)
     else if (n == 0) then
