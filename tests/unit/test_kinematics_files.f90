@@ -17,7 +17,7 @@ program test_kinematics_files
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10), REST = '0 0 0 0 0 0 0 0 0'
-  character(*), parameter :: FOURIER = '[kinematics]'//NL//'format=2015-10-09; currently unused'//NL//'type=fourier;'//NL
+  character(*), parameter :: FOURIER = '[kinematics]'//NL//'format=2015-10-09; unused'//NL//'type=fourier;'//NL
   character(*), parameter :: SERIES = 'nfft_phi=2;'//NL//'a0_phi=10;'//NL//'ai_phi=60 1;'//NL//'bi_phi=0 -2;'//NL// &
                              'nfft_alpha=0;'//NL//'a0_alpha=90;'//NL// &
                              'nfft_theta=1;'//NL//'a0_theta=4;'//NL//'ai_theta=5;'//NL//'bi_theta=0;'//NL
@@ -117,8 +117,10 @@ contains
     type(message_list_t) :: errors, notices
     character(*), parameter :: ALPHA_THETA = 'nfft_alpha=0;'//NL//'nfft_theta=0;'//NL
     call expect(kit, '[kinematics]'//NL//SERIES, 'k.ini: [kinematics] type: is missing; valid: fourier')
-    call expect(kit, '[kinematics]'//NL//'type=spline;'//NL//SERIES, 'k.ini:2: [kinematics] type: ''spline'' is unknown')
-    call expect(kit, FOURIER//'convention=english;'//NL//SERIES, 'k.ini:4: [kinematics] convention: ''english'' is unknown')
+    call expect(kit, '[kinematics]'//NL//'type=spline;'//NL//SERIES, &
+      'k.ini:2: [kinematics] type: ''spline'' is unknown')
+    call expect(kit, FOURIER//'convention=english;'//NL//SERIES, &
+      'k.ini:4: [kinematics] convention: ''english'' is unknown')
     call expect(kit, FOURIER//'units=grad;'//NL//SERIES, 'k.ini:4: [kinematics] units: ''grad'' is unknown')
     call expect(kit, FOURIER//SERIES//'ai_psi=3;'//NL, 'k.ini:14: [kinematics] ai_psi: unknown key')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=3;'//NL//'ai_phi=1 2;'//NL//'bi_phi=1 2 3;'//NL, &

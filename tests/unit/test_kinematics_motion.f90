@@ -196,6 +196,7 @@ contains
       call series%evaluate(TIMES(i), f)
       worst(1) = max(worst(1), abs(f(0) - VALUES(i)), abs(f(1) - SLOPES(i)))
     end do
+    call kit%check_below('table: between them the cubics of the Hermite basis', distance_to_basis(series), 1.0e-14_rp)
     do i = 1, 3
       x = (TIMES(i) + TIMES(i + 1))/2
       d = differences(series, x, 0.05_rp)
@@ -213,9 +214,26 @@ contains
     call kit%check('a run as long as the table', errors%count() == 0)
     call motion%check_span(1.5_rp, 'motion of the left wing', errors)
     call kit%check('a run longer than the table is a mistake', errors%count() == 1)
-    if (errors%count() == 1) call kit%check('which says how long both are', errors%text(1) == &
-      'motion of the left wing: the table ends after 2.5 cycles, the run after 3.0; valid: a shorter run or a longer table')
+    if (errors%count() == 1) call kit%check('which says how long both are', errors%text(1) == 'motion of the left '// &
+      'wing: the table ends after 2.5 cycles, the run after 3.0; valid: a shorter run or a longer table')
   end subroutine check_table
+
+  !> Largest distance of the table from y1 (1 + 2 s) r^2 + d1 h s r^2 + y2 s^2 (1 + 2 r) - d2 h s^2 r, r = 1 - s.
+  real(rp) function distance_to_basis(series) result(worst)
+    type(angle_series_t), intent(in) :: series
+    real(rp) :: f(0:2), s, h, want
+    integer :: i, j
+    worst = 0
+    do i = 1, 3
+      h = TIMES(i + 1) - TIMES(i)
+      do j = 1, 19
+        s = j/20.0_rp
+        call series%evaluate(TIMES(i) + s*h, f)
+        want = (1 - s)**2*(VALUES(i)*(1 + 2*s) + SLOPES(i)*h*s) + s**2*(VALUES(i + 1)*(3 - 2*s) - SLOPES(i + 1)*h*(1 - s))
+        worst = max(worst, abs(f(0) - want))
+      end do
+    end do
+  end function distance_to_basis
 
   subroutine check_frequency(kit)
     type(testkit_t), intent(inout) :: kit
