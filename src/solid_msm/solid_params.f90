@@ -20,7 +20,8 @@ module solid_params
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_bending
+  public :: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_bending, &
+            membrane_note
 
   integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
                                 PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
@@ -212,4 +213,20 @@ contains
     real(rp), intent(in) :: h
     plate = self%membrane_young*h**3/(12*(1 - self%membrane_poisson**2))
   end function membrane_bending
+
+  !> A sentence about D for the start of a run: what it means, and a warning if it is so small that
+  !> equilibria are not unique (`is_soft`).
+  subroutine membrane_note(self, note, is_soft)
+    class(solid_params_t), intent(in) :: self
+    character(:), allocatable, intent(out) :: note
+    logical, intent(out) :: is_soft
+    real(rp), parameter :: UNIQUE_ABOVE = 0.999e-7_rp ! [N m] by measurement: bench/static table
+    character(160) :: text
+    write (text, '(a,es9.2,a,f6.2,a,f6.2,a)') 'membrane bending stiffness D = ', self%plate, &
+      ' N m, which means ', membrane_thickness(self, self%plate)*1.0e6_rp, ' um at ', &
+      self%membrane_young*1.0e-9_rp, ' GPa; a regularising parameter, not measured'
+    note = trim(text)
+    is_soft = self%plate < UNIQUE_ABOVE
+    if (is_soft) note = note//'; so small a D leaves many wrinkled equilibria, and shapes depend on the path'
+  end subroutine membrane_note
 end module solid_params

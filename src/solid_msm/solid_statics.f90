@@ -14,6 +14,7 @@ module solid_statics
   use solid_extension, only: extension_axial
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
+  use solid_vectors, only: longest
   implicit none
   private
   public :: solve_static, static_options_t, static_report_t
@@ -195,10 +196,10 @@ contains
         if (.not. is_spd) exit
       end if
       call work%newton_step(model, work%g)
-      if (maxval(norm2(work%du, 1)) > 3*most_moved) exit
+      if (longest(work%du) > 3*most_moved) exit
       call extension_axial(model%springs, model%stiffness%extension, work%trial, work%axial, work%du)
       work%trial = work%trial + work%du
-      moved = maxval(norm2(work%trial - u, 1))
+      moved = longest(work%trial, u)
       if (moved > 4*most_moved) exit
       last_size = size_g
       call work%residual(model, load, work%trial, work%g)
