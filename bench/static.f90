@@ -5,7 +5,8 @@
 !>
 !> Ten loads x four Young's moduli x soft and stiff joints x cross-springs off and on, with forces that
 !> move the loaded point by 0.05 to 0.3 R; each shape cold, with steps of half the size, and warm from
-!> the shape for parameters that differ by factors exp(0.1 N(0,1)). D is 0.2 mN mm; with `table` a row
+!> the shape for parameters that differ by factors exp(0.1 N(0,1)), or cold again where that shape lies
+!> behind a snap. D is 0.2 mN mm; with `table` a row
 !> is printed for each of several D. The last line is a JSON object for D = 0.2 mN mm.
 program bench_static
   use base_errors, only: failure_t, require
@@ -41,6 +42,7 @@ program bench_static
 
   type(case_t) :: results(N_CASES)
   character(16) :: argument
+  real(rp) :: step_ms
   integer :: row
 
   call get_command_argument(1, argument)
@@ -52,9 +54,10 @@ program bench_static
     if (argument == 'table') call run(TABLE(row), results)
   end do
   call run(0.2e-6_rp, results)
-  write (output_unit, '(a,i0,a,i0,a,f0.1,a,f0.1,a,f0.1,a)') '{"cases":', N_CASES, ',"converged":', &
+  step_ms = bdf2_step_ms()
+  write (output_unit, '(a,i0,a,i0,a,f9.1,a,f9.1,a,f9.1,a)') '{"cases":', N_CASES, ',"converged":', &
     count(results%cold .and. results%warm), ',"cold_ms_median":', median(results%cold_ms), &
-    ',"warm_ms_median":', median(results%warm_ms), ',"bdf2_ms":', bdf2_step_ms(), '}'
+    ',"warm_ms_median":', median(results%warm_ms), ',"bdf2_ms":', step_ms, '}'
 
 contains
 
@@ -118,6 +121,7 @@ contains
     real(rp), allocatable :: u(:, :), v(:, :)
     real(rp) :: force, target, t0, t1, w, last_force, last_w, next
     integer :: attempt, triangle, p
+    logical :: is_warm
     allocate (u(3, model%n_all), v(3, model%n_all), source=0.0_rp)
     call model%set_params(params)
     triangle = 2*(floor(PLACES(2, place)*NY)*NX + floor(PLACES(1, place)*NX)) + 1
@@ -161,13 +165,14 @@ contains
     call model%set_params(other)
     call solve_static(work, model, load, .false., options, v, report)
     call model%set_params(params)
+    is_warm = report%snaps == 0 ! a shape behind a snap is no start: the path there may not be the cold one
     call cpu_time(t0)
-    call solve_static(work, model, load, .true., options, v, report)
+    call solve_static(work, model, load, is_warm, options, v, report)
     call cpu_time(t1)
     result%warm_ms = 1000*(t1 - t0)
     result%warm = report%converged
     result%warm_factorisations = report%factorisations
-    result%redone = report%was_redone_cold
+    result%redone = report%was_redone_cold .or. .not. is_warm
     result%warm_difference = maxval(abs(v - u))
 
   end subroutine one_case

@@ -44,7 +44,8 @@ contains
 
   !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result: a
   !> cold start begins at zero whatever u is, a warm start at u, the solution for the same load with
-  !> other parameters. On success the last factorisation in `work` is that of the exact tangent, ready
+  !> other parameters; only a shape reached without snaps is a start that leads where the cold path
+  !> leads. On success the last factorisation in `work` is that of the exact tangent, ready
   !> for sensitivities. Failure is a report with a reason; u is then the last equilibrium of the path.
   subroutine solve_static(work, model, load, is_warm, options, u, report)
     type(equilibrium_t), intent(inout) :: work
