@@ -2,6 +2,7 @@
 set(FLUSI_TEST_ENVIRONMENT
     OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
     OMPI_MCA_rmaps_base_oversubscribe=1
+    OMPI_MCA_hwloc_base_binding_policy=none   # tests that run side by side must not share one core
     OMPI_MCA_mpi_yield_when_idle=1            # more ranks than cores must not starve each other
     OMPI_MCA_btl_vader_single_copy_mechanism=none  # containers forbid ptrace-like copies
     OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1)

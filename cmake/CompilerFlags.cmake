@@ -7,7 +7,9 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
       -Wimplicit-interface    # every call is checked
       -Wimplicit-procedure
       -Wuse-without-only      # a reader must see where a name comes from
+      -Wno-function-elimination # short-circuit is not promised by the language, and not relied on
       -Wno-maybe-uninitialized # false positives on allocatable descriptors at -O2 and above
+      $<$<CONFIG:Release>:-Wno-uninitialized> # the same false positives, at -O3 only
       -fimplicit-none)
   # Plain variables: CMake has already put empty cache entries for build types it does not know.
   # No -ffast-math: NaN checks must work and results must not depend on the vector width of a loop.

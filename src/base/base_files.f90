@@ -4,10 +4,11 @@
 !> A file is replaced safely by writing it under a temporary name and calling `replace_file`: whoever
 !> opens the final name finds either the old content or the new one, complete.
 module base_files
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_null_char, c_associated
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_null_char, c_associated
   implicit none
   private
-  public :: file_exists, rename_file, remove_file, sync_path, replace_file, join_path, folder_of, name_of
+  public :: file_exists, rename_file, remove_file, empty_file, sync_path, replace_file
+  public :: join_path, folder_of, name_of
 
   ! fopen and fileno instead of open: open takes a variable argument list, which no portable
   ! Fortran interface can describe.
@@ -21,6 +22,13 @@ module base_files
       import :: c_int, c_char
       character(kind=c_char), intent(in) :: path(*)
     end function c_unlink
+
+    ! The length has type off_t, a long on every 64-bit system.
+    integer(c_int) function c_truncate(path, length) bind(C, name='truncate')
+      import :: c_int, c_long, c_char
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_long), value :: length
+    end function c_truncate
 
     type(c_ptr) function c_fopen(path, mode) bind(C, name='fopen')
       import :: c_ptr, c_char
@@ -64,6 +72,13 @@ contains
     logical, intent(out) :: ok
     ok = c_unlink(path//c_null_char) == 0
   end subroutine remove_file
+
+  !> Makes an existing file empty, also one that is open elsewhere; its space is free at once.
+  subroutine empty_file(path, ok)
+    character(*), intent(in) :: path
+    logical, intent(out) :: ok
+    ok = c_truncate(path//c_null_char, 0_c_long) == 0
+  end subroutine empty_file
 
   !> Waits until the content of a file, or the entries of a folder, are on the disk.
   subroutine sync_path(path, ok)

@@ -8,6 +8,7 @@ module fluid_initial
   use base_kinds, only: rp
   use fluid_kernels, only: stick_fields, stick_divergence, biot_savart
   use fluid_params, only: fluid_params_t
+  use fluid_spectrum, only: random_velocity
   use io_fields, only: read_field, field_meta_t
   use parallel_world, only: world_t
   use spectral_pencil, only: pencil_t
@@ -48,6 +49,8 @@ contains
     case ('taylor_green', 'taylor_green_2d')
       call taylor_green(params, full, fields(:, :, :, 1:3))
       call full%forward(fields(:, :, :, 1:3), modes(:, :, 1:3))
+    case ('turbulence_rogallo', 'random-given-spectrum')
+      call random_velocity(world, params, full%sticks, modes(:, :, 1:3), failure)
     case ('infile')
       call from_files(world, params, full, fields(:, :, :, 1:3), failure)
       if (.not. failure%failed) call full%forward(fields(:, :, :, 1:3), modes(:, :, 1:3))

@@ -40,9 +40,9 @@ contains
     call r%add_real('Geometry', 'xl', BOX, 'length of the box in x', unit='L', above=0.0_rp)
     call r%add_real('Geometry', 'yl', BOX, 'length of the box in y', unit='L', above=0.0_rp)
     call r%add_real('Geometry', 'zl', BOX, 'length of the box in z', unit='L', above=0.0_rp)
-    call r%add_real('Geometry', 'x0', 0.0_rp, 'centre of body or vortex, x; default: middle of the box', unit='L')
-    call r%add_real('Geometry', 'y0', 0.0_rp, 'centre of body or vortex, y; default: middle of the box', unit='L')
-    call r%add_real('Geometry', 'z0', 0.0_rp, 'centre of body or vortex, z; default: middle of the box', unit='L')
+    call r%add_length('Geometry', 'x0', 'xl/2', 'centre of body or vortex, x', unit='L')
+    call r%add_length('Geometry', 'y0', 'yl/2', 'centre of body or vortex, y', unit='L')
+    call r%add_length('Geometry', 'z0', 'zl/2', 'centre of body or vortex, z', unit='L')
     call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                       unit='L', min=0.0_rp)
     call r%add_real('Geometry', 'alpha', 0.0_rp, 'turning of the plate about the z axis', unit='degree')
@@ -104,12 +104,12 @@ contains
                     'floor_yz|active_grid|fractal_tree')
     call r%add_switch('Penalization', 'iMoving', .false., 'whether the body moves', unbuilt='moving bodies')
     call r%add_real('Penalization', 'eps', 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
-    call r%add_word('Penalization', 'iCavity', 'no', 'no|yes', 'walls around the box, cavity_size points thick', &
+    call r%add_word('Penalization', 'iCavity', 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', &
                     unbuilt='freestream*')
     call r%add_integer('Penalization', 'cavity_size', 0, 'thickness of the cavity walls', unit='points', min=0)
-    call r%add_word('Penalization', 'iChannel', 'no', 'no|xy|xz|xy_sliding|xz_sliding', &
+    call r%add_word('Penalization', 'iChannel', 'no', 'no|xy|xz|xy_sliding|xz_sliding|0|1', &
                     'one wall between pos_wall-thick_wall and pos_wall, normal z (xy) or y (xz); '// &
-                    'sliding: it moves with the prescribed mean flow', unbuilt='inlet_x|turek|cylinder')
+                    'sliding: it moves with the prescribed mean flow; 0 = no, 1 = xy', unbuilt='inlet_x|turek|cylinder')
     call r%add_length('Penalization', 'thick_wall', '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call r%add_length('Penalization', 'pos_wall', '0.3', 'upper face of the channel wall', unit='L')
     call r%add_switch('Penalization', 'compute_forces', .true., 'write forces.t and its relatives')

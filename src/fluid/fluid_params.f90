@@ -22,7 +22,8 @@ module fluid_params
     integer :: nt = 0                      !< largest number of steps
     logical :: intelligent_dt = .false.
     ! Initial condition
-    character(:), allocatable :: inicond, file_u(:), spectrum_file
+    character(:), allocatable :: inicond, spectrum_file
+    character(1024) :: file_u(3) = '' !< names of the fields of inicond = infile
     real(rp) :: omega1 = 0
     integer :: seed = 0
     ! Solids
@@ -130,7 +131,6 @@ contains
     p%omega1 = c%get_real('InitialCondition', 'omega1')
     p%seed = c%get_integer('InitialCondition', 'seed')
     p%spectrum_file = c%get_text('InitialCondition', 'inicond_spectrum_file')
-    allocate (character(1024) :: p%file_u(3))
     do i = 1, 3
       name = c%get_text('InitialCondition', FILES(i))
       p%file_u(i) = name
@@ -167,9 +167,11 @@ contains
     p%penalized = c%get_switch('Penalization', 'iPenalization')
     p%mask = c%get_word('Penalization', 'iMask')
     p%c_eta = c%get_real('Penalization', 'eps')
-    p%cavity = c%get_word('Penalization', 'iCavity') == 'yes'
+    p%cavity = any(c%get_word('Penalization', 'iCavity') == ['yes', '1  '])
     p%cavity_size = c%get_integer('Penalization', 'cavity_size')
     p%channel = c%get_word('Penalization', 'iChannel')
+    if (p%channel == '0') p%channel = 'no'
+    if (p%channel == '1') p%channel = 'xy'
     p%thick_wall = c%get_real('Penalization', 'thick_wall')
     p%pos_wall = c%get_real('Penalization', 'pos_wall')
     p%compute_forces = c%get_switch('Penalization', 'compute_forces')

@@ -253,6 +253,8 @@ contains
       self%sums%energy_fluid = self%sums%energy_fluid + self%sums%energy
       self%sums%enstrophy_fluid = self%sums%enstrophy_fluid + self%sums%enstrophy
     end if
+    if (self%sticks%zero > 0) self%sums%mean = real(self%state%u(1, self%sticks%zero, :))/ &
+                                               self%params%grid%cell_volume()
     call self%sums%reduce(self%world, self%params%grid%cell_volume())
     if (.not. self%sums%is_finite) then
       call self%failure%raise('the velocity is not a number')
@@ -262,7 +264,7 @@ contains
     end if
     if (self%failure%failed) return
     if (self%pass == PASS_AB2 .or. self%pass == PASS_RK_FIRST) then
-      self%dt = next_step_length(self%params, self%sums%u_max, self%state%time, self%intervals)
+      self%dt = next_step_length(self%params, self%sums%u_max, self%state%time, self%state%dt_old, self%intervals)
       call self%full%update(self%sticks, self%params%nu, self%dt)
       if (self%pass == PASS_RK_FIRST) call self%half%update(self%sticks, self%params%nu, self%dt/2)
     end if

@@ -8,8 +8,9 @@ module fluid_spectrum
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
-  use base_random, only: philox_uniform4
+  use base_random, only: random_uniforms
   use fluid_params, only: fluid_params_t
+  use io_ini, only: read_text_file
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t
   implicit none
@@ -28,7 +29,7 @@ contains
     complex(rp), intent(inout) :: u(:, :, :)
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: modes_in_shell(:), energy(:), table(:, :)
-    real(rp) :: k_min, k(3), drawn(4)
+    real(rp) :: k_min, k(3), drawn(3)
     complex(rp) :: direction(3)
     integer :: s, i, shell, n_shells, mode(3)
 
@@ -64,16 +65,27 @@ contains
         shell = shell_of(sticks, s, i, k_min)
         ! Of a mode and its mirror image only one is drawn, the other is its conjugate.
         if (is_mirror(mode)) then
-          drawn = philox_uniform4(int(p%seed, i8), -mode)
+          drawn = uniforms(p%seed, -mode)
           direction = conjg(solenoidal_direction(-k, drawn, p%grid%is_2d))
         else
-          drawn = philox_uniform4(int(p%seed, i8), mode)
+          drawn = uniforms(p%seed, mode)
           direction = solenoidal_direction(k, drawn, p%grid%is_2d)
         end if
         u(i, s, :) = sqrt(2*energy(shell)/modes_in_shell(shell))*direction
       end do
     end do
   end subroutine random_velocity
+
+  !> Three uniform numbers that depend on the seed and the mode number only.
+  pure function uniforms(seed, mode) result(drawn)
+    integer, intent(in) :: seed, mode(3)
+    real(rp) :: drawn(3)
+    integer(i8), parameter :: WIDTH = 2_i8**20 !< more modes than any direction has
+    integer(i8) :: place
+    place = (mode(1) + WIDTH/2) + WIDTH*((mode(2) + WIDTH/2) + WIDTH*(mode(3) + WIDTH/2))
+    drawn(1:2) = random_uniforms(int(seed, i8), place, 0_i8)
+    drawn(2:3) = random_uniforms(int(seed, i8), place, 1_i8)
+  end function uniforms
 
   !> All modes but the mean and the Nyquist ones, which have no mirror image.
   pure logical function is_used(sticks, s, i, n) result(used)
@@ -103,9 +115,9 @@ contains
     end do
   end function is_mirror
 
-  !> A complex vector of modulus 1 with k . a = 0, from four uniform numbers.
+  !> A complex vector of modulus 1 with k . a = 0, from three uniform numbers.
   pure function solenoidal_direction(k, drawn, is_2d) result(a)
-    real(rp), intent(in) :: k(3), drawn(4)
+    real(rp), intent(in) :: k(3), drawn(3)
     logical, intent(in) :: is_2d
     complex(rp) :: a(3)
     real(rp) :: e1(3), e2(3), mix
@@ -128,33 +140,33 @@ contains
     character(*), intent(in) :: path
     real(rp), allocatable, intent(out) :: table(:, :)
     type(failure_t), intent(inout) :: failure
-    character(256) :: line
+    character(:), allocatable :: text, problem, line
     real(rp) :: row(2)
-    integer :: unit, status, pass, n
-    do pass = 1, 2
-      open (newunit=unit, file=path, status='old', action='read', iostat=status)
-      if (status /= 0) then
-        call failure%raise('cannot read the spectrum file "'//path//'"')
+    integer :: first, last, status, n
+    call read_text_file(path, text, problem)
+    if (allocated(problem)) then
+      call failure%raise(problem)
+      return
+    end if
+    text = text//new_line('a')
+    allocate (table(2, len(text)/2 + 1))
+    n = 0
+    first = 1
+    do while (first <= len(text))
+      last = first + index(text(first:), new_line('a')) - 2
+      line = trim(adjustl(text(first:last)))
+      first = last + 2
+      if (line == '' .or. index('#%', line(1:min(1, len(line)))) > 0) cycle
+      read (line, *, iostat=status) row
+      if (status /= 0) row = -1
+      if (any(row < 0)) then
+        call failure%raise('spectrum file "'//path//'": "'//line//'" is not a pair k, E(k) >= 0')
         return
       end if
-      n = 0
-      do
-        read (unit, '(a)', iostat=status) line
-        if (status /= 0) exit
-        line = adjustl(line)
-        if (line == '' .or. index('#%', line(1:1)) > 0) cycle
-        read (line, *, iostat=status) row
-        if (status /= 0 .or. any(row < 0)) then
-          call failure%raise('spectrum file "'//path//'": "'//trim(line)//'" is not a pair k, E(k) >= 0')
-          close (unit)
-          return
-        end if
-        n = n + 1
-        if (pass == 2) table(:, n) = row
-      end do
-      close (unit)
-      if (pass == 1) allocate (table(2, n))
+      n = n + 1
+      table(:, n) = row
     end do
+    table = table(:, 1:n)
     if (n < 2) then
       call failure%raise('spectrum file "'//path//'": at least two lines k, E(k) are needed')
     else if (any(table(1, 2:) <= table(1, :n - 1))) then

@@ -24,6 +24,7 @@ module fluid_sums
     real(rp) :: enstrophy(3) = 0                !< int omega_i^2
     real(rp) :: energy_fluid(3) = 0             !< 1/2 int (1-chi)^2 u_i^2
     real(rp) :: enstrophy_fluid(3) = 0          !< int (1-chi)^2 omega_i^2
+    real(rp) :: mean(3) = 0                     !< mean velocity
     ! Maxima
     real(rp) :: u_max = 0                       !< largest |u|
     real(rp) :: divergence = 0                  !< largest |div u|
@@ -91,7 +92,7 @@ contains
     class(sums_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: cell_volume
-    real(rp) :: total(16 + 14*N_COLORS), largest(4)
+    real(rp) :: total(19 + 14*N_COLORS), largest(4)
     integer :: n
     n = 0
     call pack_or_unpack(self, total, n, packing=.true.)
@@ -116,6 +117,7 @@ contains
     integer :: c, i
     call move(s%kinetic_energy)
     do i = 1, 3
+      call move(s%mean(i))
       call move(s%power(i))
       call move(s%energy(i))
       call move(s%enstrophy(i))

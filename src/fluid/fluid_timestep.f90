@@ -16,11 +16,13 @@ contains
   !> for many steps, then limited by dt_max, by the explicit penalization (CFL_eta C_eta) and by the
   !> explicit sponge (C_sp). A prescribed dt_fixed replaces all that. The last step ends at t_max; with
   !> intelligent_dt the time left to the next event of any interval in `intervals` (0 = none) is spread
-  !> over equal steps.
-  pure real(rp) function next_step_length(p, u_max, time, intervals) result(dt)
+  !> over equal steps, and no step is more than twice the one before: where events of several intervals
+  !> lie close together a step may be tiny, and AB2 would extrapolate over dt/dt_old.
+  pure real(rp) function next_step_length(p, u_max, time, dt_old, intervals) result(dt)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: u_max !< largest |u| in the box at `time`
     real(rp), intent(in) :: time
+    real(rp), intent(in) :: dt_old !< the step before, 0 if there is none
     real(rp), intent(in) :: intervals(:)
     real(rp) :: left
     integer :: i
@@ -36,6 +38,7 @@ contains
     end if
     left = p%t_max - time
     if (p%intelligent_dt) then
+      if (dt_old > 0) dt = min(dt, 2*dt_old)
       do i = 1, size(intervals)
         if (intervals(i) > 0) left = min(left, intervals(i)*(1 - fraction_done(time, intervals(i))))
       end do

@@ -13,6 +13,7 @@ module io_attributes
                   h5aexists_by_name_f, h5aget_type_f, h5aget_space_f, h5aopen_by_idx_f, h5aget_name_f, &
                   h5oopen_f, h5oclose_f, h5aget_num_attrs_f, &
                   h5screate_f, h5screate_simple_f, h5sclose_f, h5sget_simple_extent_npoints_f, &
+                  h5sget_simple_extent_type_f, &
                   h5tcopy_f, h5tset_size_f, h5tget_size_f, h5tget_class_f, h5tclose_f, h5tis_variable_str_f
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
   implicit none
@@ -203,16 +204,13 @@ contains
     type(failure_t), intent(inout) :: failure
     type(c_ptr) :: target_address
     integer(HID_T) :: attribute
-    integer :: error, ignored
+    integer :: stored, error, ignored
     logical :: fits
     if (failure%failed) return
-    fits = attribute_size(file, object, name) == n
-    ! Whole numbers may be read as reals, but not the other way round.
-    if (class == ATTRIBUTE_REAL) then
-      fits = fits .and. any(attribute_class(file, object, name) == [ATTRIBUTE_REAL, ATTRIBUTE_INTEGER])
-    else
-      fits = fits .and. attribute_class(file, object, name) == class
-    end if
+    stored = attribute_class(file, object, name)
+    fits = stored == class .or. (class == ATTRIBUTE_REAL .and. stored == ATTRIBUTE_INTEGER)
+    stored = attribute_size(file, object, name)
+    fits = fits .and. stored == n
     error = 0
     if (fits .and. n > 0) then
       call h5aopen_by_name_f(file%id, object, name, attribute, error)
@@ -299,13 +297,16 @@ contains
     character(*), intent(in) :: object, name
     integer(HID_T) :: attribute, space
     integer(HSIZE_T) :: points
-    integer :: error, ignored
+    integer :: kind, error, ignored
     n = -1
     if (.not. has_attribute(file, object, name)) return
     call h5aopen_by_name_f(file%id, object, name, attribute, error)
     if (error < 0) return
     call h5aget_space_f(attribute, space, error)
     if (error >= 0) then
+      ! The Fortran interface reports a count of zero as an error.
+      call h5sget_simple_extent_type_f(space, kind, error)
+      if (error >= 0 .and. kind == H5S_NULL_F) n = 0
       call h5sget_simple_extent_npoints_f(space, points, error)
       if (error >= 0) n = int(points)
       call h5sclose_f(space, ignored)

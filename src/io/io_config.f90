@@ -315,13 +315,17 @@ contains
     line = self%values(find(self, section, key))%line
   end function config_line_of
 
-  !> Adds the mistake `file:line: [section] key: text`, without the line if the key is not in the file.
+  !> Adds the mistake `file:line: [section] key: text`, without the line if the key is not in the file. A
+  !> key that already has a mistake holds its default, and nothing more is said about it.
   subroutine config_complain(self, errors, section, key, text)
     class(config_t), intent(in) :: self
     type(message_list_t), intent(inout) :: errors
     character(*), intent(in) :: section, key, text
     character(:), allocatable :: place
-    integer :: line
+    integer :: line, i
+    do i = 1, errors%count()
+      if (index(errors%text(i), ': ['//section//'] '//key//': ') > 0) return
+    end do
     place = self%name
     line = self%line_of(section, key)
     if (line > 0) place = place//':'//number_text(line)

@@ -16,7 +16,7 @@ module io_datasets
                   h5pcreate_f, h5pclose_f, h5pset_fill_time_f, h5pset_dxpl_mpio_f, &
                   h5dcreate_f, h5dopen_f, h5dclose_f, h5dwrite_f, h5dread_f, h5dget_type_f, &
                   h5tget_size_f, h5tget_class_f, h5tclose_f, &
-                  h5screate_simple_f, h5sclose_f, h5sselect_none_f, h5sselect_hyperslab_f
+                  h5ldelete_f, h5screate_simple_f, h5sclose_f, h5sselect_none_f, h5sselect_hyperslab_f
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
   implicit none
   private
@@ -50,7 +50,7 @@ contains
     if (failure%failed) return
     call require(size(values, kind=i8) == product(count), 'io_datasets: the array does not fill the box')
     call check_shape(file, name, dims, failure)
-    if (failure%failed) return
+    if (failure%failed .or. product(dims) == 0) return
     call fetch(file, name, box_space(dims, start, count), values, failure)
   end subroutine read_slab
 
@@ -124,7 +124,7 @@ contains
     call require(size(data, 2) == rows%n_local, 'io_datasets: read_rows: data and rows differ')
     n = size(data, 1)
     call check_shape(file, name, int([n, rows%n], i8), failure)
-    if (failure%failed) return
+    if (failure%failed .or. n == 0 .or. rows%n == 0) return
     patterns = row_patterns(rows)
     allocate (values(size(data)))
     space = rows_space(n, rows%n, patterns)
@@ -147,12 +147,14 @@ contains
     character(*), intent(in) :: name
     integer(i8), intent(in) :: dims(:)
     integer(HID_T), intent(in) :: space
-    real(rp), contiguous, intent(in) :: values(:)
+    real(rp), contiguous, target, intent(in) :: values(:)
     logical, intent(in) :: single
     type(failure_t), intent(inout) :: failure
-    real(rp), allocatable, target :: wide(:)
     real(sp), allocatable, target :: narrow(:)
+    real(rp), target :: nothing(1)
+    type(c_ptr) :: address
     integer(HID_T) :: dataset, creation
+    logical :: created
     integer :: error
 
     call h5pcreate_f(H5P_DATASET_CREATE_F, creation, error)
@@ -161,22 +163,24 @@ contains
                      creation)
     call file%agree(error >= 0, 'dataset '''//name//''' of shape '//shape_text(dims)//' cannot be created', &
                     failure)
-    if (.not. failure%failed) then
-      ! One more element: an address is needed even when nothing is transferred.
+    created = .not. failure%failed
+    if (created .and. product(dims) > 0) then
+      address = c_loc(nothing) ! an address is needed even when nothing is transferred
       if (single) then
-        allocate (narrow(size(values) + 1))
-        narrow(:size(values)) = real(values, sp)
-        call transfer_values(file, dataset, space, H5T_NATIVE_REAL, size(values, kind=i8), c_loc(narrow), &
-                             .true., error)
+        narrow = real(values, sp)
+        if (size(values) > 0) address = c_loc(narrow(1))
       else
-        allocate (wide(size(values) + 1))
-        wide(:size(values)) = values
-        call transfer_values(file, dataset, space, H5T_NATIVE_DOUBLE, size(values, kind=i8), c_loc(wide), &
-                             .true., error)
+        if (size(values) > 0) address = c_loc(values(1))
       end if
+      call transfer_values(file, dataset, space, merge(H5T_NATIVE_REAL, H5T_NATIVE_DOUBLE, single), &
+                           size(values, kind=i8), address, .true., error)
       call file%agree(error >= 0, 'dataset '''//name//''' cannot be written; is the disk full?', failure)
+    end if
+    if (created) then
       call h5dclose_f(dataset, error)
       call file%agree(error >= 0, 'dataset '''//name//''' cannot be closed', failure)
+      ! Without the dataset the file shrinks again, so that closing it does not need the missing space.
+      if (failure%failed) call h5ldelete_f(file%id, name, error)
     end if
     call h5pclose_f(creation, error)
     call h5sclose_f(space, error)
@@ -187,10 +191,11 @@ contains
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     integer(HID_T), intent(in) :: space
-    real(rp), contiguous, intent(out) :: values(:)
+    real(rp), contiguous, target, intent(out) :: values(:)
     type(failure_t), intent(inout) :: failure
-    real(rp), allocatable, target :: wide(:)
     real(sp), allocatable, target :: narrow(:)
+    real(rp), target :: nothing(1)
+    type(c_ptr) :: address
     integer(HID_T) :: dataset, stored
     integer(SIZE_T) :: bytes
     integer :: class, error
@@ -208,17 +213,17 @@ contains
     call file%agree(class == H5T_FLOAT_F .and. (bytes == 4 .or. bytes == 8), &
                     'dataset '''//name//''' does not hold real numbers of 32 or 64 bits', failure)
     if (.not. failure%failed) then
+      address = c_loc(nothing)
       if (bytes == 4) then
-        allocate (narrow(size(values) + 1))
-        call transfer_values(file, dataset, space, H5T_NATIVE_REAL, size(values, kind=i8), c_loc(narrow), &
-                             .false., error)
-        values = real(narrow(:size(values)), rp)
+        allocate (narrow(size(values)))
+        narrow = 0
+        if (size(values) > 0) address = c_loc(narrow(1))
       else
-        allocate (wide(size(values) + 1))
-        call transfer_values(file, dataset, space, H5T_NATIVE_DOUBLE, size(values, kind=i8), c_loc(wide), &
-                             .false., error)
-        values = wide(:size(values))
+        if (size(values) > 0) address = c_loc(values(1))
       end if
+      call transfer_values(file, dataset, space, merge(H5T_NATIVE_REAL, H5T_NATIVE_DOUBLE, bytes == 4), &
+                           size(values, kind=i8), address, .false., error)
+      if (bytes == 4) values = real(narrow, rp)
       call file%agree(error >= 0, 'dataset '''//name//''' cannot be read', failure)
       call h5dclose_f(dataset, error)
     end if

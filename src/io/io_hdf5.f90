@@ -7,7 +7,8 @@
 module io_hdf5
   use base_kinds, only: i8
   use base_errors, only: failure_t, require
-  use base_files, only: file_exists, remove_file, replace_file
+  use base_files, only: file_exists, remove_file, empty_file, replace_file
+  use base_text_file, only: reserve_space
   use parallel_world, only: world_t
   use mpi_f08, only: MPI_INFO_NULL
   use hdf5, only: HID_T, HSIZE_T, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_CLOSE_STRONG_F, &
@@ -27,6 +28,7 @@ module io_hdf5
     logical :: is_parallel = .false.   !< opened by all ranks of `world`
     integer(HID_T) :: id = -1          !< for io_datasets and io_attributes only
     character(:), allocatable :: path
+    logical, private :: is_new = .false. !< created by us
   contains
     procedure :: create => file_create
     procedure :: open => file_open
@@ -39,6 +41,11 @@ module io_hdf5
     procedure :: dataset_names => file_dataset_names
     procedure :: dataset_shape => file_dataset_shape
   end type hdf5_file_t
+
+  ! HDF5 crashes when MPI ends if it could not write its last bookkeeping while closing a file. On a
+  ! full disk some space must therefore be left for it, which is set aside before anything else.
+  character(*), parameter :: RESERVE = '.reserve'
+  integer, parameter :: RESERVED_KILOBYTES = 256
 
   integer, parameter :: NAME_LENGTH = 128 !< longest name of a dataset
 
@@ -54,11 +61,17 @@ contains
     logical, intent(in), optional :: checked
     integer(HID_T) :: access
     integer :: error
+    logical :: ok
 
     self%world = world
     self%is_parallel = .true.
     self%path = path
     if (failure%failed) return
+    ok = .true.
+    if (world%is_root) call reserve_space(path//RESERVE, RESERVED_KILOBYTES, ok)
+    call self%agree(ok, 'cannot be created: is the folder missing or the disk full?', failure)
+    if (failure%failed) return
+    self%is_new = .true.
     access = access_list(self)
     if (present(checked)) then
       if (checked) call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V18_F, error)
@@ -66,6 +79,7 @@ contains
     call h5fcreate_f(path, H5F_ACC_TRUNC_F, self%id, error, access_prp=access)
     call self%agree(error >= 0, 'cannot be created', failure)
     call h5pclose_f(access, error)
+    if (failure%failed) call self%close(failure)
   end subroutine file_create
 
   !> Opens an existing file for reading, on all ranks of `world`. Collective.
@@ -131,11 +145,20 @@ contains
     call self%agree(error >= 0, 'cannot be written to the disk', failure)
   end subroutine file_flush
 
-  !> Closes the file, also after a failure. Collective.
+  !> Closes the file, also after a failure; what a failed one holds is lost. Collective.
   subroutine file_close(self, failure)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
     integer :: error
+    logical :: ok
+    if (self%is_new) then
+      if (self%world%is_root) then
+        call remove_file(self%path//RESERVE, ok)
+        if (failure%failed) call empty_file(self%path, ok)
+      end if
+      call self%world%barrier()
+      self%is_new = .false.
+    end if
     if (self%id < 0) return
     call h5fclose_f(self%id, error)
     self%id = -1

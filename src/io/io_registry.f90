@@ -294,9 +294,13 @@ contains
   subroutine registry_write_markdown(self, unit)
     class(registry_t), intent(in) :: self
     integer, intent(in) :: unit
-    integer :: i
+    integer :: i, j
     do i = 1, self%n_sections
       call write_key_tables(unit, self%sections(i), self%keys(:self%n_keys))
+      do j = 1, self%n_aliases
+        if (self%aliases(j)%section == self%sections(i)%name) write (unit, '(a)') 'Older name of `'// &
+          self%aliases(j)%name//'`: `'//self%aliases(j)%old_name//'`.', ''
+      end do
     end do
   end subroutine registry_write_markdown
 

@@ -19,13 +19,15 @@ module io_suggest
     procedure :: hint => suggestion_hint
   end type suggestion_t
 
+  integer, parameter :: LONGEST = 65 ! one more than edit_distance compares, so that it finds nothing
+
 contains
 
   !> Begins a search for what `misspelt` may have meant.
   subroutine suggestion_start(self, misspelt)
     class(suggestion_t), intent(out) :: self
     character(*), intent(in) :: misspelt
-    self%misspelt = to_lower(misspelt)
+    self%misspelt = to_lower(misspelt(:min(len(misspelt), LONGEST)))
   end subroutine suggestion_start
 
   !> Offers a known name.

@@ -201,7 +201,8 @@ contains
     integer :: n
     n = count_words(raw, BLANKS//',')
     if (key%length > 0 .and. n /= key%length) then
-      problem = number_text(n)//trim(merge(' number is  ', ' numbers are', n == 1))//' given, not '//number_text(key%length)
+      problem = number_text(n)//trim(merge(' number is  ', ' numbers are', n == 1))//' given, not '// &
+        number_text(key%length)
     else
       allocate (x(n))
       call read_list(key, raw, x, problem)

@@ -26,6 +26,8 @@ module parallel_world
     procedure :: sum_int8 => world_sum_int8
     procedure :: max_integer => world_max_integer
     procedure :: broadcast_integer => world_broadcast_integer
+    procedure :: broadcast_integers => world_broadcast_integers
+    procedure :: broadcast_reals => world_broadcast_reals
     procedure :: broadcast_text => world_broadcast_text
     procedure :: barrier => world_barrier
   end type world_t
@@ -108,6 +110,20 @@ contains
     call MPI_Bcast(buffer, 1, MPI_INTEGER, 0, self%comm)
     value = buffer(1)
   end subroutine world_broadcast_integer
+
+  !> Gives rank 0's integers to all; `values` has the same size everywhere. Collective.
+  subroutine world_broadcast_integers(self, values)
+    class(world_t), intent(in) :: self
+    integer, contiguous, intent(inout) :: values(:)
+    call MPI_Bcast(values, size(values), MPI_INTEGER, 0, self%comm)
+  end subroutine world_broadcast_integers
+
+  !> Gives rank 0's reals to all; `values` has the same size everywhere. Collective.
+  subroutine world_broadcast_reals(self, values)
+    class(world_t), intent(in) :: self
+    real(rp), contiguous, intent(inout) :: values(:)
+    call MPI_Bcast(values, size(values), MPI_DOUBLE_PRECISION, 0, self%comm)
+  end subroutine world_broadcast_reals
 
   !> Gives rank 0's text to all; on other ranks `text` may be unallocated on entry. Collective.
   subroutine world_broadcast_text(self, text)

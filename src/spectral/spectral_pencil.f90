@@ -12,6 +12,7 @@ module spectral_pencil
                      MPI_COMM_NULL, operator(/=)
   use parallel_block, only: split_evenly
   use parallel_world, only: world_t
+  use spectral_copy, only: copy_kernels_t
   use spectral_fftw, only: alloc_complex, free_buffer, effort_flag
   use spectral_grid, only: grid_t
   use spectral_pencil_stages, only: stages_t, STICK_BATCH
@@ -43,17 +44,6 @@ module spectral_pencil
     procedure :: forward => pencil_forward
     procedure :: memory_bytes => pencil_memory_bytes
   end type pencil_t
-
-  !> Kernels that copy whole arrays, so that `backward` and `forward` are pipelines as well.
-  type, extends(kernels_t) :: copy_kernels_t
-    complex(rp), pointer, contiguous :: spectral(:, :, :) => null()
-    real(rp), pointer, contiguous :: physical(:, :, :, :) => null()
-  contains
-    procedure :: spectral_in => copy_spectral_in
-    procedure :: product => copy_product
-    procedure :: spectral_out => copy_spectral_out
-    procedure :: reduce => copy_reduce
-  end type copy_kernels_t
 
 contains
 
@@ -392,33 +382,4 @@ contains
       call self%pipeline(kernels)
     end do
   end subroutine pencil_forward
-
-  subroutine copy_spectral_in(self, first, count, fields)
-    class(copy_kernels_t), intent(inout) :: self
-    integer, intent(in) :: first, count
-    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
-    fields(:, 1:count, :) = self%spectral(:, first:first + count - 1, :)
-  end subroutine copy_spectral_in
-
-  subroutine copy_product(self, first, count, z, in, out)
-    class(copy_kernels_t), intent(inout) :: self
-    integer, intent(in) :: first, count, z
-    real(rp), contiguous, intent(in) :: in(:, :, :)
-    real(rp), contiguous, intent(inout) :: out(:, :, :)
-    if (self%n_in > 0) self%physical(:, first:first + count - 1, z, :) = in(:, 1:count, :)
-    if (self%n_out > 0) out(:, 1:count, :) = self%physical(:, first:first + count - 1, z, :)
-  end subroutine copy_product
-
-  subroutine copy_spectral_out(self, first, count, fields)
-    class(copy_kernels_t), intent(inout) :: self
-    integer, intent(in) :: first, count
-    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
-    self%spectral(:, first:first + count - 1, :) = fields(:, 1:count, :)
-  end subroutine copy_spectral_out
-
-  subroutine copy_reduce(self)
-    class(copy_kernels_t), intent(inout) :: self
-    associate (nothing_to_reduce => self)
-    end associate
-  end subroutine copy_reduce
 end module spectral_pencil

@@ -1,0 +1,156 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The command line of `flusi`.
+module app_command_line
+  use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER, BUILD_FLAGS, BUILD_TYPE
+  use base_errors, only: message_list_t
+  implicit none
+  private
+  public :: command_t, parse_command_line, print_usage, print_version
+  public :: ACTION_RUN, ACTION_CHECK, ACTION_DRY_RUN, ACTION_VERSION, ACTION_HELP, ACTION_KEYVALUES, &
+            ACTION_COMPARE_KEYS, ACTION_PARAMETERS
+
+  integer, parameter :: ACTION_RUN = 1, ACTION_CHECK = 2, ACTION_DRY_RUN = 3, ACTION_VERSION = 4, ACTION_HELP = 5, &
+                        ACTION_KEYVALUES = 6, ACTION_COMPARE_KEYS = 7, ACTION_PARAMETERS = 8
+
+  !> What the user wants.
+  type :: command_t
+    integer :: action = ACTION_RUN
+    character(:), allocatable :: ini          !< parameter file
+    logical :: restart = .false.
+    character(:), allocatable :: restart_file !< empty: the newest valid backup
+    logical :: flusi_compat = .false.         !< duplicate keys: the first wins
+    logical :: postprocess = .false.          !< called in FLUSI's way, results go to files
+    character(:), allocatable :: file, other_file
+  end type command_t
+
+contains
+
+  !> Reads the arguments; every mistake is added to `errors`.
+  subroutine parse_command_line(command, errors)
+    type(command_t), intent(out) :: command
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: argument
+    integer :: i, n_files
+    command%ini = ''
+    command%restart_file = ''
+    command%file = ''
+    command%other_file = ''
+    n_files = 0
+    do i = 1, command_argument_count()
+      argument = argument_text(i)
+      select case (argument)
+      case ('--help', '-h')
+        command%action = ACTION_HELP
+        return
+      case ('--version')
+        command%action = ACTION_VERSION
+        return
+      case ('--parameters')
+        command%action = ACTION_PARAMETERS
+        return
+      case ('--check')
+        call choose(ACTION_CHECK)
+      case ('--dry-run')
+        call choose(ACTION_DRY_RUN)
+      case ('--restart')
+        command%restart = .true.
+      case ('--flusi-compat')
+        command%flusi_compat = .true.
+      case ('--postprocess', '-p')
+        command%postprocess = .true.
+      case ('--keyvalues')
+        call choose(ACTION_KEYVALUES)
+      case ('--compare-keys')
+        call choose(ACTION_COMPARE_KEYS)
+      case default
+        if (index(argument, '--restart=') == 1) then
+          command%restart = .true.
+          command%restart_file = argument(11:)
+          if (command%restart_file == '') call errors%add('--restart= needs the name of a backup')
+        else if (index(argument, '-') == 1) then
+          call errors%add('unknown argument "'//argument//'"')
+        else
+          n_files = n_files + 1
+          if (n_files == 1) command%file = argument
+          if (n_files == 2) command%other_file = argument
+        end if
+      end select
+    end do
+    call check_files(command, n_files, errors)
+
+  contains
+
+    subroutine choose(action)
+      integer, intent(in) :: action
+      if (command%action /= ACTION_RUN .and. command%action /= action) &
+        call errors%add('"'//argument//'" contradicts an argument before it')
+      command%action = action
+    end subroutine choose
+  end subroutine parse_command_line
+
+  subroutine check_files(command, n_files, errors)
+    type(command_t), intent(inout) :: command
+    integer, intent(in) :: n_files
+    type(message_list_t), intent(inout) :: errors
+    integer :: wanted
+    wanted = merge(2, 1, command%action == ACTION_COMPARE_KEYS)
+    if (n_files > wanted) call errors%add('too many file names')
+    select case (command%action)
+    case (ACTION_KEYVALUES)
+      if (n_files < 1) call errors%add('--keyvalues needs the name of an HDF5 field')
+    case (ACTION_COMPARE_KEYS)
+      if (n_files < 2) call errors%add('--compare-keys needs the names of two key files')
+    case default
+      if (command%postprocess) call errors%add('--postprocess knows --keyvalues and --compare-keys')
+      if (n_files < 1) call errors%add('the name of a parameter file is missing')
+      command%ini = command%file
+    end select
+    if (command%restart .and. command%action /= ACTION_RUN .and. command%action /= ACTION_DRY_RUN) &
+      call errors%add('--restart goes with a run')
+  end subroutine check_files
+
+  function argument_text(i) result(text)
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    integer :: length
+    call get_command_argument(i, length=length)
+    allocate (character(length) :: text)
+    call get_command_argument(i, text)
+  end function argument_text
+
+  !> Writes how the program is called.
+  subroutine print_usage(unit)
+    integer, intent(in) :: unit
+    character(*), parameter :: LINES(18) = [character(84) :: &
+      'usage: mpirun -n RANKS flusi FILE.ini [options]', &
+      '', &
+      '  --check             print every effective value and where it comes from', &
+      '  --dry-run           print memory, time step, steps and output files; run nothing', &
+      '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
+      '  --flusi-compat      where a key stands twice, the first wins, as in FLUSI', &
+      '  --parameters        print the reference of all parameters (Markdown)', &
+      '  --version           print version, commit, compiler and flags', &
+      '  --help              print this', &
+      '', &
+      '       flusi [--postprocess] --keyvalues FIELD.h5', &
+      '       flusi [--postprocess] --compare-keys A.key B.key', &
+      '', &
+      'exit codes: 0 the run reached its end       3 numerical failure, checkpoint kept', &
+      '            1 defect of program or machine  4 stopped early with a checkpoint:', &
+      '            2 mistake in the input            start again with --restart', &
+      '', &
+      'parameters: docs/parameters.md, examples: ini/']
+    integer :: i
+    do i = 1, size(LINES)
+      write (unit, '(a)') trim(LINES(i))
+    end do
+  end subroutine print_usage
+
+  !> Writes what this binary was built from.
+  subroutine print_version(unit)
+    integer, intent(in) :: unit
+    write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//')'
+    write (unit, '(a)') 'compiler  '//BUILD_COMPILER//', '//BUILD_TYPE
+    write (unit, '(a)') 'flags     '//BUILD_FLAGS
+  end subroutine print_version
+end module app_command_line

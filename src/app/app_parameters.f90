@@ -1,0 +1,71 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> From the parameter file to settings, with everything said that a user must know.
+module app_parameters
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use app_command_line, only: command_t, ACTION_CHECK
+  use app_settings, only: settings_t, load_settings
+  use base_constants, only: EXIT_OK, EXIT_USER
+  use base_errors, only: message_list_t
+  use io_ini, only: read_text_file
+  use parallel_world, only: world_t
+  use spectral_sticks, only: process_grid
+  implicit none
+  private
+  public :: read_parameters
+
+contains
+
+  !> Reads and checks the parameter file. With `world` root reads it and all ranks get its text, and the
+  !> number of ranks is checked against the grid; collective then. On mistakes all of them are printed
+  !> and `code` is EXIT_USER; nothing has been written.
+  subroutine read_parameters(command, settings, code, world)
+    type(command_t), intent(in) :: command
+    type(settings_t), intent(out) :: settings
+    integer, intent(out) :: code
+    type(world_t), intent(in), optional :: world
+    type(message_list_t) :: errors, notices
+    character(:), allocatable :: text, problem
+    logical :: speaks
+    integer :: unread
+
+    code = EXIT_OK
+    speaks = .true.
+    if (present(world)) speaks = world%is_root
+    unread = 0
+    if (speaks) then
+      call read_text_file(command%ini, text, problem)
+      if (allocated(problem)) then
+        unread = 1
+        call errors%add(problem)
+        text = ''
+      end if
+    end if
+    if (present(world)) then
+      call world%broadcast_integer(unread)
+      call world%broadcast_text(text)
+    end if
+    if (unread == 0) then
+      call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices)
+      if (present(world) .and. errors%count() == 0) call check_ranks(world, settings, errors)
+    end if
+    if (speaks .and. errors%count() > 0) call errors%print(error_unit, '')
+    if (errors%count() > 0 .or. unread > 0) code = EXIT_USER
+    if (speaks .and. code == EXIT_OK) &
+      call notices%print(merge(error_unit, output_unit, command%action == ACTION_CHECK), 'notice: ')
+    flush (error_unit)
+  end subroutine read_parameters
+
+  subroutine check_ranks(world, settings, errors)
+    type(world_t), intent(in) :: world
+    type(settings_t), intent(in) :: settings
+    type(message_list_t), intent(inout) :: errors
+    integer :: rows, columns
+    logical :: possible
+    character(120) :: text
+    call process_grid(world%size, settings%fluid%grid%n, settings%fluid%process_rows, rows, columns, possible)
+    if (possible) return
+    write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
+      'rows must divide the ranks and not exceed ny'
+    call settings%config%complain(errors, 'Resolution', 'process_rows', trim(text))
+  end subroutine check_ranks
+end module app_parameters

@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a run says about itself at its start and at its end.
+module app_report
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use app_settings, only: settings_t
+  use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
+  use base_kinds, only: rp
+  use base_timers, only: timers_t
+  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_solver, only: fluid_t
+  use parallel_report, only: report_timers
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: print_run_header, print_time_table, print_scales
+
+contains
+
+  !> Version, grid, ranks, memory and dimensionless numbers. Root only; `restart_time` < 0 means a new run.
+  subroutine print_run_header(unit, settings, fluid, restart_time)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    type(fluid_t), intent(in) :: fluid
+    real(rp), intent(in) :: restart_time
+    associate (p => settings%fluid, t => fluid%transform)
+      write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
+      write (unit, '(a)') 'method: Engels, Kolomenskiy, Schneider & Sesterhenn 2016, DOI 10.1137/15M1026006'
+      write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
+        ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
+      write (unit, '(a,i0,a,i0,a,i0,a,a,a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
+        ', truncation ', p%dealias, ', modes ', t%sticks%rows%n*t%sticks%nkz
+      write (unit, '(a,f0.1,a)') 'memory    ', fluid%memory_bytes()/1.0e6_rp, ' MB per rank'
+      call print_scales(unit, settings)
+      if (restart_time >= 0) then
+        write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
+      else
+        write (unit, '(a,a)') 'start     ', p%inicond
+      end if
+      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%t_max, ', ', merge('AB2', 'RK4', p%scheme == SCHEME_AB2)
+    end associate
+    flush (unit)
+  end subroutine print_run_header
+
+  !> Reynolds number, penalization and sponge numbers, and with [units] the SI value of each unit.
+  subroutine print_scales(unit, settings)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    real(rp) :: speed, h
+    associate (p => settings%fluid, u => settings%units)
+      h = p%grid%max_spacing()
+      speed = norm2(p%mean_velocity)
+      write (unit, '(a,g0.6)') 'viscosity ', p%nu
+      if (p%nu > 0 .and. speed > 0 .and. p%size > 0) &
+        write (unit, '(a,g0.5,a)') 'Reynolds  Re = |u_mean| Size / nu = ', speed*p%size/p%nu, ''
+      if (p%penalized) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%mask//', C_eta =', p%c_eta, &
+        ', K_eta = sqrt(nu C_eta)/dx = ', sqrt(p%nu*p%c_eta)/h, ' (0.1 to 0.5 resolves the penalization layer)'
+      if (p%sponge) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//p%sponge_type//', C_sp =', p%c_sponge, ', ', &
+        p%sponge_thickness, ' points'
+      if (.not. u%given) return
+      write (unit, '(3(a,g0.5))') 'units     L = ', u%length, ' m, 1/T = ', u%frequency, ' 1/s, density ', u%density
+      write (unit, '(3(a,g0.5),a)') '          velocity ', u%length*u%frequency, ' m/s, force ', &
+        u%density*u%length**4*u%frequency**2, ' N, power ', u%density*u%length**5*u%frequency**3, ' W'
+    end associate
+  end subroutine print_scales
+
+  !> Where the time went, over all ranks. Collective.
+  subroutine print_time_table(world, timers, whole, fluid)
+    type(world_t), intent(in) :: world
+    type(timers_t), intent(in) :: timers
+    integer, intent(in) :: whole !< region that covers the run
+    type(fluid_t), intent(in) :: fluid
+    real(rp) :: exchange(1)
+    call report_timers(world, timers, whole, output_unit)
+    exchange(1) = fluid%transform%exchange_seconds
+    call world%max_reals(exchange)
+    if (world%is_root) write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
+      exchange(1), ' s on a rank'
+  end subroutine print_time_table
+end module app_report

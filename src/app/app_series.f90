@@ -1,0 +1,193 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The time series of a run, with FLUSI's file names and columns. Root writes, every record is flushed.
+module app_series
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_penalty, only: N_COLORS, COLOR_BODY
+  use fluid_solver, only: fluid_t
+  use io_series, only: series_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: run_series_t
+
+  character(*), parameter :: XYZ = 'xyz'
+
+  type :: run_series_t
+    private
+    type(series_t) :: dt, timesteps, ekin                 !< every step
+    type(series_t) :: energy, divergence, mean_flow       !< every integral interval
+    type(series_t) :: forces, mask_volume, residual
+    type(series_t) :: part(0:N_COLORS - 1)
+    logical :: has_color(0:N_COLORS - 1) = .false.
+    logical :: solids = .false., compute_forces = .false.
+  contains
+    procedure :: open => series_open
+    procedure :: write_step => series_write_step
+    procedure :: write_integrals => series_write_integrals
+    procedure :: close => series_close
+  end type run_series_t
+
+contains
+
+  !> Opens all files; with `restart_time` >= 0 the records before it are kept. Collective.
+  subroutine series_open(self, world, fluid, restart_time, failure)
+    class(run_series_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(fluid_t), intent(in) :: fluid
+    real(rp), intent(in) :: restart_time
+    type(failure_t), intent(inout) :: failure
+    character(*), parameter :: T = 'time [T]'
+    character(40), allocatable :: forces(:)
+    character(16) :: name
+    real(rp) :: points(0:N_COLORS - 1)
+    integer :: c
+
+    associate (p => fluid%rhs%params, penalty => fluid%rhs%penalty)
+      self%solids = p%penalized
+      self%compute_forces = p%penalized .and. p%compute_forces
+      do c = 0, N_COLORS - 1
+        points(c) = 0
+        if (penalty%n_points > 0) points(c) = count(penalty%color(1:penalty%n_points) == c)
+      end do
+      call world%sum_reals(points)
+      self%has_color = points > 0.5_rp
+    end associate
+
+    call open_one(self%dt, 'dt.t', [character(40) :: T, 'dt [T]', 'CFL [-]', 'dt*nu/dx^2 [-]', 'dt/eps [-]'])
+    call open_one(self%timesteps, 'timesteps_info.t', [character(40) :: T, 'wall time per step [s]', 'step', &
+                                                       'dt [T]', 'ranks'])
+    call open_one(self%ekin, 'ekin.t', [character(40) :: T, 'kinetic energy [rho L^5/T^2]'])
+    call open_one(self%energy, 'energy.t', energy_columns())
+    call open_one(self%divergence, 'divu.t', [character(40) :: T, 'max |div u| [1/T]', 'max |div u|(1-chi) [1/T]'])
+    call open_one(self%mean_flow, 'meanflow.t', [character(40) :: T, 'mean ux [L/T]', 'mean uy [L/T]', 'mean uz [L/T]'])
+    if (self%solids) then
+      call open_one(self%mask_volume, 'mask_volume.t', [character(40) :: T, 'int chi [L^3]', 'int chi usx [L^4/T]', &
+                                                        'int chi usy [L^4/T]', 'int chi usz [L^4/T]'])
+      call open_one(self%residual, 'u_residual.t', &
+                    [character(40) :: T, ('rms |u-us| color '//achar(iachar('0') + c)//' [L/T]', c=0, N_COLORS - 1)])
+    end if
+    if (self%compute_forces) then
+      forces = force_columns()
+      call open_one(self%forces, 'forces.t', forces)
+      do c = COLOR_BODY, N_COLORS - 1
+        write (name, '(a,i1,a)') 'forces_part', c, '.t'
+        if (self%has_color(c)) call open_one(self%part(c), trim(name), forces)
+      end do
+    end if
+
+  contains
+
+    subroutine open_one(series, path, columns)
+      type(series_t), intent(inout) :: series
+      character(*), intent(in) :: path, columns(:)
+      if (failure%failed) return
+      if (restart_time >= 0) then
+        call series%open(world, path, columns, failure, restart_time=restart_time)
+      else
+        call series%open(world, path, columns, failure)
+      end if
+    end subroutine open_one
+  end subroutine series_open
+
+  function energy_columns() result(columns)
+    character(40) :: columns(21)
+    character(5), parameter :: PLACE(2) = ['fluid', 'box  ']
+    character(1) :: i
+    integer :: w, c, n
+    columns(1) = 'time [T]'
+    n = 1
+    do w = 1, 2
+      columns(n + 1) = 'E '//trim(PLACE(w))//' [rho L^5/T^2]'
+      columns(n + 5) = 'dissipation '//trim(PLACE(w))//' [rho L^5/T^3]'
+      do c = 1, 3
+        i = XYZ(c:c)
+        columns(n + 1 + c) = 'E'//i//' '//trim(PLACE(w))//' [rho L^5/T^2]'
+        columns(n + 5 + c) = 'dissipation '//i//' '//trim(PLACE(w))//' [rho L^5/T^3]'
+      end do
+      n = n + 8
+    end do
+    columns(18) = 'penalization power [rho L^5/T^3]'
+    do c = 1, 3
+      columns(18 + c) = 'penalization power '//XYZ(c:c)//' [rho L^5/T^3]'
+    end do
+  end function energy_columns
+
+  function force_columns() result(columns)
+    character(40) :: columns(13)
+    integer :: c
+    columns(1) = 'time [T]'
+    do c = 1, 3
+      columns(1 + c) = 'F'//XYZ(c:c)//' [rho L^4/T^2]'
+      columns(4 + c) = 'F'//XYZ(c:c)//' unsteady [rho L^4/T^2]'
+      columns(7 + c) = 'M'//XYZ(c:c)//' [rho L^5/T^2]'
+      columns(10 + c) = 'M'//XYZ(c:c)//' unsteady [rho L^5/T^2]'
+    end do
+  end function force_columns
+
+  !> Records of every step; `seconds` is the wall time that the step took.
+  subroutine series_write_step(self, fluid, seconds, ranks)
+    class(run_series_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    real(rp), intent(in) :: seconds
+    integer, intent(in) :: ranks
+    real(rp) :: h
+    associate (p => fluid%rhs%params, t => fluid%sums_time, dt => fluid%dt)
+      h = p%grid%min_spacing()
+      call self%dt%write([t, dt, dt*fluid%sums%u_max/h, dt*p%nu/h**2, merge(dt/p%c_eta, 0.0_rp, p%penalized)])
+      call self%timesteps%write([t, seconds, real(fluid%rhs%state%step, rp), dt, real(ranks, rp)])
+      call self%ekin%write([t, fluid%sums%kinetic_energy])
+    end associate
+  end subroutine series_write_step
+
+  !> Integrals of the last pass, which must have requested them. Collective.
+  subroutine series_write_integrals(self, fluid)
+    class(run_series_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    real(rp) :: rms(0:N_COLORS - 1)
+    integer :: c
+    associate (t => fluid%sums_time, s => fluid%sums, nu => fluid%rhs%params%nu)
+      call self%energy%write([t, sum(s%energy_fluid), s%energy_fluid, nu*sum(s%enstrophy_fluid), &
+                              nu*s%enstrophy_fluid, sum(s%energy), s%energy, nu*sum(s%enstrophy), nu*s%enstrophy, &
+                              sum(s%power), s%power])
+      call self%divergence%write([t, s%divergence, s%divergence_fluid])
+      call self%mean_flow%write([t, s%mean])
+      if (self%solids) then
+        call self%mask_volume%write([t, sum(s%solid_volume), sum(s%solid_momentum, 2)])
+        rms = sqrt(s%slip/max(s%solid_volume, tiny(1.0_rp)))
+        call self%residual%write([t, rms])
+      end if
+      if (self%compute_forces) then
+        call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2), sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
+                                sum(s%moment(:, COLOR_BODY:), 2), sum(fluid%unsteady_moment(:, COLOR_BODY:), 2)])
+        do c = COLOR_BODY, N_COLORS - 1
+          if (self%has_color(c)) call self%part(c)%write([t, s%force(:, c), fluid%unsteady_force(:, c), &
+                                                          s%moment(:, c), fluid%unsteady_moment(:, c)])
+        end do
+      end if
+    end associate
+  end subroutine series_write_integrals
+
+  !> Closes all files; fails if any of them could not be written completely. Collective.
+  subroutine series_close(self, failure)
+    class(run_series_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    integer :: c
+    call self%dt%close(failure)
+    call self%timesteps%close(failure)
+    call self%ekin%close(failure)
+    call self%energy%close(failure)
+    call self%divergence%close(failure)
+    call self%mean_flow%close(failure)
+    if (self%solids) then
+      call self%mask_volume%close(failure)
+      call self%residual%close(failure)
+    end if
+    if (self%compute_forces) then
+      call self%forces%close(failure)
+      do c = COLOR_BODY, N_COLORS - 1
+        if (self%has_color(c)) call self%part(c)%close(failure)
+      end do
+    end if
+  end subroutine series_close
+end module app_series

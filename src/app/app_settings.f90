@@ -1,0 +1,123 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Everything the user set, from all sections, with notices on what was assumed.
+module app_settings
+  use app_keys, only: register_all_keys
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t, read_fluid_params
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  implicit none
+  private
+  public :: settings_t, output_params_t, units_t, load_settings
+
+  !> SI values of one code unit.
+  type :: units_t
+    logical :: given = .false.
+    real(rp) :: length = 1, frequency = 1, density = 1
+  end type units_t
+
+  !> What to write, how often, and when to stop.
+  type :: output_params_t
+    real(rp) :: t_save = 0, t_save_first = 0, t_integral = 0
+    integer :: it_integral = 0
+    logical :: velocity = .false., pressure = .false., vorticity = .false., vorticity_magnitude = .false., &
+               mask = .false., solid_velocity = .false.
+    logical :: single_precision = .true.
+    integer :: stride = 1
+    character(:), allocatable :: naming
+    logical :: one_period = .false.
+    real(rp) :: period = 1
+    logical :: backup = .true.
+    real(rp) :: backup_seconds = 3600, stop_seconds = 0, job_end_margin = 300, progress_seconds = 30
+    logical :: slices = .false.
+    integer :: slice(4) = -2, it_slice = 0
+    real(rp) :: t_slice = 0, t_slice_first = 0
+  contains
+    procedure :: needs_fields => output_needs_fields
+  end type output_params_t
+
+  type :: settings_t
+    type(fluid_params_t) :: fluid
+    type(output_params_t) :: output
+    type(units_t) :: units
+    type(config_t) :: config
+  end type settings_t
+
+contains
+
+  !> Reads parameter text; all mistakes go to `errors`, remarks to `notices`. Not collective: every rank
+  !> reads the same text.
+  subroutine load_settings(text, name, flusi_compat, settings, errors, notices)
+    character(*), intent(in) :: text, name !< content and name of the file
+    logical, intent(in) :: flusi_compat
+    type(settings_t), intent(out) :: settings
+    type(message_list_t), intent(inout) :: errors, notices
+    type(registry_t) :: registry
+    call register_all_keys(registry)
+    call settings%config%load_text(text, name, registry, errors, notices, flusi_compat)
+    ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
+    call read_fluid_params(settings%config, settings%fluid, errors)
+    call read_output(settings%config, settings%fluid, settings%output, errors)
+    call read_units(settings%config, settings%units, notices)
+  end subroutine load_settings
+
+  subroutine read_output(c, fluid, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: fluid
+    type(output_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(6) :: key
+    integer :: i
+    p%t_save = c%get_real('Saving', 'tsave')
+    p%t_save_first = c%get_real('Saving', 'tsave_first')
+    p%t_integral = c%get_real('Saving', 'tintegral')
+    p%it_integral = c%get_integer('Saving', 'itdrag')
+    p%velocity = c%get_switch('Saving', 'iSaveVelocity')
+    p%pressure = c%get_switch('Saving', 'iSavePress')
+    p%vorticity = c%get_switch('Saving', 'iSaveVorticity')
+    p%vorticity_magnitude = c%get_switch('Saving', 'iSaveMagVorticity')
+    p%mask = c%get_switch('Saving', 'iSaveMask') .and. fluid%penalized
+    p%solid_velocity = c%get_switch('Saving', 'iSaveSolidVelocity') .and. fluid%penalized
+    p%single_precision = c%get_word('Saving', 'field_precision') == 'single'
+    p%stride = c%get_integer('Saving', 'striding')
+    p%naming = c%get_word('Saving', 'naming')
+    p%one_period = c%get_switch('Saving', 'save_only_one_period')
+    p%period = c%get_real('Saving', 'tsave_period')
+    p%backup = c%get_switch('Saving', 'iDoBackup')
+    p%backup_seconds = 3600*c%get_real('Saving', 'truntime')
+    p%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+    p%job_end_margin = c%get_real('Saving', 'job_end_margin')
+    p%progress_seconds = c%get_real('Saving', 'progress_interval')
+    p%slices = c%get_switch('SaveSlices', 'use_slicing')
+    p%it_slice = c%get_integer('SaveSlices', 'itslice')
+    p%t_slice = c%get_real('SaveSlices', 'tslice')
+    p%t_slice_first = c%get_real('SaveSlices', 'tslice_first')
+    do i = 1, 4
+      write (key, '(a,i1)') 'slice', i
+      p%slice(i) = c%get_integer('SaveSlices', key)
+      if (p%slices .and. p%slice(i) >= fluid%grid%n(1)) &
+        call c%complain(errors, 'SaveSlices', key, 'there is no such plane: indices run from 0 to nx-1')
+    end do
+    if (any(mod(fluid%grid%n, p%stride) /= 0 .and. fluid%grid%n > 1)) &
+      call c%complain(errors, 'Saving', 'striding', 'must divide nx, ny and nz')
+  end subroutine read_output
+
+  subroutine read_units(c, units, notices)
+    type(config_t), intent(in) :: c
+    type(units_t), intent(inout) :: units
+    type(message_list_t), intent(inout) :: notices
+    units%given = c%is_given('units', 'length') .or. c%is_given('units', 'frequency') .or. &
+                  c%is_given('units', 'density')
+    units%length = c%get_real('units', 'length')
+    units%frequency = c%get_real('units', 'frequency')
+    units%density = c%get_real('units', 'density')
+    if (.not. units%given) call notices%add('no [units] section: all quantities are dimensionless, fluid density 1')
+  end subroutine read_units
+
+  !> Whether any output needs velocity or vorticity in physical space.
+  pure logical function output_needs_fields(self) result(needs)
+    class(output_params_t), intent(in) :: self
+    needs = self%velocity .or. self%pressure .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices
+  end function output_needs_fields
+end module app_settings

@@ -1,0 +1,62 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> flusi: incompressible flow around solid bodies.
+program flusi
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use app_command_line, only: command_t, parse_command_line, print_usage, print_version, ACTION_CHECK, &
+                              ACTION_COMPARE_KEYS, ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
+                              ACTION_PARAMETERS, ACTION_VERSION
+  use app_dry_run, only: print_dry_run
+  use app_keys, only: write_reference
+  use app_parameters, only: read_parameters
+  use app_postprocess, only: run_keyvalues, run_compare_keys
+  use app_settings, only: settings_t
+  use app_simulation, only: simulation_t
+  use base_constants, only: EXIT_OK, EXIT_USER
+  use base_errors, only: message_list_t
+  use base_process, only: exit_with
+  use parallel_world, only: world_t
+  implicit none
+  type(command_t) :: command
+  type(message_list_t) :: errors
+  type(settings_t) :: settings
+  type(simulation_t) :: simulation
+  type(world_t) :: world
+  integer :: code
+
+  call parse_command_line(command, errors)
+  if (errors%count() > 0) then
+    call errors%print(error_unit, 'flusi: ')
+    call print_usage(error_unit)
+    call exit_with(EXIT_USER)
+  end if
+
+  code = EXIT_OK
+  select case (command%action)
+  case (ACTION_HELP)
+    call print_usage(output_unit)
+  case (ACTION_VERSION)
+    call print_version(output_unit)
+  case (ACTION_PARAMETERS)
+    call write_reference(output_unit)
+  case (ACTION_KEYVALUES)
+    call run_keyvalues(command, code)
+  case (ACTION_COMPARE_KEYS)
+    call run_compare_keys(command, code)
+  case (ACTION_CHECK)
+    call read_parameters(command, settings, code)
+    if (code == EXIT_OK) call settings%config%print_effective(output_unit)
+  case default
+    call world%start()
+    call read_parameters(command, settings, code, world)
+    if (code == EXIT_OK .and. command%action == ACTION_DRY_RUN) then
+      call print_dry_run(world, settings)
+    else if (code == EXIT_OK) then
+      call simulation%init(world, settings, command)
+      call simulation%run()
+      call simulation%finish()
+      code = simulation%exit_code
+    end if
+    call world%stop()
+  end select
+  call exit_with(code)
+end program flusi

@@ -1,0 +1,116 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Random numbers as a function of a key and a counter: Philox4x32-10 of Salmon, Moraes, Dror and Shaw,
+!> SC'11, DOI 10.1145/2063384.2063405.
+!>
+!> There is no state to seed or to share: the n-th number of stream s of seed k is the same on any rank,
+!> in any order and after any restart. 32-bit words are held in 64-bit integers.
+module base_random
+  use base_constants, only: TWO_PI
+  use base_kinds, only: rp, i8
+  implicit none
+  private
+  public :: philox, unit_real, random_uniforms, random_gaussians, random_stream_t
+
+  integer(i8), parameter :: WORD = int(z'FFFFFFFF', i8), HALF = int(z'FFFF', i8)
+  integer(i8), parameter :: MULTIPLIER(2) = [int(z'D2511F53', i8), int(z'CD9E8D57', i8)]
+  integer(i8), parameter :: WEYL(2) = [int(z'9E3779B9', i8), int(z'BB67AE85', i8)]
+  integer, parameter :: ROUNDS = 10
+
+  !> A sequence of random numbers. Its whole state are three integers, to be stored in a checkpoint.
+  type :: random_stream_t
+    integer(i8) :: seed = 0     !< one seed for a run
+    integer(i8) :: stream = 0   !< streams of one seed are independent
+    integer(i8) :: position = 0 !< draws so far
+  contains
+    procedure :: uniform => stream_uniform
+    procedure :: gaussian => stream_gaussian
+    procedure :: gaussians => stream_gaussians
+  end type random_stream_t
+
+contains
+
+  !> Four random 32-bit words from a key of two and a counter of four 32-bit words.
+  pure function philox(key, counter) result(words)
+    integer(i8), intent(in) :: key(2), counter(4)
+    integer(i8) :: words(4)
+    integer(i8) :: k(2), high(2), low(2)
+    integer :: round
+    words = counter
+    k = key
+    do round = 1, ROUNDS
+      call multiply(MULTIPLIER(1), words(1), high(1), low(1))
+      call multiply(MULTIPLIER(2), words(3), high(2), low(2))
+      words = [ieor(ieor(high(2), words(2)), k(1)), low(2), ieor(ieor(high(1), words(4)), k(2)), low(1)]
+      k = iand(k + WEYL, WORD)
+    end do
+  end function philox
+
+  !> Both halves of the 64-bit product of two 32-bit words, without leaving 63 bits.
+  pure subroutine multiply(a, b, high, low)
+    integer(i8), intent(in) :: a, b
+    integer(i8), intent(out) :: high, low
+    integer(i8) :: lower, upper
+    lower = b*iand(a, HALF)
+    upper = b*shiftr(a, 16) + shiftr(lower, 16)
+    high = shiftr(upper, 16)
+    low = ior(shiftl(iand(upper, HALF), 16), iand(lower, HALF))
+  end subroutine multiply
+
+  !> A real number strictly between 0 and 1 from two 32-bit words: the middle of one of 2**52 equal
+  !> intervals.
+  pure elemental real(rp) function unit_real(high, low)
+    integer(i8), intent(in) :: high, low
+    unit_real = (real(ior(shiftl(high, 20), shiftr(low, 12)), rp) + 0.5_rp)*2.0_rp**(-52)
+  end function unit_real
+
+  !> Two independent numbers, uniform in (0, 1), at a place of a stream.
+  pure function random_uniforms(seed, stream, position) result(u)
+    integer(i8), intent(in) :: seed, stream, position
+    real(rp) :: u(2)
+    integer(i8) :: words(4)
+    words = philox([iand(seed, WORD), shiftr(seed, 32)], [iand(position, WORD), shiftr(position, 32), &
+                                                          iand(stream, WORD), shiftr(stream, 32)])
+    u = unit_real(words([1, 3]), words([2, 4]))
+  end function random_uniforms
+
+  !> Two independent numbers of mean 0 and variance 1 at a place of a stream (Box and Muller).
+  pure function random_gaussians(seed, stream, position) result(g)
+    integer(i8), intent(in) :: seed, stream, position
+    real(rp) :: g(2)
+    g = random_uniforms(seed, stream, position)
+    g = sqrt(-2*log(g(1)))*[cos(TWO_PI*g(2)), sin(TWO_PI*g(2))]
+  end function random_gaussians
+
+  !> The next number, uniform in (0, 1).
+  real(rp) function stream_uniform(self) result(u)
+    class(random_stream_t), intent(inout) :: self
+    real(rp) :: pair(2)
+    ! The partner is not kept: it would be state that the position does not tell.
+    pair = random_uniforms(self%seed, self%stream, self%position)
+    u = pair(1)
+    self%position = self%position + 1
+  end function stream_uniform
+
+  !> The next number, of mean 0 and variance 1.
+  real(rp) function stream_gaussian(self) result(g)
+    class(random_stream_t), intent(inout) :: self
+    real(rp) :: pair(2)
+    pair = random_gaussians(self%seed, self%stream, self%position)
+    g = pair(1)
+    self%position = self%position + 1
+  end function stream_gaussian
+
+  !> Fills an array with numbers of mean 0 and variance 1, two from each position.
+  subroutine stream_gaussians(self, values)
+    class(random_stream_t), intent(inout) :: self
+    real(rp), intent(out) :: values(:)
+    real(rp) :: pair(2)
+    integer :: i
+    do i = 1, size(values), 2
+      pair = random_gaussians(self%seed, self%stream, self%position)
+      self%position = self%position + 1
+      values(i) = pair(1)
+      if (i < size(values)) values(i + 1) = pair(2)
+    end do
+  end subroutine stream_gaussians
+end module base_random

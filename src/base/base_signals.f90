@@ -1,0 +1,53 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Requests to stop that come as signals: SIGTERM (end of a batch job) and SIGUSR1 (its announcement).
+!>
+!> The one module variable of the project: a signal handler takes no argument and can reach nothing
+!> else. It is only ever set here and only read through `signal_caught`.
+module base_signals
+  use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_funloc, c_intptr_t
+  implicit none
+  private
+  public :: catch_signals, signal_caught, ignore_size_limit
+
+  ! Linux numbers.
+  integer(c_int), parameter :: SIGUSR1 = 10, SIGTERM = 15, SIGXFSZ = 25
+  integer(c_intptr_t), parameter :: SIG_IGN = 1
+
+  integer(c_int), volatile :: caught = 0 !< number of the last signal, 0 before any
+
+  interface
+    type(c_funptr) function c_signal(number, handler) bind(C, name='signal')
+      import :: c_int, c_funptr
+      integer(c_int), value :: number
+      type(c_funptr), value :: handler
+    end function c_signal
+  end interface
+
+contains
+
+  !> From now on SIGTERM and SIGUSR1 are remembered instead of ending the program. Call it after MPI has
+  !> started.
+  subroutine catch_signals()
+    type(c_funptr) :: previous
+    previous = c_signal(SIGTERM, c_funloc(handle))
+    previous = c_signal(SIGUSR1, c_funloc(handle))
+  end subroutine catch_signals
+
+  !> Number of the last signal caught on this process, 0 if none came. Other ranks may know nothing of
+  !> it: reduce it over the ranks before acting on it.
+  integer function signal_caught()
+    signal_caught = int(caught)
+  end function signal_caught
+
+  !> From now on writing beyond the limit on file sizes fails, like writing to a full disk, instead of
+  !> ending the program.
+  subroutine ignore_size_limit()
+    type(c_funptr) :: previous
+    previous = c_signal(SIGXFSZ, transfer(SIG_IGN, previous))
+  end subroutine ignore_size_limit
+
+  subroutine handle(number) bind(C)
+    integer(c_int), value :: number
+    caught = number
+  end subroutine handle
+end module base_signals

@@ -1,0 +1,111 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The fluid's part of a checkpoint: exactly `fluid_state_t`, double precision, independent of the ranks.
+module fluid_restart
+  use base_errors, only: failure_t
+  use base_kinds, only: rp, i8
+  use fluid_params, only: fluid_params_t
+  use fluid_state, only: fluid_state_t
+  use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
+  use spectral_sticks, only: sticks_t
+  implicit none
+  private
+  public :: save_fluid, load_fluid
+
+  character(*), parameter :: AXES = 'xyz'
+
+contains
+
+  !> Puts the state into an open checkpoint. Collective.
+  subroutine save_fluid(writer, params, sticks, state)
+    type(checkpoint_writer_t), intent(inout) :: writer
+    type(fluid_params_t), intent(in) :: params
+    type(sticks_t), intent(in) :: sticks
+    type(fluid_state_t), intent(in) :: state
+    integer :: c
+    call writer%put_reals('grid', real(params%grid%n, rp))
+    call writer%put_reals('length', params%grid%length)
+    call writer%put_text('dealias', params%dealias)
+    call writer%put_integer('scheme', int(params%scheme, i8))
+    call writer%put_integer('step', int(state%step, i8))
+    call writer%put_real('time', state%time)
+    call writer%put_real('dt_old', state%dt_old)
+    call writer%put_reals('solid_momentum', reshape(state%solid_momentum, [size(state%solid_momentum)]))
+    call writer%put_reals('solid_moment', reshape(state%solid_moment, [size(state%solid_moment)]))
+    do c = 1, 3
+      call writer%put_rows('u'//AXES(c:c), as_reals(state%u(:, :, c)), sticks%rows)
+      call writer%put_rows('history_'//AXES(c:c), as_reals(state%history(:, :, c)), sticks%rows)
+    end do
+  end subroutine save_fluid
+
+  !> Restores the state from an open checkpoint. Fails, naming the difference, if it belongs to another
+  !> grid, box, truncation or scheme. Collective.
+  subroutine load_fluid(reader, params, sticks, state, failure)
+    type(checkpoint_reader_t), intent(inout) :: reader
+    type(fluid_params_t), intent(in) :: params
+    type(sticks_t), intent(in) :: sticks
+    type(fluid_state_t), intent(inout) :: state
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: numbers(:), rows(:, :)
+    character(:), allocatable :: text
+    integer(i8) :: number
+    integer :: c
+    call reader%get_reals('grid', numbers, failure)
+    if (failure%failed) return
+    if (any(nint(numbers) /= params%grid%n)) then
+      call failure%raise('the checkpoint has another grid: '//three_integers(nint(numbers))//' instead of '// &
+                         three_integers(params%grid%n))
+      return
+    end if
+    call reader%get_reals('length', numbers, failure)
+    if (.not. failure%failed) then
+      if (any(abs(numbers - params%grid%length) > 1.0e-12_rp*params%grid%length)) &
+        call failure%raise('the checkpoint has another box: xl, yl or zl differ')
+    end if
+    call reader%get_text('dealias', text, failure)
+    if (.not. failure%failed) then
+      if (text /= params%dealias) call failure%raise('the checkpoint has another truncation: '//text)
+    end if
+    call reader%get_integer('scheme', number, failure)
+    if (.not. failure%failed .and. number /= params%scheme) &
+      call failure%raise('the checkpoint was made with another time stepper')
+    call reader%get_integer('step', number, failure)
+    state%step = int(number)
+    call reader%get_real('time', state%time, failure)
+    call reader%get_real('dt_old', state%dt_old, failure)
+    call reader%get_reals('solid_momentum', numbers, failure)
+    if (.not. failure%failed) state%solid_momentum = reshape(numbers, shape(state%solid_momentum))
+    call reader%get_reals('solid_moment', numbers, failure)
+    if (.not. failure%failed) state%solid_moment = reshape(numbers, shape(state%solid_moment))
+    allocate (rows(2*sticks%nkz, sticks%n))
+    do c = 1, 3
+      call reader%get_rows('u'//AXES(c:c), rows, sticks%rows, failure)
+      if (failure%failed) return
+      state%u(:, :, c) = as_complex(rows)
+      call reader%get_rows('history_'//AXES(c:c), rows, sticks%rows, failure)
+      if (failure%failed) return
+      state%history(:, :, c) = as_complex(rows)
+    end do
+  end subroutine load_fluid
+
+  !> (nkz, n) complex -> (2 nkz, n) real: real and imaginary parts alternate.
+  pure function as_reals(z) result(x)
+    complex(rp), intent(in) :: z(:, :)
+    real(rp) :: x(2*size(z, 1), size(z, 2))
+    x(1::2, :) = real(z)
+    x(2::2, :) = aimag(z)
+  end function as_reals
+
+  pure function as_complex(x) result(z)
+    real(rp), intent(in) :: x(:, :)
+    complex(rp) :: z(size(x, 1)/2, size(x, 2))
+    z = cmplx(x(1::2, :), x(2::2, :), rp)
+  end function as_complex
+
+  function three_integers(n) result(text)
+    integer, intent(in) :: n(3)
+    character(:), allocatable :: text
+    character(40) :: buffer
+    write (buffer, '(i0,2(a,i0))') n(1), ' x ', n(2), ' x ', n(3)
+    text = trim(buffer)
+  end function three_integers
+end module fluid_restart

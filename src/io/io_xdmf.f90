@@ -1,0 +1,207 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The index (`<run>.xmf`, XDMF 3) through which ParaView sees the field files of a run as one time series.
+!>
+!> One uniform grid per saved time: 3DCoRectMesh, point values, sizes in the order z y x. Every prefix is
+!> a scalar; prefixes that end in x, y and z with a common stem are also one vector of that stem. (Of
+!> ParaView 5.11's readers 'XDMF Reader' shows both, 'Xdmf3 Reader' skips the vectors.) The index is
+!> rewritten as a whole at every save. A restarted run keeps the text of the grids before its restart
+!> time from the existing index, so that one index describes the whole run.
+module io_xdmf
+  use base_errors, only: failure_t, require
+  use base_files, only: file_exists
+  use base_kinds, only: rp
+  use base_text_file, only: write_text
+  use base_text_lines, only: read_line, real_text
+  use io_fields, only: field_file, strided_points
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: xdmf_index_t
+
+  character(*), parameter :: NL = new_line('a')
+  character(*), &
+      parameter :: HEAD = '<?xml version="1.0" ?>'//NL//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//NL// &
+    '<Xdmf Version="3.0">'//NL//'<Domain>'//NL// &
+    '<Grid Name="fields" GridType="Collection" CollectionType="Temporal">'//NL
+  character(*), parameter :: TAIL = '</Grid>'//NL//'</Domain>'//NL//'</Xdmf>'
+  ! How one grid begins and ends in the index; reading an index back relies on it.
+  character(*), parameter :: GRID_HEAD = '<Grid GridType="Uniform" Name="', GRID_TAIL = '</Grid>'
+  character(*), parameter :: TIME_HEAD = '<Time Value="'
+
+  !> The index of one run, on rank 0; the other ranks hold nothing.
+  type :: xdmf_index_t
+    private
+    type(world_t) :: world
+    character(:), allocatable :: path
+    character(:), allocatable :: grids !< the text of all grids so far
+  contains
+    procedure :: open => index_open
+    procedure :: add => index_add
+  end type xdmf_index_t
+
+contains
+
+  !> Starts the index `path`, in the folder of the field files. With `restart_time` the grids before that
+  !> time of an existing index are kept. Nothing is written yet. Fails if an existing index was not
+  !> written by this module. Collective.
+  subroutine index_open(self, world, path, failure, restart_time)
+    class(xdmf_index_t), intent(out) :: self
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
+    logical :: ok
+    self%world = world
+    self%path = path
+    self%grids = ''
+    if (failure%failed) return
+    ok = .true.
+    if (world%is_root .and. present(restart_time)) then
+      if (file_exists(path)) call keep_earlier(self, restart_time, ok)
+    end if
+    if (world%max_integer(merge(0, 1, ok)) > 0) call failure%raise(path//': is not an index of this program')
+  end subroutine index_open
+
+  !> Reads the grids before `restart_time` back.
+  subroutine keep_earlier(self, restart_time, ok)
+    class(xdmf_index_t), intent(inout) :: self
+    real(rp), intent(in) :: restart_time
+    logical, intent(out) :: ok
+    character(:), allocatable :: line, grid
+    real(rp) :: time
+    integer :: unit, status
+    logical :: found, inside
+
+    open (newunit=unit, file=self%path, status='old', action='read', iostat=status)
+    ok = status == 0
+    if (.not. ok) return
+    ok = .false.
+    inside = .false.
+    time = 0
+    do
+      call read_line(unit, line, found)
+      if (.not. found) exit
+      if (index(line, '<Xdmf ') == 1) ok = .true.
+      if (index(line, GRID_HEAD) == 1) then
+        inside = .true.
+        grid = ''
+      end if
+      if (.not. inside) cycle
+      grid = grid//line//NL
+      if (index(line, TIME_HEAD) == 1) then
+        read (line(len(TIME_HEAD) + 1:index(line, '"', back=.true.) - 1), *, iostat=status) time
+        if (status /= 0) ok = .false.
+      end if
+      if (line == GRID_TAIL) then
+        inside = .false.
+        ! Times are stored with all digits; the margin is for a restart file of another program.
+        if (time < restart_time - 1.0e-12_rp*abs(restart_time)) self%grids = self%grids//grid
+      end if
+    end do
+    close (unit)
+  end subroutine keep_earlier
+
+  !> Adds the fields saved at one time under one label and rewrites the index; an earlier grid of this
+  !> label goes, since its files have been replaced. Collective.
+  subroutine index_add(self, time, label, prefixes, n, domain_size, origin, stride, precision, failure)
+    class(xdmf_index_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    character(*), intent(in) :: label
+    character(*), intent(in) :: prefixes(:)    !< one file `<prefix>_<label>.h5` each
+    integer, intent(in) :: n(3)                !< points of the computation
+    real(rp), intent(in) :: domain_size(3)
+    real(rp), intent(in) :: origin(3)
+    integer, intent(in) :: stride              !< every stride-th point is in the files
+    integer, intent(in) :: precision           !< bytes per number in the files
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: text, size_text, stem
+    integer :: i, y, z
+    logical :: ok
+
+    if (failure%failed) return
+    call require(stride >= 1, 'io_xdmf: stride below 1')
+    ok = .true.
+    if (self%world%is_root) then
+      size_text = sizes(strided_points(n, stride))
+      text = GRID_HEAD//label//'">'//NL//TIME_HEAD//real_text(time)//'"/>'//NL// &
+             '<Topology TopologyType="3DCoRectMesh" Dimensions="'//size_text//'"/>'//NL// &
+             '<Geometry GeometryType="ORIGIN_DXDYDZ">'//NL// &
+             triple(origin)//triple(stride*domain_size/n)//'</Geometry>'//NL
+      do i = 1, size(prefixes)
+        if (partners(prefixes, trim(prefixes(i)), y, z, stem)) then
+          text = text//attribute(stem, 'Vector', &
+                                 '<DataItem ItemType="Function" Function="JOIN($0, $1, $2)" Dimensions="'// &
+                                 size_text//' 3">'//NL//item(prefixes(i))//item(prefixes(y))// &
+                                 item(prefixes(z))//'</DataItem>'//NL)
+        end if
+        text = text//attribute(trim(prefixes(i)), 'Scalar', item(prefixes(i)))
+      end do
+      self%grids = without(self%grids, label)//text//GRID_TAIL//NL
+      call write_text(self%path, HEAD//self%grids//TAIL, ok)
+    end if
+    if (self%world%max_integer(merge(0, 1, ok)) > 0) call failure%raise( &
+      self%path//': cannot be written; is the folder missing or the disk full?')
+
+  contains
+
+    function item(prefix) result(xml)
+      character(*), intent(in) :: prefix
+      character(:), allocatable :: xml
+      xml = '<DataItem Format="HDF" NumberType="Float" Precision="'//achar(iachar('0') + precision)// &
+            '" Dimensions="'//size_text//'">'//field_file(prefix, &
+            label)//':/'//trim(prefix)//'</DataItem>'//NL
+    end function item
+  end subroutine index_add
+
+  !> `grids` but for the one of this label.
+  function without(grids, label) result(others)
+    character(*), intent(in) :: grids, label
+    character(:), allocatable :: others
+    integer :: first, past
+    others = grids
+    first = index(grids, GRID_HEAD//label//'">')
+    if (first == 0) return
+    past = first + index(grids(first:), GRID_TAIL//NL) + len(GRID_TAIL//NL) - 1
+    others = grids(:first - 1)//grids(past:)
+  end function without
+
+  !> Whether `prefix` is the x component of a vector; if so its partners and the stem of their names.
+  logical function partners(prefixes, prefix, y, z, stem)
+    character(*), intent(in) :: prefixes(:), prefix
+    integer, intent(out) :: y, z
+    character(:), allocatable, intent(out) :: stem
+    integer :: i
+    stem = prefix(:len(prefix) - 1)
+    y = 0
+    z = 0
+    do i = 1, size(prefixes)
+      if (prefixes(i) == stem//'y') y = i
+      if (prefixes(i) == stem//'z') z = i
+    end do
+    partners = len(stem) > 0 .and. prefix == stem//'x' .and. y > 0 .and. z > 0
+  end function partners
+
+  pure function attribute(name, kind, content) result(xml)
+    character(*), intent(in) :: name, kind, content
+    character(:), allocatable :: xml
+    xml = '<Attribute Name="'//name//'" AttributeType="'//kind//'" Center="Node">'//NL//content// &
+          '</Attribute>'//NL
+  end function attribute
+
+  !> 'nz ny nx'
+  pure function sizes(n) result(text)
+    integer, intent(in) :: n(3)
+    character(:), allocatable :: text
+    character(36) :: buffer
+    write (buffer, '(i0,1x,i0,1x,i0)') n(3), n(2), n(1)
+    text = trim(buffer)
+  end function sizes
+
+  !> Three numbers as a data item, in the order z y x.
+  function triple(x) result(xml)
+    real(rp), intent(in) :: x(3)
+    character(:), allocatable :: xml
+    xml = '<DataItem Format="XML" NumberType="Float" Precision="8" Dimensions="3">'//real_text(x(3))//' '// &
+          real_text(x(2))//' '//real_text(x(1))//'</DataItem>'//NL
+  end function triple
+end module io_xdmf

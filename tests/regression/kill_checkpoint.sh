@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Kills a run that writes checkpoints without pause, at random instants, and checks each time that a
+# valid checkpoint not older than the last committed one is left.
+# usage: kill_checkpoint.sh <checkpoint_loop> [kills] [seed]
+set -u
+program=$1
+kills=${2:-20}
+seed=${3:-$(date +%N | sed 's/^0*//')}
+RANDOM=$((seed % 32768))
+mpiexec=${MPIEXEC:-mpiexec}
+export OMPI_MCA_odls_base_sigkill_timeout=0 # do not wait for ranks that are dead already
+echo "kills $kills, seed $seed"
+
+rm -f runtime_backup?.h5* write.log
+"$mpiexec" -n 2 "$program" write 1 || { echo "FAIL: the first checkpoint was not written"; exit 1; }
+newest=1
+for ((i = 1; i <= kills; i++)); do
+  "$mpiexec" -n 2 "$program" write 100000 > write.log 2>&1 &
+  launcher=$!
+  # The clock starts with the first commit; several follow per second.
+  for ((wait = 0; wait < 200; wait++)); do
+    grep -q committed write.log && break
+    sleep 0.05
+  done
+  delay=0.$(printf '%03d' $((RANDOM % 700)))
+  sleep "$delay"
+  part=none
+  for f in runtime_backup?.h5.part; do [ -e "$f" ] && part=$f; done
+  ranks=$(pgrep -P "$launcher")
+  kill -9 $ranks
+  wait "$launcher" 2> /dev/null
+  committed=$(grep -o 'committed [0-9]*' write.log | tail -1 | cut -d' ' -f2)
+  if ! result=$("$mpiexec" -n 2 "$program" verify 2>&1); then
+    echo "FAIL: kill $i after $delay s left no valid checkpoint: $result"; exit 1
+  fi
+  found=$(echo "$result" | grep -o 'newest [0-9]*' | cut -d' ' -f2)
+  echo "kill $i after $delay s (unfinished file: $part): committed ${committed:-none of this run}, newest valid $found"
+  # On a busy machine the kill may come before the first commit of this run.
+  [ -n "$committed" ] || committed=$newest
+  if [ "$committed" -lt "$newest" ] || [ "$found" -lt "$committed" ] || [ "$found" -gt $((committed + 1)) ]; then
+    echo "FAIL: wrong generation; the newest before was $newest"; exit 1
+  fi
+  newest=$found
+done
+echo "pass"

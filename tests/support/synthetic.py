@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files like those of a run, with contents known in closed form, for the tests of the Python tools."""
+import contextlib
+import io
+import runpy
+import sys
+from collections import namedtuple
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+
+SOURCE = Path(__file__).resolve().parents[2]
+TOOLS = SOURCE / "tools"
+
+
+Finished = namedtuple("Finished", "returncode stdout stderr")
+
+
+def run_tool(name, *arguments):
+    """Runs a Python tool with its command line, in this process (importing matplotlib once saves time)."""
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with mock.patch.object(sys, "argv", [name, *map(str, arguments)]), \
+            mock.patch.object(sys, "path", [str(TOOLS), *sys.path]), \
+            contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            runpy.run_path(str(TOOLS / name), run_name="__main__")
+        except SystemExit as stop:
+            code = stop.code or 0
+    return Finished(code, out.getvalue(), err.getvalue())
+
+
+def grid(n, length):
+    """x, y, z as arrays that broadcast to (nz, ny, nx)."""
+    x, y, z = (np.arange(n[a]) * length[a] / n[a] for a in range(3))
+    return x[None, None, :], y[None, :, None], z[:, None, None]
+
+
+def write_field(folder, name, label, values, length, time, viscosity=0.01):
+    """A field file as the solver writes it; `values` has the shape (nz, ny, nx)."""
+    import h5py
+    with h5py.File(Path(folder) / f"{name}_{label}.h5", "w") as file:
+        data = file.create_dataset(name, data=np.asarray(values, dtype="f4"))
+        data.attrs["time"] = np.array([time])
+        data.attrs["viscosity"] = np.array([viscosity])
+        data.attrs["epsi"] = np.array([1e-3])
+        data.attrs["domain_size"] = np.array(length, dtype=float)
+        data.attrs["origin"] = np.zeros(3)
+        data.attrs["nxyz"] = np.array(values.shape[::-1], dtype="i4")
+
+
+def write_velocity(folder, label, n, length, time, amplitude=1.0):
+    """u = A (sin Y cos Z, sin Z cos X, sin X cos Y), capitals scaled by 2 pi/length; returns the exact curl."""
+    kx, ky, kz = (2 * np.pi / value for value in length)
+    x, y, z = grid(n, length)
+    one = np.ones(n[::-1])
+    u = [np.sin(ky * y) * np.cos(kz * z) * one, np.sin(kz * z) * np.cos(kx * x) * one,
+         np.sin(kx * x) * np.cos(ky * y) * one]
+    for name, values in zip(("ux", "uy", "uz"), u):
+        write_field(folder, name, label, amplitude * values, length, time)
+    curl = [-ky * np.sin(kx * x) * np.sin(ky * y) - kz * np.cos(kz * z) * np.cos(kx * x),
+            -kz * np.sin(ky * y) * np.sin(kz * z) - kx * np.cos(kx * x) * np.cos(ky * y),
+            -kx * np.sin(kz * z) * np.sin(kx * x) - ky * np.cos(ky * y) * np.cos(kz * z)]
+    return [amplitude * c * one for c in curl]
+
+
+def write_ball(folder, label, n, length, time, radius):
+    """A smooth ball in the middle of the box as the mask."""
+    x, y, z = grid(n, length)
+    r = np.sqrt((x - length[0] / 2)**2 + (y - length[1] / 2)**2 + (z - length[2] / 2)**2)
+    write_field(folder, "mask", label, np.clip(0.5 + (radius - r) * n[0] / length[0] / 3, 0, 1), length, time)
+
+
+def picture(path):
+    """(height, width, number of distinct colours) of a png."""
+    from matplotlib.image import imread
+    pixels = imread(str(path))
+    packed = np.round(pixels[..., :3] * 255).astype(int) @ (65536, 256, 1)
+    return pixels.shape[0], pixels.shape[1], len(np.unique(packed))

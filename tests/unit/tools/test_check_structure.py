@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""tools/check_structure accepts a clean source and names every broken rule."""
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+TOOL = Path(__file__).resolve().parents[3] / "tools" / "check_structure"
+CLEAN = """! print * and use x in a comment
+module base_thing
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_kinds, &
+    only: rp
+  implicit none
+  character(*), parameter :: text = 'do print *, that ! use'
+contains
+  module procedure nothing
+  end procedure nothing
+end module base_thing
+"""
+
+
+def check(source, name="base_thing.f90"):
+    """(exit code, output) for a tree with this one file."""
+    with tempfile.TemporaryDirectory() as root:
+        folder = Path(root) / "src" / "base"
+        folder.mkdir(parents=True)
+        (folder / name).write_text(source)
+        done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout
+
+
+class CheckStructure(unittest.TestCase):
+    def assert_found(self, source, where_and_what, name="base_thing.f90"):
+        code, output = check(source, name)
+        self.assertEqual(code, 1, output)
+        self.assertIn(where_and_what, output)
+        self.assertIn(" 1 problem(s)", output)
+
+    def test_clean_source_passes(self):
+        self.assertEqual(check(CLEAN), (0, "1 files, 0 problem(s)\n"))
+
+    def test_submodule_is_named_after_its_file(self):
+        source = "submodule (base_thing) base_thing_body\nend submodule base_thing_body\n"
+        self.assertEqual(check(source, "base_thing_body.f90")[0], 0)
+        self.assert_found(source, "base_other.f90:1: module base_thing_body", "base_other.f90")
+
+    def test_file_and_module_name_differ(self):
+        self.assert_found(CLEAN, "other.f90:2: module base_thing in a file called other.f90", "other.f90")
+
+    def test_two_modules(self):
+        self.assert_found(CLEAN + "module base_thing\nend module base_thing\n", ":12: second module")
+
+    def test_use_without_only(self):
+        self.assert_found(CLEAN.replace("use base_kinds, &\n    only: rp", "use base_kinds"),
+                          ":4: use base_kinds without only")
+        self.assert_found(CLEAN.replace(", only: output_unit", ""), ":3: use iso_fortran_env without only")
+
+    def test_print(self):
+        self.assert_found(CLEAN.replace("implicit none", "print *, 'x'"), ":6: print")
+        self.assert_found(CLEAN.replace("implicit none", "if (a) print '(a)', 'x'"), ":6: print")
+
+    def test_tab_and_trailing_blank(self):
+        self.assert_found(CLEAN.replace("implicit", "\timplicit"), ":6: tab")
+        self.assert_found(CLEAN.replace("none", "none "), ":6: trailing blank")
+
+    def test_long_file(self):
+        self.assertEqual(check(CLEAN + 389 * "! line\n")[0], 0)
+        self.assert_found(CLEAN + 390 * "! line\n", "401 lines; at most 400")
+
+    def test_no_sources(self):
+        with tempfile.TemporaryDirectory() as root:
+            done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no Fortran sources", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

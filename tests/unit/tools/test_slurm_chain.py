@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The job chain: restarts, hands the signal on, resubmits itself after exit code 4 and only then."""
+import os
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+SCRIPT = Path(__file__).resolve().parents[3] / "tools" / "slurm" / "flusi.sbatch"
+SBATCH = 'echo "$FLUSI_CHAIN $*" > submitted\n'
+
+
+class SlurmChain(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        (self.folder / "a.ini").touch()
+
+    def stub(self, name, text):
+        path = self.folder / "bin" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("#!/usr/bin/env bash\n" + text)
+        path.chmod(0o755)
+
+    def start(self, program, *arguments, **environment):
+        """Starts the job script; srun is replaced by `program`."""
+        self.stub("srun", 'echo "$*" > started\n' + program)
+        self.stub("sbatch", SBATCH)
+        environment = {**os.environ, "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}", **environment}
+        return subprocess.Popen(["bash", str(SCRIPT), *(arguments or ["a.ini"])], cwd=self.folder, env=environment,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def run_job(self, program, *arguments, **environment):
+        job = self.start(program, *arguments, **environment)
+        output = job.communicate(timeout=60)[0]
+        return job.returncode, output
+
+    def read(self, name):
+        path = self.folder / name
+        return path.read_text().strip() if path.exists() else None
+
+    def test_finished_run_is_not_resubmitted(self):
+        code, output = self.run_job("exit 0\n")
+        self.assertEqual((code, self.read("submitted")), (0, None), output)
+        self.assertEqual(self.read("started"), "flusi a.ini")
+
+    def test_early_stop_is_resubmitted(self):
+        code, output = self.run_job("touch runtime_backup0.h5; exit 4\n")
+        self.assertEqual((code, self.read("submitted")), (0, f"2 --export=ALL {SCRIPT} a.ini"), output)
+
+    def test_successor_restarts(self):
+        (self.folder / "runtime_backup1.h5").touch()
+        self.run_job("exit 0\n", FLUSI="/opt/flusi")
+        self.assertEqual(self.read("started"), "/opt/flusi a.ini --restart")
+
+    def test_no_new_checkpoint_ends_the_chain(self):
+        (self.folder / "runtime_backup0.h5").touch()
+        code, output = self.run_job("exit 4\n")
+        self.assertEqual((code, self.read("submitted")), (1, None), output)
+
+    def test_longest_chain(self):
+        code, output = self.run_job("touch runtime_backup0.h5; exit 4\n", FLUSI_CHAIN="3", FLUSI_CHAIN_MAX="3")
+        self.assertEqual((code, self.read("submitted")), (4, None), output)
+
+    def test_failures_end_the_chain(self):
+        for failure in (1, 2, 3):
+            code, output = self.run_job(f"touch runtime_backup0.h5; exit {failure}\n")
+            self.assertEqual((code, self.read("submitted")), (failure, None), output)
+
+    def test_signal_is_handed_on(self):
+        job = self.start("trap 'sleep 0.2; touch runtime_backup0.h5; exit 4' USR1\ntouch ready\n"
+                         "for i in {1..600}; do sleep 0.05; done\n")
+        while not (self.folder / "ready").exists():
+            time.sleep(0.02)
+        job.send_signal(signal.SIGUSR1)
+        output = job.communicate(timeout=60)[0]
+        self.assertEqual((job.returncode, self.read("submitted")), (0, f"2 --export=ALL {SCRIPT} a.ini"), output)
+
+    def test_wrong_use(self):
+        self.assertEqual(self.run_job("exit 0\n", "absent.ini")[0], 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

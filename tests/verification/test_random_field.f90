@@ -1,0 +1,49 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Random fields have the spectrum they were asked for, are solenoidal and real.
+program test_random_field
+  use base_constants, only: TWO_PI
+  use base_kinds, only: rp
+  use fluid_solver, only: fluid_t
+  use support_fluid, only: make_fluid, box_3d, box_2d, NL
+  use testkit, only: testkit_t
+  implicit none
+  type(testkit_t) :: test
+  character(*), parameter :: CONDITION = '[InitialCondition]'//NL//'omega1=0.7'//NL//'inicond='
+  integer :: unit
+
+  call test%start(parallel=.true.)
+  call check('3-D Rogallo field', box_3d(24, TWO_PI)//CONDITION//'turbulence_rogallo'//NL, 0.7_rp)
+  call check('2-D Rogallo field', box_2d(24, TWO_PI)//CONDITION//'turbulence_rogallo'//NL, 0.7_rp)
+  ! E(k) = 0.1 between k = 1 and 4: four shells of width 1.
+  if (test%world%is_root) then
+    open (newunit=unit, file='spectrum.txt', status='replace', action='write')
+    write (unit, '(a)') '# k E', '0.5 0.1', '4.5 0.1'
+    close (unit)
+  end if
+  call test%world%barrier()
+  call check('given spectrum', box_3d(24, TWO_PI)//CONDITION//'random-given-spectrum'//NL// &
+             'inicond_spectrum_file=spectrum.txt'//NL, 0.4_rp)
+  call test%finish()
+
+contains
+
+  subroutine check(name, text, energy)
+    character(*), intent(in) :: name, text
+    real(rp), intent(in) :: energy
+    type(fluid_t) :: fluid
+    real(rp) :: sums(2), largest(1)
+    call make_fluid(test%world, text//'[MeanFlow]'//NL//'ux=0'//NL, fluid)
+    associate (u => fluid%rhs%initial)
+      sums(1) = 0.5_rp*sum(u(:, :, :, 1:3)**2)
+      sums(2) = sum(u(:, :, :, 1:3))
+      call test%world%sum_reals(sums)
+      sums = sums/product(real(fluid%rhs%params%grid%n, rp))
+      largest(1) = maxval(abs(u(:, :, :, 7)))
+      call test%world%max_reals(largest)
+    end associate
+    call test%check_close(name//': mean energy', sums(1), energy, rtol=1e-12_rp)
+    call test%check_below(name//': no mean velocity', abs(sums(2)), 1e-12_rp)
+    call test%check_below(name//': no divergence', largest(1), 1e-12_rp)
+    call fluid%free()
+  end subroutine check
+end program test_random_field
