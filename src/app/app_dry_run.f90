@@ -97,7 +97,8 @@ contains
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
       if (p%penalized .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
       if (n > 0) then
-        times = aint(max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save) + 2
+        ! One save at the start, one at the end, and one at each multiple between.
+        times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1
         bytes = n*times*product(real(p%grid%n, rp)/o%stride)*merge(4, 8, o%single_precision)
         write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
           bytes/1.0e9_rp, ' GB, and one .xmf index'

@@ -53,6 +53,8 @@ contains
     if (errors%count() > 0 .or. unread > 0) code = EXIT_USER
     ! A file that one rank sees and another does not must not part them.
     if (present(world)) code = world%max_integer(code)
+    if (speaks .and. code == EXIT_USER .and. errors%count() == 0) write (error_unit, '(a)') &
+      command%ini//': a file that it names can be read on some ranks only'
     if (speaks .and. code == EXIT_OK) &
       call notices%print(merge(error_unit, output_unit, command%action == ACTION_CHECK), 'notice: ')
     flush (error_unit)

@@ -4,7 +4,7 @@ program flusi
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: command_t, parse_command_line, print_usage, print_version, ACTION_CHECK, &
                               ACTION_COMPARE_KEYS, ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
-                              ACTION_PARAMETERS, ACTION_VERSION
+                              ACTION_PARAMETERS, ACTION_RUN, ACTION_VERSION
   use app_dry_run, only: print_dry_run
   use app_keys, only: write_reference
   use app_parameters, only: read_parameters
@@ -13,7 +13,7 @@ program flusi
   use app_simulation, only: simulation_t
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
-  use base_process, only: exit_with
+  use base_process, only: exit_with, launched_rank
   use parallel_world, only: world_t
   implicit none
   type(command_t) :: command
@@ -22,8 +22,12 @@ program flusi
   type(simulation_t) :: simulation
   type(world_t) :: world
   integer :: code
+  logical :: needs_mpi
 
   call parse_command_line(command, errors)
+  needs_mpi = errors%count() == 0 .and. (command%action == ACTION_RUN .or. command%action == ACTION_DRY_RUN)
+  ! Whatever runs without MPI is said once, also behind a launcher.
+  if (.not. needs_mpi .and. launched_rank() > 0) call exit_with(EXIT_OK)
   if (errors%count() > 0) then
     call errors%print(error_unit, 'flusi: ')
     call print_usage(error_unit)

@@ -5,7 +5,7 @@ module base_process
   use base_kinds, only: rp, i8
   implicit none
   private
-  public :: exit_with, is_terminal, environment_value, wall_seconds, epoch_seconds
+  public :: exit_with, is_terminal, environment_value, wall_seconds, epoch_seconds, launched_rank
 
   interface
     subroutine c_exit(code) bind(c, name='exit')
@@ -50,6 +50,21 @@ contains
     allocate (character(length) :: value)
     if (length > 0) call get_environment_variable(name, value)
   end function environment_value
+
+  !> The rank that a launcher gave this process, also before MPI is started; 0 without a launcher.
+  integer function launched_rank() result(rank)
+    character(20), parameter :: NAMES(4) = [character(20) :: 'OMPI_COMM_WORLD_RANK', 'PMIX_RANK', 'PMI_RANK', &
+                                            'SLURM_PROCID']
+    character(:), allocatable :: value
+    integer :: i, status
+    do i = 1, size(NAMES)
+      value = environment_value(trim(NAMES(i)))
+      if (value == '') cycle
+      read (value, *, iostat=status) rank
+      if (status == 0) return
+    end do
+    rank = 0
+  end function launched_rank
 
   !> Seconds on a clock that only differences of are meaningful.
   real(rp) function wall_seconds()

@@ -288,7 +288,7 @@ contains
       p%mean_flow(i) = c%get_word('MeanFlow', 'iMeanFlow_'//AXES(i:i))
       p%mean_velocity(i) = c%get_real('MeanFlow', 'u'//AXES(i:i))
       if (c%get_integer('MeanFlow', 'iMeanFlow') == 1) then
-        if (c%is_given('MeanFlow', 'iMeanFlow_'//AXES(i:i)) .and. p%mean_flow(i) /= 'fixed') &
+        if (any(p%mean_flow(i) == ['sinusoidal', 'dynamic   '])) &
           call c%complain(errors, 'MeanFlow', 'iMeanFlow', 'iMeanFlow = 1 contradicts iMeanFlow_'//AXES(i:i))
         p%mean_flow(i) = 'fixed'
       end if
