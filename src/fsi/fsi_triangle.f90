@@ -25,6 +25,8 @@ module fsi_triangle
     real(rp) :: bc(3) = 0
     real(rp) :: grad_v(3) = 0, grad_w(3) = 0 !< v = grad_v.(p - a), w = grad_w.(p - a)
     real(rp) :: normal(3) = 0             !< unit normal, counter-clockwise; 0 for a needle
+    real(rp) :: outward(3, 3) = 0         !< unit normals of ab, ac, bc in the plane, (:, edge); 0 for a needle
+    real(rp) :: height = 0                !< distance of a from the line bc
     real(rp) :: inv_ab = 0, inv_ac = 0, inv_bc = 0 !< 1/length^2, 0 for no length
     logical :: is_needle = .false.
   contains
@@ -54,6 +56,11 @@ contains
     triangle%normal = n/sqrt(n2)
     triangle%grad_v = cross(triangle%ac, n)/n2
     triangle%grad_w = cross(n, triangle%ab)/n2
+    triangle%outward(:, 1) = -triangle%grad_w/norm2(triangle%grad_w)
+    triangle%outward(:, 2) = -triangle%grad_v/norm2(triangle%grad_v)
+    triangle%outward(:, 3) = triangle%grad_v + triangle%grad_w
+    triangle%height = 1/norm2(triangle%outward(:, 3))
+    triangle%outward(:, 3) = triangle%outward(:, 3)*triangle%height
   end function make_triangle
 
   !> Squared distance of `p` and the coordinates v, w >= 0, v + w <= 1 of the closest point.
