@@ -49,9 +49,9 @@ contains
         command%action = ACTION_PARAMETERS
         return
       case ('--check')
-        command%action = ACTION_CHECK
+        call choose(ACTION_CHECK)
       case ('--dry-run')
-        command%action = ACTION_DRY_RUN
+        call choose(ACTION_DRY_RUN)
       case ('--restart')
         command%restart = .true.
       case ('--flusi-compat')
@@ -59,13 +59,14 @@ contains
       case ('--postprocess', '-p')
         command%postprocess = .true.
       case ('--keyvalues')
-        command%action = ACTION_KEYVALUES
+        call choose(ACTION_KEYVALUES)
       case ('--compare-keys')
-        command%action = ACTION_COMPARE_KEYS
+        call choose(ACTION_COMPARE_KEYS)
       case default
         if (index(argument, '--restart=') == 1) then
           command%restart = .true.
           command%restart_file = argument(11:)
+          if (command%restart_file == '') call errors%add('--restart= needs the name of a backup')
         else if (index(argument, '-') == 1) then
           call errors%add('unknown argument "'//argument//'"')
         else
@@ -76,6 +77,15 @@ contains
       end select
     end do
     call check_files(command, n_files, errors)
+
+  contains
+
+    subroutine choose(action)
+      integer, intent(in) :: action
+      if (command%action /= ACTION_RUN .and. command%action /= action) &
+        call errors%add('"'//argument//'" contradicts an argument before it')
+      command%action = action
+    end subroutine choose
   end subroutine parse_command_line
 
   subroutine check_files(command, n_files, errors)

@@ -2,17 +2,17 @@
 !> What a run would need and do, without doing it.
 module app_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use app_memory, only: memory_t, estimate_memory
   use app_report, only: print_scales
   use app_settings, only: settings_t, output_params_t
   use base_constants, only: PI
   use base_kinds, only: rp
-  use fluid_params, only: fluid_params_t, SCHEME_RK4
+  use fluid_params, only: fluid_params_t
   use fluid_timestep, only: next_step_length
   use parallel_world, only: world_t
-  use spectral_sticks, only: sticks_t, make_sticks, process_grid
   implicit none
   private
-  public :: print_dry_run, memory_estimate
+  public :: print_dry_run
 
 contains
 
@@ -21,13 +21,14 @@ contains
   subroutine print_dry_run(world, settings)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
+    type(fluid_params_t) :: endless
     real(rp) :: speed, dt, steps
     integer :: ranks, i
     if (.not. world%is_root) return
     associate (p => settings%fluid, o => settings%output, unit => output_unit)
       write (unit, '(a,3(i0,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), ''
       call print_scales(unit, settings)
-      write (unit, '(a)') 'memory per rank'
+      write (unit, '(a)') 'memory per rank                     while running      at the start'
       call print_memory(unit, world%size, settings)
       ranks = 1
       do i = 1, 14
@@ -35,7 +36,9 @@ contains
         ranks = 2*ranks
       end do
       speed = reference_speed(p)
-      dt = next_step_length(p, speed, 0.0_rp, [0.0_rp])
+      endless = p
+      endless%t_max = huge(1.0_rp)
+      dt = next_step_length(endless, speed, 0.0_rp, 0.0_rp, [0.0_rp])
       steps = min(p%t_max/dt, real(p%nt, rp))
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
       if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
@@ -47,39 +50,16 @@ contains
   subroutine print_memory(unit, ranks, settings)
     integer, intent(in) :: unit, ranks
     type(settings_t), intent(in) :: settings
-    real(rp) :: bytes
-    integer :: rows, columns
-    logical :: possible
-    call memory_estimate(settings%fluid, settings%output%needs_fields(), ranks, bytes, rows, columns, possible)
-    if (possible) write (unit, '(i8,a,i0,a,i0,t30,f14.1,a)') ranks, ' ranks = ', rows, ' x ', columns, bytes/1.0e6_rp, ' MB'
+    type(memory_t) :: m
+    m = estimate_memory(settings%fluid, settings%output%needs_fields(), ranks)
+    if (.not. m%possible) return
+    if (m%largest_buffer > huge(1)) then
+      write (unit, '(i8,a)') ranks, ' ranks: too few for this grid'
+    else
+      write (unit, '(i8,a,i0,a,i0,t30,2(f14.1,a))') ranks, ' ranks = ', m%rows, ' x ', m%columns, m%running/1.0e6_rp, &
+        ' MB', m%starting/1.0e6_rp, ' MB'
+    end if
   end subroutine print_memory
-
-  !> Largest memory of a rank in bytes: state and history, exchange buffers, kept fields.
-  subroutine memory_estimate(p, keeps_fields, ranks, bytes, rows, columns, possible)
-    type(fluid_params_t), intent(in) :: p
-    logical, intent(in) :: keeps_fields
-    integer, intent(in) :: ranks
-    real(rp), intent(out) :: bytes
-    integer, intent(out) :: rows, columns
-    logical, intent(out) :: possible
-    type(sticks_t) :: s
-    real(rp) :: n_sticks, planes, lines, points
-    integer :: n_out
-    bytes = 0
-    call process_grid(ranks, p%grid%n, p%process_rows, rows, columns, possible)
-    if (.not. possible) return
-    s = make_sticks(p%grid, p%dealias, rows, columns, 0, 0)
-    n_out = merge(6, 3, p%sponge)
-    n_sticks = s%n
-    planes = ceiling(p%grid%n(3)/real(columns, rp))
-    lines = ceiling(p%grid%n(2)/real(rows, rp))
-    points = p%grid%n(1)*lines*planes
-    bytes = 16*n_sticks*s%nkz*merge(9, 6, p%scheme == SCHEME_RK4)
-    bytes = bytes + 16*s%n_row_sticks*planes*(7 + n_out)
-    if (columns > 1) bytes = bytes + 16*n_sticks*p%grid%n(3)*7
-    if (rows > 1) bytes = bytes + 16*planes*(s%n_jx*lines*(7 + n_out) + real(s%n_row_kx, rp)*p%grid%n(2)*7)
-    if (keeps_fields) bytes = bytes + 16*n_sticks*s%nkz + 8*points*7
-  end subroutine memory_estimate
 
   !> A velocity that the flow will have, as far as the parameters tell.
   pure real(rp) function reference_speed(p) result(speed)

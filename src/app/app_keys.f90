@@ -7,7 +7,7 @@ module app_keys
   use io_registry, only: registry_t
   implicit none
   private
-  public :: register_all_keys
+  public :: register_all_keys, write_reference
 
 contains
 
@@ -21,6 +21,15 @@ contains
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')
     call register_flusi_legacy(registry)
   end subroutine register_all_keys
+
+  !> Writes the reference of all keys, docs/parameters.md.
+  subroutine write_reference(unit)
+    integer, intent(in) :: unit
+    type(registry_t) :: registry
+    call register_all_keys(registry)
+    write (unit, '(a)') '# Parameters', '', '<!-- Written by `flusi --parameters`; a test compares. -->', ''
+    call registry%write_markdown(unit)
+  end subroutine write_reference
 
   subroutine register_units(r)
     type(registry_t), intent(inout) :: r

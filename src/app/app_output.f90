@@ -84,11 +84,12 @@ contains
     character(:), allocatable :: label
     type(field_meta_t) :: meta
     character(8) :: saved(16) !< prefixes written so far
-    integer :: c, i, n_saved
+    integer :: c, i, n_saved, step
     if (.not. (self%fields_due .or. self%slices_due)) return
     meta = meta_of(fluid, fluid%sums_time)
     associate (p => self%params, rhs => fluid%rhs)
-      label = label_of(p, fluid%sums_time, fluid%rhs%state%step - merge(0, 1, self%last))
+      step = fluid%rhs%state%step - merge(0, 1, self%last)
+      label = label_of(p, fluid%sums_time, step, p%t_save)
       if (self%fields_due) then
         n_saved = 0
         do c = 1, 3
@@ -119,6 +120,7 @@ contains
                             meta%origin, p%stride, precision_of(p), failure)
       end if
       if (self%slices_due) then
+        label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))
         do i = 1, size(p%slice)
           if (p%slice(i) < 0) cycle
           do c = 1, 3
@@ -154,7 +156,8 @@ contains
       allocate (u(b%count(1), b%count(2), b%count(3), 3))
       call fluid%transform%backward(state%u, u)
       do c = 1, 3
-        call write_field(fluid%rhs%world, '.', 'failed-u'//AXES(c:c), label_of(self%params, state%time, state%step), b, &
+        call write_field(fluid%rhs%world, '.', 'failed-u'//AXES(c:c), label_of(self%params, state%time, state%step, &
+                                                                     self%params%t_save), b, &
                          u(:, :, :, c), meta_of(fluid, state%time), PRECISION_DOUBLE, 1, writing)
       end do
     end associate
@@ -172,15 +175,17 @@ contains
     meta%nxyz = fluid%rhs%params%grid%n
   end function meta_of
 
-  function label_of(p, time, step) result(label)
+  !> Label of files that are written every `interval`.
+  function label_of(p, time, step, interval) result(label)
     type(output_params_t), intent(in) :: p
-    real(rp), intent(in) :: time
+    real(rp), intent(in) :: time, interval
     integer, intent(in) :: step
     character(:), allocatable :: label
     real(rp) :: shown
     shown = time
-    if (p%one_period) shown = modulo(time, p%period)
-    label = field_label(shown, int(step, i8), finest_naming(p%naming, p%t_save))
+    ! A whole number of periods is 0 whatever its round-off.
+    if (p%one_period) shown = max(0.0_rp, time - p%period*aint(time/p%period + 1.0e-9_rp))
+    label = field_label(shown, int(step, i8), finest_naming(p%naming, interval))
   end function label_of
 
   pure integer function precision_of(p) result(precision)

@@ -2,13 +2,13 @@
 !> From the parameter file to settings, with everything said that a user must know.
 module app_parameters
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use app_command_line, only: command_t, ACTION_CHECK
+  use app_command_line, only: command_t, ACTION_CHECK, ACTION_DRY_RUN
+  use app_memory, only: memory_t, estimate_memory
   use app_settings, only: settings_t, load_settings
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
   use io_ini, only: read_text_file
   use parallel_world, only: world_t
-  use spectral_sticks, only: process_grid
   implicit none
   private
   public :: read_parameters
@@ -46,10 +46,13 @@ contains
     end if
     if (unread == 0) then
       call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices)
-      if (present(world) .and. errors%count() == 0) call check_ranks(world, settings, errors)
+      ! A dry run tells which numbers of ranks would do.
+      if (present(world) .and. errors%count() == 0 .and. command%action /= ACTION_DRY_RUN) call check_ranks(world, settings, errors)
     end if
     if (speaks .and. errors%count() > 0) call errors%print(error_unit, '')
     if (errors%count() > 0 .or. unread > 0) code = EXIT_USER
+    ! A file that one rank sees and another does not must not part them.
+    if (present(world)) code = world%max_integer(code)
     if (speaks .and. code == EXIT_OK) &
       call notices%print(merge(error_unit, output_unit, command%action == ACTION_CHECK), 'notice: ')
     flush (error_unit)
@@ -59,13 +62,16 @@ contains
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
     type(message_list_t), intent(inout) :: errors
-    integer :: rows, columns
-    logical :: possible
+    type(memory_t) :: m
     character(120) :: text
-    call process_grid(world%size, settings%fluid%grid%n, settings%fluid%process_rows, rows, columns, possible)
-    if (possible) return
-    write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
-      'rows must divide the ranks and not exceed ny'
+    m = estimate_memory(settings%fluid, settings%output%needs_fields(), world%size)
+    if (m%possible .and. m%largest_buffer <= huge(1)) return
+    if (m%possible) then
+      write (text, '(a,i0,a)') 'the grid is too large for ', world%size, ' ranks: an exchange buffer would exceed 2^31 numbers'
+    else
+      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
+        'rows must divide the ranks and not exceed ny'
+    end if
     call settings%config%complain(errors, 'Resolution', 'process_rows', trim(text))
   end subroutine check_ranks
 end module app_parameters

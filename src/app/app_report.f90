@@ -4,7 +4,7 @@ module app_report
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_settings, only: settings_t
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
-  use base_kinds, only: rp
+  use base_kinds, only: rp, i8
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_solver, only: fluid_t
@@ -28,7 +28,7 @@ contains
       write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
       write (unit, '(a,i0,a,i0,a,i0,a,a,a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
-        ', truncation ', p%dealias, ', modes ', t%sticks%rows%n*t%sticks%nkz
+        ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
       write (unit, '(a,f0.1,a)') 'memory    ', fluid%memory_bytes()/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
       if (restart_time >= 0) then

@@ -78,7 +78,7 @@ contains
     subroutine open_one(series, path, columns)
       type(series_t), intent(inout) :: series
       character(*), intent(in) :: path, columns(:)
-      if (failure%failed) return
+      ! After a failure the others are opened in name only, so that all of them can be closed.
       if (restart_time >= 0) then
         call series%open(world, path, columns, failure, restart_time=restart_time)
       else
@@ -137,10 +137,12 @@ contains
     end associate
   end subroutine series_write_step
 
-  !> Integrals of the last pass, which must have requested them. Collective.
-  subroutine series_write_integrals(self, fluid)
+  !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be
+  !> written, for instance on a full disk. Collective.
+  subroutine series_write_integrals(self, fluid, failure)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
+    type(failure_t), intent(inout) :: failure
     real(rp) :: rms(0:N_COLORS - 1)
     integer :: c
     associate (t => fluid%sums_time, s => fluid%sums, nu => fluid%rhs%params%nu)
@@ -163,6 +165,9 @@ contains
         end do
       end if
     end associate
+    ! All series live in one folder: a full disk shows in the one that is written at every step, too.
+    call self%ekin%check(failure)
+    call self%energy%check(failure)
   end subroutine series_write_integrals
 
   !> Closes all files; fails if any of them could not be written completely. Collective.

@@ -60,6 +60,7 @@ contains
     call read_fluid_params(settings%config, settings%fluid, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)
     call read_units(settings%config, settings%units, notices)
+    call notice_idle_settings(settings, notices)
   end subroutine load_settings
 
   subroutine read_output(c, fluid, p, errors)
@@ -99,9 +100,24 @@ contains
       if (p%slices .and. p%slice(i) >= fluid%grid%n(1)) &
         call c%complain(errors, 'SaveSlices', key, 'there is no such plane: indices run from 0 to nx-1')
     end do
+    if (p%slices .and. all(p%slice < 0)) &
+      call c%complain(errors, 'SaveSlices', 'use_slicing', 'no slice is chosen: set slice1 to the x index of a plane')
     if (any(mod(fluid%grid%n, p%stride) /= 0 .and. fluid%grid%n > 1)) &
       call c%complain(errors, 'Saving', 'striding', 'must divide nx, ny and nz')
   end subroutine read_output
+
+  !> Settings that are allowed but do nothing.
+  subroutine notice_idle_settings(s, notices)
+    type(settings_t), intent(in) :: s
+    type(message_list_t), intent(inout) :: notices
+    associate (p => s%fluid, c => s%config)
+      if (.not. p%penalized .and. (c%get_switch('Saving', 'iSaveMask') .or. &
+                                   c%get_switch('Saving', 'iSaveSolidVelocity'))) &
+        call notices%add('iPenalization = 0: there is no mask to save')
+      if (p%penalized .and. any(p%mask == ['none ', 'empty']) .and. p%channel == 'no' .and. .not. p%cavity) &
+        call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')
+    end associate
+  end subroutine notice_idle_settings
 
   subroutine read_units(c, units, notices)
     type(config_t), intent(in) :: c

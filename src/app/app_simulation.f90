@@ -158,13 +158,11 @@ contains
   !> Closes files, prints where the time went, releases everything. Collective.
   subroutine simulation_finish(self)
     class(simulation_t), intent(inout) :: self
-    logical :: written
     if (self%exit_code /= EXIT_USER) then
       call self%series%close(self%failure)
       if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_FAILURE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid)
-      if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
     end if
     call self%fluid%free()
   end subroutine simulation_finish
@@ -180,7 +178,7 @@ contains
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
-    if (self%output%integrals_due) call self%series%write_integrals(self%fluid)
+    if (self%output%integrals_due) call self%series%write_integrals(self%fluid, self%failure)
     call self%output%write(self%fluid, self%failure)
     call self%timers%stop(self%t_output)
   end subroutine write_all
@@ -193,7 +191,9 @@ contains
     character(:), allocatable :: path
     logical :: found
     path = command%restart_file
-    if (path == '' .and. index(self%settings%fluid%inicond, 'backup::') == 1) path = self%settings%fluid%inicond(9:)
+    ! --restart goes on from the newest backup, also where the run once began from a named one.
+    if (.not. command%restart .and. index(self%settings%fluid%inicond, 'backup::') == 1) &
+      path = self%settings%fluid%inicond(9:)
     if (path == '') then
       call self%slots%newest_valid(path, found)
       if (.not. found) then
@@ -215,6 +215,7 @@ contains
     class(simulation_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
     type(request_t) :: nothing
+    logical :: written
     if (self%failure%failed .or. self%fluid%rhs%state%step == 0) return
     call self%timers%start(self%t_backup)
     call self%fluid%evaluate(nothing, self%failure)
@@ -223,6 +224,8 @@ contains
       call self%slots%begin(writer, self%failure)
       call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
       call self%slots%commit(writer, self%failure)
+      ! A restart must plan as this run did, or it would differ in the last bits.
+      if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
     end if
     call self%stop_rules%backup_done()
     call self%timers%stop(self%t_backup)

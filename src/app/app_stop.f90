@@ -18,6 +18,7 @@ module app_stop
     logical :: must_stop = .false.
     logical :: backup_due = .false.
     character(60) :: reason = ''
+    real(rp), private :: last_poll = -huge(1.0_rp)
     real(rp), private :: begun = 0, last_backup = 0, stop_seconds = 0, backup_seconds = 0
     integer(i8), private :: job_end = huge(1_i8)
   contains
@@ -27,6 +28,7 @@ module app_stop
     procedure :: backup_done => stop_backup_done
   end type stop_rules_t
 
+  real(rp), parameter :: POLL_SECONDS = 0.2_rp
   integer, parameter :: GO_ON = 0, STOP_WALLTIME = 1, STOP_JOB_END = 2, STOP_SIGNAL = 3, STOP_FILE = 4, BACKUP = 10
 
 contains
@@ -70,7 +72,11 @@ contains
     verdict = GO_ON
     if (world%is_root) then
       if (wall_seconds() - self%last_backup > self%backup_seconds) verdict = BACKUP
-      if (poll_control('.', messages) == CONTROL_SAVE_STOP) verdict = STOP_FILE
+      ! Files are looked at a few times per second only: on a parallel file system each look is a request.
+      if (wall_seconds() - self%last_poll > POLL_SECONDS) then
+        self%last_poll = wall_seconds()
+        if (poll_control('.', messages) == CONTROL_SAVE_STOP) verdict = STOP_FILE
+      end if
       call messages%print(error_unit, 'flusi: ')
       if (wall_seconds() - self%begun > self%stop_seconds) verdict = STOP_WALLTIME
       if (epoch_seconds() >= self%job_end) verdict = STOP_JOB_END

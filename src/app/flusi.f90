@@ -6,7 +6,7 @@ program flusi
                               ACTION_COMPARE_KEYS, ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
                               ACTION_PARAMETERS, ACTION_VERSION
   use app_dry_run, only: print_dry_run
-  use app_keys, only: register_all_keys
+  use app_keys, only: write_reference
   use app_parameters, only: read_parameters
   use app_postprocess, only: run_keyvalues, run_compare_keys
   use app_settings, only: settings_t
@@ -14,12 +14,10 @@ program flusi
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
   use base_process, only: exit_with
-  use io_registry, only: registry_t
   use parallel_world, only: world_t
   implicit none
   type(command_t) :: command
   type(message_list_t) :: errors
-  type(registry_t) :: registry
   type(settings_t) :: settings
   type(simulation_t) :: simulation
   type(world_t) :: world
@@ -39,8 +37,7 @@ program flusi
   case (ACTION_VERSION)
     call print_version(output_unit)
   case (ACTION_PARAMETERS)
-    call register_all_keys(registry)
-    call registry%write_markdown(output_unit)
+    call write_reference(output_unit)
   case (ACTION_KEYVALUES)
     call run_keyvalues(command, code)
   case (ACTION_COMPARE_KEYS)

@@ -13,9 +13,10 @@ module fluid_bodies
   use io_fields, only: read_field, field_meta_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
+  use spectral_grid, only: grid_t
   implicit none
   private
-  public :: draw_bodies, mask_profile
+  public :: draw_bodies, mask_profile, check_box
 
   real(rp), parameter :: SMOOTHING_CELLS = 1.5_rp
 
@@ -39,6 +40,7 @@ contains
     if (params%penalized .and. index(params%mask, 'from_file::') == 1) then
       allocate (from_file(block%count(1), block%count(2), block%count(3)))
       call read_field(world, params%mask(12:), block, from_file, meta, failure)
+      if (.not. failure%failed) call check_box(params%mask(12:), meta, params%grid, failure)
       if (failure%failed) return
     end if
     call penalty%begin(block)
@@ -63,6 +65,19 @@ contains
     end do
     call penalty%finish()
   end subroutine draw_bodies
+
+  !> Fails if the field file `path` belongs to a box of another size.
+  subroutine check_box(path, meta, grid, failure)
+    character(*), intent(in) :: path
+    type(field_meta_t), intent(in) :: meta
+    type(grid_t), intent(in) :: grid
+    type(failure_t), intent(inout) :: failure
+    character(120) :: text
+    if (all(abs(meta%domain_size - grid%length) <= 1.0e-6_rp*grid%length)) return
+    write (text, '(a,3(1x,g0.6),a,3(1x,g0.6))') ': its box has the lengths', meta%domain_size, ', here they are', &
+      grid%length
+    call failure%raise(path//trim(text))
+  end subroutine check_box
 
   !> The smoothed step at signed distance d (negative inside) with half-width h.
   elemental real(rp) function mask_profile(d, h) result(chi)
@@ -90,13 +105,14 @@ contains
     along_x = p%mask == 'cylinder_x' .or. p%mask == 'couette' .or. p%grid%is_2d
     ! Lines that cannot touch a compact body cost one comparison.
     reach = p%size/2*merge(sqrt(2.0_rp), 1.0_rp, p%mask == 'plate') + h
+    point = nearest_image(line_point - p%centre, p%grid)
     if (p%mask == 'sphere' .or. p%mask == 'plate') then
-      if (any(abs(line_point(2:3) - p%centre(2:3)) > reach)) return
+      if (any(abs(point(2:3)) > reach)) return
     end if
     do x = 1, block%count(1)
       point = line_point
       point(1) = (x - 1)*p%grid%spacing(1)
-      point = point - p%centre
+      point = nearest_image(point - p%centre, p%grid)
       us(:, x) = p%us_fixed
       select case (p%mask)
       case ('sphere')
@@ -105,6 +121,8 @@ contains
         r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), along_x)
         chi(x) = mask_profile(r - p%size/2, h)
       case ('plate')
+        ! In 2-D the plate is a line in the plane, its normal along y.
+        if (p%grid%is_2d) point = [point(2), point(3), 0.0_rp]
         d = plate_distance(point, p%alpha*PI/180, p%size, 2*p%grid%max_spacing())
         chi(x) = mask_profile(d, h)
       case ('couette')
@@ -115,6 +133,14 @@ contains
       end select
     end do
   end subroutine draw_body
+
+  !> The shortest of the periodic images of a separation: a body may reach across the faces of the box.
+  pure function nearest_image(separation, grid) result(shortest)
+    real(rp), intent(in) :: separation(3)
+    type(grid_t), intent(in) :: grid
+    real(rp) :: shortest(3)
+    shortest = separation - grid%length*anint(separation/grid%length)
+  end function nearest_image
 
   !> Signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned
   !> by `angle` about z.

@@ -6,7 +6,8 @@ module fluid_initial
   use base_constants, only: PI
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use fluid_kernels, only: stick_fields, stick_divergence, biot_savart
+  use fluid_bodies, only: check_box
+  use fluid_kernels, only: stick_fields, stick_divergence, biot_savart, project_stick
   use fluid_params, only: fluid_params_t
   use fluid_spectrum, only: random_velocity
   use io_fields, only: read_field, field_meta_t
@@ -21,65 +22,105 @@ contains
   !> Fills fields(nx, ny_local, nz_local, 7) with velocity, vorticity and divergence at t = 0 on this
   !> rank's block. Fails if a file cannot be read. Uses a second, untruncated transform while it
   !> works. Collective.
-  subroutine initial_velocity(world, params, fields, failure)
+  subroutine initial_velocity(world, params, fields, time, failure)
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: params
     real(rp), contiguous, intent(inout) :: fields(:, :, :, :)
+    real(rp), intent(out) :: time !< when the run starts: 0, or the time of the files
     type(failure_t), intent(inout) :: failure
     type(pencil_t) :: full
-    complex(rp), allocatable :: modes(:, :, :)
-    integer :: s
+    complex(rp), allocatable :: u(:, :, :)
 
-    call full%init(world, params%grid, 'none', params%process_rows, 'estimate', 7, 3)
-    allocate (modes(full%sticks%nkz, full%sticks%n, 7))
-    modes = 0
+    time = 0
+    call full%init(world, params%grid, 'none', params%process_rows, 'estimate', 1, 1)
+    allocate (u(full%sticks%nkz, full%sticks%n, 3))
+    u = 0
     select case (params%inicond)
     case ('quiescent')
       continue
     case ('MeanFlow')
-      if (full%sticks%zero > 0) modes(1, full%sticks%zero, 1:3) = params%mean_velocity
+      call set_mean(full, params%mean_velocity, u)
     case ('VortexRing')
       call vortex_ring(params, full, fields(:, :, :, 1:3))
-      call full%forward(fields(:, :, :, 1:3), modes(:, :, 4:6))
-      do s = 1, full%sticks%n
-        call biot_savart(full%sticks%nkz, full%sticks%kx(s), full%sticks%ky(s), full%sticks%kz, modes(:, s, 4), &
-                         modes(:, s, 5), modes(:, s, 6), modes(:, s, 1), modes(:, s, 2), modes(:, s, 3))
-      end do
-      if (full%sticks%zero > 0) modes(1, full%sticks%zero, 1:3) = params%mean_velocity
+      call full%forward(fields(:, :, :, 1:3), u)
+      call vorticity_to_velocity(full, u)
+      call set_mean(full, params%mean_velocity, u)
     case ('taylor_green', 'taylor_green_2d')
       call taylor_green(params, full, fields(:, :, :, 1:3))
-      call full%forward(fields(:, :, :, 1:3), modes(:, :, 1:3))
+      call full%forward(fields(:, :, :, 1:3), u)
+      call project(full, u) ! in a box that is no cube the classical field is not solenoidal
     case ('turbulence_rogallo', 'random-given-spectrum')
-      call random_velocity(world, params, full%sticks, modes(:, :, 1:3), failure)
+      call random_velocity(world, params, full%sticks, u, failure)
     case ('infile')
-      call from_files(world, params, full, fields(:, :, :, 1:3), failure)
-      if (.not. failure%failed) call full%forward(fields(:, :, :, 1:3), modes(:, :, 1:3))
+      call from_files(world, params, full, fields(:, :, :, 1:3), time, failure)
+      if (.not. failure%failed) then
+        call full%forward(fields(:, :, :, 1:3), u)
+        call project(full, u) ! files of single precision are solenoidal to 1e-7 only
+      end if
     case default
       call require(.false., 'initial_velocity: the registry allows an unknown condition')
     end select
-    if (.not. failure%failed) then
-      call complete(full, modes)
-      call full%backward(modes, fields)
-    end if
+    if (.not. failure%failed) call to_physical(full, u, fields)
     call full%free()
   end subroutine initial_velocity
 
-  !> Vorticity and divergence of the velocity in modes(:, :, 1:3).
-  subroutine complete(full, modes)
+  subroutine set_mean(full, mean, u)
     type(pencil_t), intent(in) :: full
-    complex(rp), intent(inout) :: modes(:, :, :)
-    complex(rp), allocatable :: u(:, :)
+    real(rp), intent(in) :: mean(3)
+    complex(rp), intent(inout) :: u(:, :, :)
+    if (full%sticks%zero > 0) u(1, full%sticks%zero, 1:3) = mean
+  end subroutine set_mean
+
+  !> Replaces the vorticity in u by its velocity.
+  subroutine vorticity_to_velocity(full, u)
+    type(pencil_t), intent(in) :: full
+    complex(rp), intent(inout) :: u(:, :, :)
+    complex(rp), allocatable :: omega(:, :)
     integer :: s
-    allocate (u(full%sticks%nkz, 3))
+    allocate (omega(full%sticks%nkz, 3))
     do s = 1, full%sticks%n
-      u = modes(:, s, 1:3)
+      omega = u(:, s, :)
       associate (t => full%sticks)
-        call stick_fields(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, 1), u(:, 2), u(:, 3), modes(:, s, 1), &
-                          modes(:, s, 2), modes(:, s, 3), modes(:, s, 4), modes(:, s, 5), modes(:, s, 6))
-        call stick_divergence(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, 1), u(:, 2), u(:, 3), modes(:, s, 7))
+        call biot_savart(t%nkz, t%kx(s), t%ky(s), t%kz, omega(:, 1), omega(:, 2), omega(:, 3), u(:, s, 1), &
+                         u(:, s, 2), u(:, s, 3))
       end associate
     end do
-  end subroutine complete
+  end subroutine vorticity_to_velocity
+
+  !> Takes the gradient part off u.
+  subroutine project(full, u)
+    type(pencil_t), intent(in) :: full
+    complex(rp), intent(inout) :: u(:, :, :)
+    complex(rp), allocatable :: potential(:)
+    integer :: s
+    allocate (potential(full%sticks%nkz))
+    do s = 1, full%sticks%n
+      associate (t => full%sticks)
+        call project_stick(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), potential)
+      end associate
+    end do
+  end subroutine project
+
+  !> Velocity, vorticity and divergence in physical space, one field at a time to save memory.
+  subroutine to_physical(full, u, fields)
+    type(pencil_t), intent(inout) :: full
+    complex(rp), intent(in) :: u(:, :, :)
+    real(rp), contiguous, intent(inout) :: fields(:, :, :, :)
+    complex(rp), allocatable :: one(:, :, :), stick(:, :)
+    integer :: s, f
+    allocate (one(full%sticks%nkz, full%sticks%n, 1), stick(full%sticks%nkz, 7))
+    do f = 1, 7
+      do s = 1, full%sticks%n
+        associate (t => full%sticks)
+          call stick_fields(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), stick(:, 1), &
+                            stick(:, 2), stick(:, 3), stick(:, 4), stick(:, 5), stick(:, 6))
+          call stick_divergence(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), stick(:, 7))
+        end associate
+        one(:, s, 1) = stick(:, f)
+      end do
+      call full%backward(one, fields(:, :, :, f:f))
+    end do
+  end subroutine to_physical
 
   !> Vorticity of a ring in a plane x = const: core a = 0.82 r0, circulation omega1, centre (x0, y0, z0).
   subroutine vortex_ring(p, full, omega)
@@ -125,18 +166,23 @@ contains
     end do
   end subroutine taylor_green
 
-  !> Velocity from three field files of the same grid.
-  subroutine from_files(world, p, full, u, failure)
+  !> Velocity from three field files of the same grid and box, and the time they were written at.
+  subroutine from_files(world, p, full, u, time, failure)
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: p
     type(pencil_t), intent(in) :: full
     real(rp), contiguous, intent(inout) :: u(:, :, :, :)
+    real(rp), intent(out) :: time
     type(failure_t), intent(inout) :: failure
     type(field_meta_t) :: meta
     integer :: c
+    time = 0
     do c = 1, 3
       call read_field(world, trim(p%file_u(c)), full%block, u(:, :, :, c), meta, failure)
       if (failure%failed) return
+      call check_box(trim(p%file_u(c)), meta, p%grid, failure)
+      if (failure%failed) return
+      time = meta%time
     end do
   end subroutine from_files
 end module fluid_initial

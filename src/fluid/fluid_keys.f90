@@ -29,9 +29,9 @@ contains
     real(rp), parameter :: BOX = 6.283185307179586_rp
     call r%add_section('Resolution', 'grid points and how they are shared among the ranks')
     call r%add_integer('Resolution', 'nx', 4, 'points in x, even; 1 means a two-dimensional flow in the y-z plane', &
-                       min=1, required=.true.)
-    call r%add_integer('Resolution', 'ny', 4, 'points in y, even', min=4, required=.true.)
-    call r%add_integer('Resolution', 'nz', 4, 'points in z, even', min=4, required=.true.)
+                       min=1, max=32768, required=.true.)
+    call r%add_integer('Resolution', 'ny', 4, 'points in y, even', min=4, max=32768, required=.true.)
+    call r%add_integer('Resolution', 'nz', 4, 'points in z, even', min=4, max=32768, required=.true.)
     call r%add_integer('Resolution', 'process_rows', 0, &
                        'rows of the process grid (they share y); 0 chooses slabs if possible', min=0)
     call r%add_word('Resolution', 'planner', 'estimate', 'estimate|measure', &
@@ -40,9 +40,9 @@ contains
     call r%add_real('Geometry', 'xl', BOX, 'length of the box in x', unit='L', above=0.0_rp)
     call r%add_real('Geometry', 'yl', BOX, 'length of the box in y', unit='L', above=0.0_rp)
     call r%add_real('Geometry', 'zl', BOX, 'length of the box in z', unit='L', above=0.0_rp)
-    call r%add_real('Geometry', 'x0', 0.0_rp, 'centre of body or vortex, x; default: middle of the box', unit='L')
-    call r%add_real('Geometry', 'y0', 0.0_rp, 'centre of body or vortex, y; default: middle of the box', unit='L')
-    call r%add_real('Geometry', 'z0', 0.0_rp, 'centre of body or vortex, z; default: middle of the box', unit='L')
+    call r%add_length('Geometry', 'x0', 'xl/2', 'centre of body or vortex, x', unit='L')
+    call r%add_length('Geometry', 'y0', 'yl/2', 'centre of body or vortex, y', unit='L')
+    call r%add_length('Geometry', 'z0', 'zl/2', 'centre of body or vortex, z', unit='L')
     call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                       unit='L', min=0.0_rp)
     call r%add_real('Geometry', 'alpha', 0.0_rp, 'turning of the plate about the z axis', unit='degree')

@@ -58,6 +58,7 @@ contains
     call read_solids(config, params, errors)
     call read_sponge(config, params, errors)
     call read_mean_flow(config, params, errors)
+    call check_fixed_step(config, params, errors)
   end subroutine read_fluid_params
 
   subroutine read_grid(c, p, errors)
@@ -130,6 +131,7 @@ contains
     p%inicond = c%get_word('InitialCondition', 'inicond')
     p%omega1 = c%get_real('InitialCondition', 'omega1')
     p%seed = c%get_integer('InitialCondition', 'seed')
+    call check_initial_numbers(c, p, errors)
     p%spectrum_file = c%get_text('InitialCondition', 'inicond_spectrum_file')
     do i = 1, 3
       name = c%get_text('InitialCondition', FILES(i))
@@ -143,6 +145,38 @@ contains
       call c%complain(errors, 'InitialCondition', 'inicond', 'taylor_green is three-dimensional; valid with nx = 1: '// &
                       'taylor_green_2d')
   end subroutine read_initial_condition
+
+  !> A prescribed step must be stable for the explicit terms whose limit is known beforehand.
+  subroutine check_fixed_step(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(100) :: text
+    real(rp) :: limit
+    if (p%dt_fixed <= 0) return
+    limit = huge(limit)
+    if (p%penalized) limit = p%cfl_eta*p%c_eta
+    if (p%sponge) limit = min(limit, p%c_sponge)
+    if (p%dt_fixed <= limit) return
+    write (text, '(a,es10.3)') 'unstable: penalization (CFL_eta*eps) and sponge (eps_sponge) allow at most', limit
+    call c%complain(errors, 'Time', 'dt_fixed', trim(text))
+  end subroutine check_fixed_step
+
+  !> Numbers without which an initial condition is no flow.
+  subroutine check_initial_numbers(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: p
+    type(message_list_t), intent(inout) :: errors
+    select case (p%inicond)
+    case ('VortexRing')
+      if (p%grid%is_2d) call c%complain(errors, 'InitialCondition', 'inicond', 'a vortex ring needs nx > 1')
+      if (c%get_real('Geometry', 'Size') <= 0) &
+        call c%complain(errors, 'Geometry', 'Size', 'the vortex ring needs a radius above 0')
+    case ('turbulence_rogallo')
+      if (p%omega1 <= 0) call c%complain(errors, 'InitialCondition', 'omega1', &
+                                         'the random field needs a mean energy above 0')
+    end select
+  end subroutine check_initial_numbers
 
   subroutine need_file(c, errors, key, name)
     type(config_t), intent(in) :: c
@@ -184,7 +218,9 @@ contains
     p%r1 = c%get_real('Geometry', 'r1')
     p%r2 = c%get_real('Geometry', 'r2')
     p%centre = p%grid%length/2
+    if (p%grid%is_2d) p%centre(1) = 0 ! the plane itself: no lever arm across it
     do i = 1, 3
+      if (i == 1 .and. p%grid%is_2d) cycle
       if (c%is_given('Geometry', CENTRES(i))) p%centre(i) = c%get_real('Geometry', CENTRES(i))
     end do
     if (.not. p%penalized) return
@@ -204,6 +240,7 @@ contains
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(inout) :: p
     type(message_list_t), intent(inout) :: errors
+    logical :: both(3), last(3)
     p%sponge = c%get_switch('Sponge', 'iVorticitySponge')
     p%sponge_type = c%get_word('Sponge', 'iSpongeType')
     p%c_sponge = c%get_real('Sponge', 'eps_sponge')
@@ -212,9 +249,34 @@ contains
     if (p%c_sponge <= 0) call c%complain(errors, 'Sponge', 'eps_sponge', 'the sponge needs a damping time above 0')
     if (p%sponge_thickness <= 0) call c%complain(errors, 'Sponge', 'sponge_thickness', &
                                                  'the sponge needs a thickness of at least one point')
-    if (p%sponge_thickness > minval(p%grid%n, mask=p%grid%n > 1)/2) &
+    call sponge_faces(p%sponge_type, both, last)
+    if (p%grid%n(1) <= 4 .and. .not. any(both(2:)) .and. .not. any(last(2:))) &
+      call c%complain(errors, 'Sponge', 'iSpongeType', 'this sponge lies at the ends of x, which has no extent here')
+    if (any(both .and. 2*p%sponge_thickness >= p%grid%n .and. p%grid%n > 4) .or. &
+        any(last .and. p%sponge_thickness >= p%grid%n .and. p%grid%n > 4)) &
       call c%complain(errors, 'Sponge', 'sponge_thickness', 'the sponge would fill the box')
   end subroutine read_sponge
+
+  !> The directions in which a type of sponge covers both ends of the box, or the last one only.
+  pure subroutine sponge_faces(kind, both, last)
+    character(*), intent(in) :: kind
+    logical, intent(out) :: both(3), last(3)
+    last = [kind == 'outlet_x', .false., kind == 'top_cover']
+    select case (kind)
+    case ('cavity')
+      both = .true.
+    case ('cavity_open_z', 'xmin_xmax_ymin_ymax')
+      both = [.true., .true., .false.]
+    case ('xmin_xmax')
+      both = [.true., .false., .false.]
+    case ('xmin_xmax_zmin_zmax')
+      both = [.true., .false., .true.]
+    case ('2D_frame')
+      both = [.false., .true., .true.]
+    case default
+      both = .false.
+    end select
+  end subroutine sponge_faces
 
   subroutine read_mean_flow(c, p, errors)
     type(config_t), intent(in) :: c

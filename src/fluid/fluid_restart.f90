@@ -3,7 +3,7 @@
 module fluid_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
-  use fluid_params, only: fluid_params_t
+  use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_state, only: fluid_state_t
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use spectral_sticks, only: sticks_t
@@ -33,7 +33,8 @@ contains
     call writer%put_reals('solid_moment', reshape(state%solid_moment, [size(state%solid_moment)]))
     do c = 1, 3
       call writer%put_rows('u'//AXES(c:c), as_reals(state%u(:, :, c)), sticks%rows)
-      call writer%put_rows('history_'//AXES(c:c), as_reals(state%history(:, :, c)), sticks%rows)
+      if (params%scheme == SCHEME_AB2) &
+        call writer%put_rows('history_'//AXES(c:c), as_reals(state%history(:, :, c)), sticks%rows)
     end do
   end subroutine save_fluid
 
@@ -81,6 +82,7 @@ contains
       call reader%get_rows('u'//AXES(c:c), rows, sticks%rows, failure)
       if (failure%failed) return
       state%u(:, :, c) = as_complex(rows)
+      if (params%scheme /= SCHEME_AB2) cycle
       call reader%get_rows('history_'//AXES(c:c), rows, sticks%rows, failure)
       if (failure%failed) return
       state%history(:, :, c) = as_complex(rows)

@@ -264,7 +264,7 @@ contains
     end if
     if (self%failure%failed) return
     if (self%pass == PASS_AB2 .or. self%pass == PASS_RK_FIRST) then
-      self%dt = next_step_length(self%params, self%sums%u_max, self%state%time, self%intervals)
+      self%dt = next_step_length(self%params, self%sums%u_max, self%state%time, self%state%dt_old, self%intervals)
       call self%full%update(self%sticks, self%params%nu, self%dt)
       if (self%pass == PASS_RK_FIRST) call self%half%update(self%sticks, self%params%nu, self%dt/2)
     end if

@@ -57,7 +57,7 @@ contains
     type(failure_t), intent(inout) :: failure
     associate (rhs => self%rhs, block => self%transform%block)
       allocate (rhs%initial(block%count(1), block%count(2), block%count(3), 7))
-      call initial_velocity(rhs%world, rhs%params, rhs%initial, failure)
+      call initial_velocity(rhs%world, rhs%params, rhs%initial, rhs%state%time, failure)
       if (failure%failed) return
       call self%transform%forward(rhs%initial(:, :, :, 1:3), rhs%state%u)
       call truncate_all(rhs)
@@ -84,6 +84,7 @@ contains
       end do
     end if
     if (self%rhs%failure%failed) then
+      if (self%rhs%pass > PASS_RK_FIRST) self%rhs%state%u = self%rhs%stage_base
       call failure%raise(self%rhs%failure%reason)
       return
     end if

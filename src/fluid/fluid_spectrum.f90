@@ -51,7 +51,7 @@ contains
       where (modes_in_shell < 0.5_rp) energy = 0
       energy = energy*(p%omega1/sum(energy))
     else
-      call read_table(p%spectrum_file, table, failure)
+      call read_table(world, p%spectrum_file, table, failure)
       if (failure%failed) return
       energy = [(interpolate(table, i*k_min)*k_min, i=1, n_shells)]
     end if
@@ -135,16 +135,23 @@ contains
     a = e1*cos(mix)*exp(cmplx(0.0_rp, TWO_PI*drawn(1), rp)) + e2*sin(mix)*exp(cmplx(0.0_rp, TWO_PI*drawn(2), rp))
   end function solenoidal_direction
 
-  !> Reads two columns of numbers; lines that begin with # or % are comments.
-  subroutine read_table(path, table, failure)
+  !> Reads two columns of numbers on root, for all; lines that begin with # or % are comments. Collective.
+  subroutine read_table(world, path, table, failure)
+    type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), allocatable, intent(out) :: table(:, :)
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: text, problem, line
     real(rp) :: row(2)
     integer :: first, last, status, n
-    call read_text_file(path, text, problem)
-    if (allocated(problem)) then
+    if (world%is_root) then
+      call read_text_file(path, text, problem)
+      if (.not. allocated(problem)) problem = ''
+      if (problem /= '') text = ''
+    end if
+    call world%broadcast_text(problem)
+    call world%broadcast_text(text)
+    if (problem /= '') then
       call failure%raise(problem)
       return
     end if

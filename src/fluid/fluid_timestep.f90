@@ -5,10 +5,14 @@ module fluid_timestep
   use fluid_params, only: fluid_params_t
   implicit none
   private
-  public :: next_step_length, two_digits, is_due, TOO_FAST
+  public :: next_step_length, two_digits, is_due, TOO_FAST, SPONGE_LIMIT
 
   !> A velocity beyond this means that the run has blown up: all units are chosen so that it is of order 1.
   real(rp), parameter :: TOO_FAST = 1.0e3_rp
+
+  !> Largest dt/C_sp. AB2 is stable up to 1, but there its second root is -1: the vorticity would swing in
+  !> the sponge for ever instead of decaying. At 1/2 both roots are below 0.65.
+  real(rp), parameter :: SPONGE_LIMIT = 0.5_rp
 
 contains
 
@@ -16,26 +20,34 @@ contains
   !> for many steps, then limited by dt_max, by the explicit penalization (CFL_eta C_eta) and by the
   !> explicit sponge (C_sp). A prescribed dt_fixed replaces all that. The last step ends at t_max; with
   !> intelligent_dt the time left to the next event of any interval in `intervals` (0 = none) is spread
-  !> over equal steps.
-  pure real(rp) function next_step_length(p, u_max, time, intervals) result(dt)
+  !> over equal steps, and no step is more than twice the one before: where events of several intervals
+  !> lie close together a step may be tiny, and AB2 would extrapolate over dt/dt_old.
+  pure real(rp) function next_step_length(p, u_max, time, dt_old, intervals) result(dt)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: u_max !< largest |u| in the box at `time`
     real(rp), intent(in) :: time
+    real(rp), intent(in) :: dt_old !< the step before, 0 if there is none
     real(rp), intent(in) :: intervals(:)
-    real(rp) :: left
+    real(rp) :: left, speed
     integer :: i
 
     if (p%dt_fixed > 0) then
       dt = p%dt_fixed
     else
       dt = 1.0e-3_rp ! a fluid at rest tells nothing
-      if (u_max >= 1.0e-8_rp) dt = two_digits(p%cfl*p%grid%min_spacing()/u_max)
+      speed = u_max
+      ! A swinging mean flow passes through rest; its largest velocity comes within the next steps.
+      if (any(p%mean_flow == 'sinusoidal')) speed = max(speed, &
+                                                        norm2(merge(p%mean_velocity, 0.0_rp, p%mean_flow == 'sinusoidal')))
+      if (speed >= 1.0e-8_rp) dt = two_digits(p%cfl*p%grid%min_spacing()/speed)
       if (p%dt_max > 0) dt = min(dt, p%dt_max)
       if (p%penalized) dt = min(dt, p%cfl_eta*p%c_eta)
-      if (p%sponge) dt = min(dt, p%c_sponge)
+      if (p%sponge) dt = min(dt, SPONGE_LIMIT*p%c_sponge)
+      if (any(p%mean_flow == 'sinusoidal') .and. p%mean_frequency > 0) dt = min(dt, 0.02_rp/p%mean_frequency)
     end if
     left = p%t_max - time
     if (p%intelligent_dt) then
+      if (dt_old > 0) dt = min(dt, 2*dt_old)
       do i = 1, size(intervals)
         if (intervals(i) > 0) left = min(left, intervals(i)*(1 - fraction_done(time, intervals(i))))
       end do
@@ -57,12 +69,13 @@ contains
     k = aint(time/interval + 1.0e-9_rp)
   end function floor_of
 
-  !> Whether an event of `interval` lies in (time - dt_old, time]; at t = 0 one always does.
+  !> Whether an event of `interval` lies in (time - dt_old, time]; before the first step (dt_old = 0) one
+  !> always does.
   pure logical function is_due(time, dt_old, interval) result(due)
     real(rp), intent(in) :: time, dt_old, interval
     due = .false.
     if (interval <= 0) return
-    due = time <= 0
+    due = dt_old <= 0
     if (.not. due) due = floor_of(time, interval) > floor_of(time - dt_old, interval)
   end function is_due
 

@@ -204,16 +204,13 @@ contains
     type(failure_t), intent(inout) :: failure
     type(c_ptr) :: target_address
     integer(HID_T) :: attribute
-    integer :: error, ignored
+    integer :: stored, error, ignored
     logical :: fits
     if (failure%failed) return
-    fits = attribute_size(file, object, name) == n
-    ! Whole numbers may be read as reals, but not the other way round.
-    if (class == ATTRIBUTE_REAL) then
-      fits = fits .and. any(attribute_class(file, object, name) == [ATTRIBUTE_REAL, ATTRIBUTE_INTEGER])
-    else
-      fits = fits .and. attribute_class(file, object, name) == class
-    end if
+    stored = attribute_class(file, object, name)
+    fits = stored == class .or. (class == ATTRIBUTE_REAL .and. stored == ATTRIBUTE_INTEGER)
+    stored = attribute_size(file, object, name)
+    fits = fits .and. stored == n
     error = 0
     if (fits .and. n > 0) then
       call h5aopen_by_name_f(file%id, object, name, attribute, error)

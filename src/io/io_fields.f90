@@ -56,13 +56,14 @@ contains
   end function field_label
 
   !> The naming that gives outputs `interval` apart different labels: 'microtime' in the place of 'time'
-  !> if the interval is below 1e-3.
+  !> if the interval is below 2e-3: outputs come at the
+  !> first step past their time, so that two of them may be closer than the interval.
   pure function finest_naming(naming, interval) result(finest)
     character(*), intent(in) :: naming
     real(rp), intent(in) :: interval
     character(:), allocatable :: finest
     finest = trim(naming)
-    if (finest == 'time' .and. interval < 1.0e-3_rp) finest = 'microtime'
+    if (finest == 'time' .and. interval < 2.0e-3_rp) finest = 'microtime'
   end function finest_naming
 
   !> Name of a field file, without folder.

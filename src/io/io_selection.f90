@@ -45,7 +45,8 @@ contains
     integer, allocatable :: indices(:), first(:), length(:)
     integer :: n_segments, i, k
 
-    indices = row_indices(rows)
+    allocate (indices(rows%n_local))
+    indices(:) = row_indices(rows)
     if (rows%n_local == 0) return
     if (any(indices(2:) <= indices(:rows%n_local - 1))) then
       patterns%order = sorting_order(indices)

@@ -101,7 +101,8 @@ contains
     close (unit)
   end subroutine keep_earlier
 
-  !> Adds the fields saved at one time under one label and rewrites the index. Collective.
+  !> Adds the fields saved at one time under one label and rewrites the index; an earlier grid of this
+  !> label goes, since its files have been replaced. Collective.
   subroutine index_add(self, time, label, prefixes, n, domain_size, origin, stride, precision, failure)
     class(xdmf_index_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -135,7 +136,7 @@ contains
         end if
         text = text//attribute(trim(prefixes(i)), 'Scalar', item(prefixes(i)))
       end do
-      self%grids = self%grids//text//GRID_TAIL//NL
+      self%grids = without(self%grids, label)//text//GRID_TAIL//NL
       call write_text(self%path, HEAD//self%grids//TAIL, ok)
     end if
     if (self%world%max_integer(merge(0, 1, ok)) > 0) call failure%raise( &
@@ -151,6 +152,18 @@ contains
             label)//':/'//trim(prefix)//'</DataItem>'//NL
     end function item
   end subroutine index_add
+
+  !> `grids` but for the one of this label.
+  function without(grids, label) result(others)
+    character(*), intent(in) :: grids, label
+    character(:), allocatable :: others
+    integer :: first, past
+    others = grids
+    first = index(grids, GRID_HEAD//label//'">')
+    if (first == 0) return
+    past = first + index(grids(first:), GRID_TAIL//NL) + len(GRID_TAIL//NL) - 1
+    others = grids(:first - 1)//grids(past:)
+  end function without
 
   !> Whether `prefix` is the x component of a vector; if so its partners and the stem of their names.
   logical function partners(prefixes, prefix, y, z, stem)

@@ -21,11 +21,12 @@ contains
     integer, intent(in) :: unit
     real(rp), allocatable :: least(:), mean(:), largest(:)
     real(rp) :: whole
-    integer :: i, n
+    integer :: i, n, most, fewest
 
     n = timers%count()
-    call require(world%max_integer(n) == n .and. -world%max_integer(-n) == n, &
-                 'report_timers: the ranks have different regions')
+    most = world%max_integer(n)
+    fewest = -world%max_integer(-n)
+    call require(most == fewest, 'report_timers: the ranks have different regions')
     call require(total >= 1 .and. total <= n, 'report_timers: no such region')
     allocate (mean(n))
     do i = 1, n

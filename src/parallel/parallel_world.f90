@@ -26,6 +26,8 @@ module parallel_world
     procedure :: sum_int8 => world_sum_int8
     procedure :: max_integer => world_max_integer
     procedure :: broadcast_integer => world_broadcast_integer
+    procedure :: broadcast_integers => world_broadcast_integers
+    procedure :: broadcast_reals => world_broadcast_reals
     procedure :: broadcast_text => world_broadcast_text
     procedure :: barrier => world_barrier
   end type world_t
@@ -109,18 +111,36 @@ contains
     value = buffer(1)
   end subroutine world_broadcast_integer
 
-  !> Gives rank 0's text to all; on other ranks `text` may be unallocated on entry. Collective.
-  subroutine world_broadcast_text(self, text)
+  !> Gives rank 0's integers to all; `values` has the same size everywhere. Collective.
+  subroutine world_broadcast_integers(self, values)
+    class(world_t), intent(in) :: self
+    integer, contiguous, intent(inout) :: values(:)
+    call MPI_Bcast(values, size(values), MPI_INTEGER, 0, self%comm)
+  end subroutine world_broadcast_integers
+
+  !> Gives rank 0's reals to all; `values` has the same size everywhere. Collective.
+  subroutine world_broadcast_reals(self, values)
+    class(world_t), intent(in) :: self
+    real(rp), contiguous, intent(inout) :: values(:)
+    call MPI_Bcast(values, size(values), MPI_DOUBLE_PRECISION, 0, self%comm)
+  end subroutine world_broadcast_reals
+
+  !> Gives the text of rank 0, or of rank `from`, to all; on the others it may be unallocated on entry.
+  !> Collective.
+  subroutine world_broadcast_text(self, text, from)
     class(world_t), intent(in) :: self
     character(:), allocatable, intent(inout) :: text
+    integer, intent(in), optional :: from
     character(:), allocatable :: buffer
-    integer :: length
+    integer :: length(1), source
+    source = 0
+    if (present(from)) source = from
     length = 0
-    if (self%is_root) length = len(text)
-    call self%broadcast_integer(length)
-    allocate (character(length) :: buffer)
-    if (self%is_root) buffer = text
-    call MPI_Bcast(buffer, length, MPI_CHARACTER, 0, self%comm)
+    if (self%rank == source) length = len(text)
+    call MPI_Bcast(length, 1, MPI_INTEGER, source, self%comm)
+    allocate (character(length(1)) :: buffer)
+    if (self%rank == source) buffer = text
+    call MPI_Bcast(buffer, length(1), MPI_CHARACTER, source, self%comm)
     call move_alloc(buffer, text)
   end subroutine world_broadcast_text
 

@@ -24,7 +24,7 @@ module solid_wing
   !> The unloaded wing.
   type :: wing_t
     real(rp), allocatable :: points(:, :)    !< (3, n) [m]
-    integer, allocatable :: triangles(:, :)  !< (3, m) point numbers, counter-clockwise seen from +z; m = 0: veins only
+    integer, allocatable :: triangles(:, :)  !< (3, m) points, counter-clockwise from +z; m = 0: veins only
     type(vein_t), allocatable :: veins(:)
     type(joint_t), allocatable :: joints(:)
     integer, allocatable :: root(:)          !< clamped points

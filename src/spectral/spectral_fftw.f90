@@ -10,9 +10,22 @@ module spectral_fftw
   private
   public :: alloc_complex, alloc_real, free_buffer, plan_lines, plan_columns, plan_c2r, plan_r2c, &
             execute_complex, execute_c2r, execute_r2c, free_plan, plan_t, effort_flag, &
-            export_wisdom, import_wisdom
+            export_wisdom, import_wisdom, wisdom_text, learn_wisdom
 
   include 'fftw3.f03'
+
+  interface
+    pure function c_strlen(text) result(length) bind(c, name='strlen')
+      import :: c_ptr, c_size_t
+      type(c_ptr), value, intent(in) :: text
+      integer(c_size_t) :: length
+    end function c_strlen
+
+    subroutine c_free(memory) bind(c, name='free')
+      import :: c_ptr
+      type(c_ptr), value :: memory
+    end subroutine c_free
+  end interface
 
   !> Handle of an FFTW plan.
   type :: plan_t
@@ -159,4 +172,27 @@ contains
     logical, intent(out) :: done
     done = fftw_import_wisdom_from_filename(path//c_null_char) == 1
   end subroutine import_wisdom
+
+  !> What the planner of this process has learnt, as text.
+  function wisdom_text() result(text)
+    character(:), allocatable :: text
+    character(kind=c_char), pointer :: letters(:)
+    type(c_ptr) :: memory
+    integer :: i
+    memory = fftw_export_wisdom_to_string()
+    call c_f_pointer(memory, letters, [c_strlen(memory)])
+    allocate (character(size(letters)) :: text)
+    do i = 1, size(letters)
+      text(i:i) = letters(i)
+    end do
+    call c_free(memory)
+  end function wisdom_text
+
+  !> Adds what the planner of another process has learnt.
+  subroutine learn_wisdom(text)
+    character(*), intent(in) :: text
+    integer(c_int) :: understood
+    understood = fftw_import_wisdom_from_string(text//c_null_char)
+    if (understood /= 1) return ! then this process plans for itself
+  end subroutine learn_wisdom
 end module spectral_fftw

@@ -13,7 +13,7 @@ module spectral_pencil
   use parallel_block, only: split_evenly
   use parallel_world, only: world_t
   use spectral_copy, only: copy_kernels_t
-  use spectral_fftw, only: alloc_complex, free_buffer, effort_flag
+  use spectral_fftw, only: alloc_complex, free_buffer, effort_flag, wisdom_text, learn_wisdom
   use spectral_grid, only: grid_t
   use spectral_pencil_stages, only: stages_t, STICK_BATCH
   use spectral_sticks, only: make_sticks, process_grid
@@ -77,7 +77,16 @@ contains
     self%block%count(1) = grid%n(1)
     call split_evenly(grid%n(2), self%rows, row, self%block%start(2), self%block%count(2))
     call split_evenly(grid%n(3), self%columns, column, self%block%start(3), self%block%count(3))
-    call self%stages%init(grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))
+    ! Measured plans depend on the moment. Ranks of a row have the same sizes, and rows have two sorts at
+    ! most: the first and the last row measure, all others learn from them, and so all agree.
+    if (effort == 'measure') then
+      call make_plans(self, row, effort, 0)
+      if (self%rows > 1) call make_plans(self, row, effort, self%rows - 1)
+      if (world%rank /= 0 .and. world%rank /= self%rows - 1) &
+        call self%stages%init(grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))
+    else
+      call self%stages%init(grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))
+    end if
 
     sticks_words = int(self%sticks%n, c_size_t)*grid%n(3)
     planes_words = int(self%sticks%n_row_sticks, c_size_t)*self%block%count(3)
@@ -99,6 +108,20 @@ contains
     self%fields_in = 0
     self%fields_out = 0
   end subroutine pencil_init
+
+  !> Rank `leader` makes its plans and tells all others what it has learnt. Collective.
+  subroutine make_plans(self, row, effort, leader)
+    class(pencil_t), intent(inout) :: self
+    integer, intent(in) :: row, leader
+    character(*), intent(in) :: effort
+    character(:), allocatable :: learnt
+    if (self%world%rank == leader) then
+      call self%stages%init(self%grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))
+      learnt = wisdom_text()
+    end if
+    call self%world%broadcast_text(learnt, leader)
+    call learn_wisdom(learnt)
+  end subroutine make_plans
 
   !> Releases plans, buffers and communicators. Collective.
   subroutine pencil_free(self)

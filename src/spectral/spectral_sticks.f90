@@ -180,7 +180,8 @@ contains
     if (dealias /= 'ellipsoid') return
     r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))
     do jz = kz_limit, 0, -1
-      if (r2 + square_ratio(jz, n(3)) < 1) then
+      ! Modes on the ellipsoid are out, whatever the last bit of the sum.
+      if (r2 + square_ratio(jz, n(3)) < 1 - 1.0e-12_rp) then
         top = jz
         return
       end if

@@ -12,8 +12,8 @@ import shutil
 import signal
 import time
 
-from whole_program import (EXIT_STOPPED, EXIT_USER, check, close, main, merged, ring,
-                           same_checkpoints, same_files, sphere)
+from whole_program import (EXIT_STOPPED, EXIT_USER, check, close, main, merged, ring, same_checkpoints, same_runs,
+                           sphere)
 
 ROUND_OFF = 1e-12
 # Series hold nine digits: a number may be rounded to its neighbour.
@@ -25,25 +25,6 @@ RICH = sphere(
     MeanFlow={"iMeanFlow": None, "iMeanFlow_x": "dynamic", "iMeanFlow_y": "fixed", "m_fluid": 50.0},
     Saving={"field_precision": "double", "iSaveVorticity": "yes", "iSavePress": "yes", "iSaveMask": "yes"},
     SaveSlices={"use_slicing": "yes", "slice1": 4, "tslice": 0.02})
-
-
-def same_runs(one, two):
-    """Two folders hold the same run: the newest checkpoint, every series, index and field, to the bit."""
-    same_checkpoints(one, one.newest_checkpoint(), two, two.newest_checkpoint())
-    a, b = one.all_series(), two.all_series()
-    check(a.keys() == b.keys() and "forces.t" in a or "ekin.t" in a, f"the same series: {a.keys()}, {b.keys()}")
-    for name in a:
-        check(a[name] == b[name], f"{name} is the same line by line")
-        times = [float(line[0] if isinstance(line, list) else line.split()[0]) for line in b[name]]
-        check(len(set(times)) == len(times) > 2, f"{name} has every time once")
-    for index in [n for n in one.files() if n.endswith(".xmf")]:
-        check((one.folder / index).read_text() == (two.folder / index).read_text(), f"{index} is the same")
-    compared = 0
-    for name in one.files():
-        if name.endswith(".h5") and not name.startswith("runtime_backup"):
-            check(same_files(one.folder / name, two.folder / name), f"{name} is the same to the bit")
-            compared += 1
-    check(compared > 5, "there are fields to compare")
 
 
 def reference(case, ini, steps, ranks):
@@ -82,17 +63,9 @@ def test_every_stop(case):
         part.process.send_signal(signal.SIGUSR1)
 
     def signal_to_one_rank(part):
-        ranks = [int(p) for p in os.listdir("/proc") if p.isdigit() and is_rank_of(p, part)]
+        ranks = part.ranks()
         check(len(ranks) == 2, f"both ranks are found: {ranks}")
         os.kill(max(ranks), signal.SIGTERM)
-
-    def is_rank_of(process, part):
-        try:
-            with open(f"/proc/{process}/cmdline") as file:
-                words = file.read().split("\0")
-            return words[0] == part.program and os.readlink(f"/proc/{process}/cwd") == str(part.folder)
-        except OSError:
-            return False
 
     def nothing(part):
         pass

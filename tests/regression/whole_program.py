@@ -19,7 +19,7 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parents[2]
 EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED = range(5)
 # What the runtime of a compiler or the system prints when a program dies of a defect.
-CRASH_MARKS = ("Backtrace", "backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
+CRASH_MARKS = ("Backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
                "internal error", "AddressSanitizer", "runtime error:")
 
 Finished = namedtuple("Finished", "code out err")
@@ -80,6 +80,7 @@ class Case:
 
     def __init__(self, program, h5dump, folder):
         self.program, self.h5dump, self.folder = str(Path(program).resolve()), h5dump, Path(folder)
+        self.headers = {}
         self.mpiexec = os.environ.get("MPIEXEC", "mpiexec")
         if self.folder.exists():
             shutil.rmtree(self.folder)
@@ -88,6 +89,10 @@ class Case:
     def sub(self, name):
         """A case in a new folder below this one."""
         return Case(self.program, self.h5dump, self.folder / name)
+
+    def traps(self):
+        """Whether this build ends on the first invalid operation instead of carrying NaN on."""
+        return "-ffpe-trap" in self.flusi("--version").out
 
     def write(self, name, ini):
         text = ini if isinstance(ini, str) else ini_text(ini)
@@ -148,6 +153,18 @@ class Case:
             time.sleep(0.01)
         raise AssertionError(f"not {steps} steps within {timeout} s")
 
+    def ranks(self):
+        """Process ids of the ranks of the run that `start` began."""
+        found = []
+        for process in filter(str.isdigit, os.listdir("/proc")):
+            try:
+                words = Path(f"/proc/{process}/cmdline").read_text().split("\0")
+                if words[0] == self.program and os.readlink(f"/proc/{process}/cwd") == str(self.folder.resolve()):
+                    found.append(int(process))
+            except (OSError, UnicodeDecodeError):
+                pass  # it has ended, or is none of ours
+        return found
+
     def files(self):
         return sorted(p.name for p in self.folder.iterdir())
 
@@ -179,8 +196,7 @@ class Case:
 
     def field(self, name):
         """The numbers of a field file, x fastest."""
-        header = subprocess.run([self.h5dump, "-H", "-A", "0", str(self.folder / name)], capture_output=True,
-                                text=True, check=True).stdout
+        header = self.header(name)
         key = re.search(r'DATASET "([^"]+)"', header).group(1)
         width = int(re.search(r"H5T_IEEE_F(\d+)", header).group(1)) // 8
         data = self.raw(name, key)
@@ -195,11 +211,18 @@ class Case:
         file.unlink()
         return data
 
+    def header(self, name):
+        """Types, sizes and attributes in an HDF5 file, as text; remembered as long as the file is the same."""
+        path = self.folder / name
+        key = (path, path.stat().st_mtime_ns, path.stat().st_ino)
+        if key not in self.headers:
+            self.headers[key] = subprocess.run([self.h5dump, "-m", "%.17g", "-A", str(path)], capture_output=True,
+                                               text=True, check=True).stdout
+        return self.headers[key]
+
     def attribute(self, name, which):
         """Numbers of an attribute of the dataset in a field file."""
-        out = subprocess.run([self.h5dump, "-m", "%.17g", "-A", str(self.folder / name)], capture_output=True,
-                             text=True, check=True).stdout
-        found = re.search(rf'ATTRIBUTE "{which}" \{{.*?DATA \{{(.*?)\n\s*\}}', out, re.S)
+        found = re.search(rf'ATTRIBUTE "{which}" \{{.*?DATA \{{(.*?)\n\s*\}}', self.header(name), re.S)
         check(found, f"{name} has the attribute {which}")
         return [float(v) for v in re.sub(r"\(\d+\):", " ", found.group(1)).replace(",", " ").split()]
 
@@ -250,6 +273,25 @@ def same_files(one, two):
         if all(abs(struct.unpack_from("<I", x, start)[0] - time.time()) < 86400 for x in (a, b)):
             return True
     return False
+
+
+def same_runs(one, two):
+    """Two folders hold the same run: the newest checkpoint, every series, index and field, to the bit."""
+    same_checkpoints(one, one.newest_checkpoint(), two, two.newest_checkpoint())
+    a, b = one.all_series(), two.all_series()
+    check(a.keys() == b.keys() and "ekin.t" in a, f"the same series: {sorted(a)}, {sorted(b)}")
+    for name in a:
+        check(a[name] == b[name], f"{name} is the same line by line")
+        times = [float(line[0] if isinstance(line, list) else line.split()[0]) for line in b[name]]
+        check(len(set(times)) == len(times) > 2, f"{name} has every time once")
+    for index in [n for n in one.files() if n.endswith(".xmf")]:
+        check((one.folder / index).read_text() == (two.folder / index).read_text(), f"{index} is the same")
+    compared = 0
+    for name in one.files():
+        if name.endswith(".h5") and not name.startswith("runtime_backup"):
+            check(same_files(one.folder / name, two.folder / name), f"{name} is the same to the bit")
+            compared += 1
+    check(compared > 5, "there are fields to compare")
 
 
 def same_checkpoints(a, name_a, b, name_b, tolerance=None):

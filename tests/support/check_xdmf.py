@@ -3,7 +3,7 @@
 """Checks XDMF indices: well-formed, times growing, every file and dataset there with the size stated.
 
 usage: check_xdmf.py <h5dump> <index.xmf> ...
-Needs nothing but the standard library; datasets are looked at with `h5dump -H`.
+Needs nothing but the standard library; datasets are looked at with `h5dump -A`.
 """
 import os
 import re
@@ -12,20 +12,24 @@ import sys
 import xml.etree.ElementTree as ET
 
 
-def dataset_info(h5dump, path, name):
+def header(h5dump, path):
+    """Type, sizes and attributes of all datasets of a file, as text."""
+    return subprocess.run([h5dump, "-m", "%.17g", "-A", path], capture_output=True, text=True, check=True).stdout
+
+
+def dataset_info(text, name):
     """Sizes and bytes per number of a dataset."""
-    out = subprocess.run([h5dump, "-H", "-d", name, path], capture_output=True, text=True, check=True).stdout
+    out = text[text.index(f'DATASET "{name}"'):]
     sizes = re.search(r"DATASPACE\s+SIMPLE\s*\{\s*\(([^)]*)\)", out).group(1)
     bits = re.search(r"H5T_IEEE_F(\d+)", out).group(1)
     return [int(n) for n in sizes.split(",")], int(bits) // 8
 
 
-def attribute(h5dump, path, name, which):
+def attribute(text, name, which):
     """Numbers of an attribute of a dataset."""
-    out = subprocess.run([h5dump, "-y", "-m", "%.17g", "-a", f"{name}/{which}", path], capture_output=True, text=True,
-                         check=True).stdout
-    data = re.search(r"DATA\s*\{(.*?)\}", out, re.S).group(1)
-    return [float(x) for x in data.replace(",", " ").split()]
+    out = text[text.index(f'DATASET "{name}"'):]
+    data = re.search(rf'ATTRIBUTE "{which}" \{{.*?DATA\s*\{{(.*?)\}}', out, re.S).group(1)
+    return [float(x) for x in re.sub(r"\(\d+\):", " ", data).replace(",", " ").split()]
 
 
 def check(h5dump, index):
@@ -56,14 +60,15 @@ def check(h5dump, index):
                 assert not os.path.isabs(file), "absolute path"
                 path = os.path.join(folder, file)
                 assert os.path.exists(path), f"{file} is missing"
-                sizes, width = dataset_info(h5dump, path, name)
+                text = header(h5dump, path)
+                sizes, width = dataset_info(text, name)
                 stated = [int(n) for n in item.get("Dimensions").split()]
                 assert sizes == nodes == stated, f"{file}: {sizes} is not {nodes}"
                 assert width == int(item.get("Precision")), f"{file}: {width} bytes"
                 files += 1
-                assert attribute(h5dump, path, name, "time") == [times[-1]], f"{file}: another time"
-                size = attribute(h5dump, path, name, "domain_size")[::-1]
-                assert attribute(h5dump, path, name, "origin")[::-1] == origin
+                assert attribute(text, name, "time") == [times[-1]], f"{file}: another time"
+                size = attribute(text, name, "domain_size")[::-1]
+                assert attribute(text, name, "origin")[::-1] == origin
                 for n, h, length in zip(nodes, spacing, size):
                     # The last point lies inside of the box, and at most one (strided) spacing before its end.
                     assert (n - 1) * h < length <= n * h * (1 + 1e-12), f"{file}: spacing {h}, box {length}"

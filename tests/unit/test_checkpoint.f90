@@ -4,7 +4,9 @@ program test_checkpoint
   use base_errors, only: failure_t
   use base_files, only: file_exists
   use base_kinds, only: rp, i8
+  use io_attributes, only: put_attribute
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
+  use io_hdf5, only: hdf5_file_t
   use io_selection, only: row_indices
   use mpi_f08, only: MPI_Comm, MPI_Comm_split
   use parallel_block, only: rows_t
@@ -70,6 +72,7 @@ contains
     call writer%put_integer('step', huge(1_i8))
     call writer%put_text('input', INPUT)
     call writer%put_text('nothing', '')
+    call writer%put_text('long', repeat('0123456789', 7000))
     call writer%put_reals('history', [0.1_rp, -0.2_rp, 0.3_rp])
     call writer%put_reals('no_history', [real(rp) ::])
     call writer%put_rows('state', reshape(transfer(words, [0.0_rp]), [NCOL, rows%n_local]), rows)
@@ -122,6 +125,8 @@ contains
     same = same .and. text == INPUT .and. len(text) == len(INPUT)
     call reader%get_text('nothing', text, failure)
     same = same .and. len(text) == 0
+    call reader%get_text('long', text, failure)
+    same = same .and. text == repeat('0123456789', 7000)
     call reader%get_reals('history', values, failure)
     same = same .and. size(values) == 3
     if (same) same = all(abs(values - [0.1_rp, -0.2_rp, 0.3_rp]) <= 0)
@@ -190,7 +195,7 @@ contains
 
     n_refused = 0
     n_wrong = 0
-    do place = 1, length, max(1, length/199)
+    do place = 1, length, max(1, length/60)
       call flip(content, place)
       call read_example(t%world, 'damaged.h5', same, refused, reason)
       if (refused) n_refused = n_refused + 1
@@ -223,6 +228,7 @@ contains
     logical :: same, refused
     integer :: part
     type(checkpoint_writer_t) :: writer
+    type(hdf5_file_t) :: file
     type(failure_t) :: failure
 
     do part = 0, 9
@@ -236,6 +242,21 @@ contains
     end do
     call read_example(t%world, 'absent.h5', same, refused, reason)
     call t%check('a missing file is refused: '//reason, refused .and. index(reason, 'does not exist') > 0)
+
+    ! A file that HDF5 finds in order, whose values are not those that were put.
+    call file%create(t%world, 'forged.h5', failure, checked=.true.)
+    call put_attribute(file, '/', 'format', 1_i8, failure)
+    call put_attribute(file, '/', 'time', 1.0_rp, failure)
+    call put_attribute(file, '/', 'contents', 1234567890123_i8, failure)
+    call file%close(failure)
+    call read_example(t%world, 'forged.h5', same, refused, reason)
+    call t%check('other values are refused: '//reason, refused .and. index(reason, 'contents differs') > 0)
+    call file%create(t%world, 'forged.h5', failure)
+    call put_attribute(file, '/', 'time', 1.0_rp, failure)
+    call file%close(failure)
+    call read_example(t%world, 'forged.h5', same, refused, reason)
+    call t%check('another HDF5 file is refused: '//reason, refused .and. index(reason, &
+                 'not a checkpoint') > 0)
 
     call writer%begin(t%world, 'no/such/folder', 'x.h5', failure)
     call writer%put_real('time', 0.0_rp)

@@ -50,6 +50,17 @@ contains
                 [t%world%size, t%world%size])
   end function comb_rows
 
+  !> Rows without any regularity, each in a run of its own.
+  function scattered_rows(n) result(rows)
+    integer, intent(in) :: n
+    type(rows_t) :: rows
+    integer :: i
+    logical :: mine(n)
+    mine = [(mod(shiftr(i*i*i + 7*i, 2), t%world%size) == t%world%rank, i=0, n - 1)]
+    rows = runs(n, pack([(i, i=0, n - 1)], mine), pack([(1, i=0, n - 1)], mine), pack([(1, i=0, n - 1)], &
+                mine))
+  end function scattered_rows
+
   subroutine test_patterns()
     type(row_patterns_t) :: p
     p = row_patterns(runs(100, [3], [5], [1]))
@@ -90,21 +101,29 @@ contains
     integer, parameter :: NROWS(3) = [37, 2, 1]
     type(hdf5_file_t) :: file
     type(failure_t) :: failure
-    type(rows_t) :: rows, other
+    type(rows_t) :: rows, other, scattered
     real(rp), allocatable :: data(:, :)
     integer :: k
     do k = 1, size(NROWS)
       rows = comb_rows(NROWS(k))
       other = slab_rows(NROWS(k))
+      scattered = scattered_rows(NROWS(k))
       call file%create(t%world, 'rows.h5', failure)
       call write_rows(file, 'comb', filled(rows, 4), rows, failure)
       call write_rows(file, 'slab', filled(other, 4), other, failure)
+      call write_rows(file, 'scattered', filled(scattered, 4), scattered, failure)
       call file%close(failure)
       call file%open(t%world, 'rows.h5', failure)
       allocate (data(4, other%n_local))
       call read_rows(file, 'comb', data, other, failure)
       call t%check('rows written in any order are read in global order', all(abs(data - filled(other, &
                    4)) <= 0))
+      call read_rows(file, 'scattered', data, other, failure)
+      call t%check('scattered rows are written in global order', all(abs(data - filled(other, 4)) <= 0))
+      deallocate (data)
+      allocate (data(4, scattered%n_local))
+      call read_rows(file, 'slab', data, scattered, failure)
+      call t%check('rows can be read scattered', all(abs(data - filled(scattered, 4)) <= 0))
       deallocate (data)
       allocate (data(4, rows%n_local))
       call read_rows(file, 'slab', data, rows, failure)

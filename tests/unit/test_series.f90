@@ -83,8 +83,8 @@ contains
       close (unit)
     end if
     call t%world%barrier()
-    call series%open(t%world, 'parts.t', COLUMNS, failure, restart_time=11/3.0_rp)
-    do i = 11, 20
+    call series%open(t%world, 'parts.t', COLUMNS, failure, restart_time=13/3.0_rp)
+    do i = 13, 20
       call series%write(record(i))
     end do
     call series%close(failure)

@@ -44,6 +44,34 @@ contains
     call test%check_close(name//': mean energy', sums(1), energy, rtol=1e-12_rp)
     call test%check_below(name//': no mean velocity', abs(sums(2)), 1e-12_rp)
     call test%check_below(name//': no divergence', largest(1), 1e-12_rp)
+    call check_shells(name, fluid)
     call fluid%free()
   end subroutine check
+
+  !> Energy of each shell inside the truncation against the formula: k^4 exp(-k^2/2), scaled to 0.7 over the
+  !> shells that the grid has, or 0.1.
+  subroutine check_shells(name, fluid)
+    character(*), intent(in) :: name
+    type(fluid_t), intent(in) :: fluid
+    integer, parameter :: SHELLS = 5
+    real(rp) :: energy(SHELLS), want(SHELLS), scale
+    integer :: s, i, shell
+    energy = 0
+    associate (t => fluid%transform%sticks, u => fluid%rhs%state%u)
+      do s = 1, t%n
+        do i = 1, t%nkz
+          shell = nint(norm2([t%kx(s), t%ky(s), t%kz(i)]))
+          if (shell < 1 .or. shell > SHELLS) cycle
+          energy(shell) = energy(shell) + 0.5_rp*t%weight(s)*sum(abs(u(i, s, :))**2)
+        end do
+      end do
+    end associate
+    call test%world%sum_reals(energy)
+    want = [0.1_rp, 0.1_rp, 0.1_rp, 0.1_rp, 0.0_rp]
+    if (name /= 'given spectrum') then
+      scale = 0.7_rp/sum([(real(i, rp)**4*exp(-real(i, rp)**2/2), i=1, 12)])
+      want = [(scale*real(i, rp)**4*exp(-real(i, rp)**2/2), i=1, SHELLS)]
+    end if
+    call test%check_below(name//': energy of the shells', maxval(abs(energy - want)), 1e-9_rp)
+  end subroutine check_shells
 end program test_random_field

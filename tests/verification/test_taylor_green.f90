@@ -98,6 +98,7 @@ contains
     request%integrals = .true.
     do while (fluid%rhs%state%step <= 100)
       call fluid%step(request, failure)
+      if (failure%failed) exit
       t = nint(fluid%sums_time)
       if (t < 1 .or. abs(fluid%sums_time - t) > 1e-9_rp) cycle
       write (sentence, '(a,i0,a)') 'Taylor-Green at Re 1600, t = ', t, ': '
@@ -106,6 +107,7 @@ contains
       call test%check_close(trim(sentence)//' half enstrophy', sum(fluid%sums%enstrophy)/volume/2, &
                             HALF_ENSTROPHY(t), rtol=DISSIPATION_TOLERANCE(t))
     end do
+    call test%check('the transition is computed to its end', .not. failure%failed)
     call fluid%free()
   end subroutine transition
 end program test_taylor_green

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Order in time from three-level ratios: the error of a step size is the distance to the run with half
 !> that step; AB2 must show 2 (with its Euler start, whose one step of local error O(dt^2) does not spoil
-!> the order) and RK4 must show 4, with solids present for AB2.
+!> the order) and RK4 must show 4, with solids present for AB2. The next term of the error lowers the
+!> slope by O(dt); at these steps it is below 0.08, and the neighbouring order is 1 away.
 program test_time_order
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
@@ -44,6 +45,6 @@ contains
       call fluid%free()
     end do
     call test%check_order(scheme//merge(' with a solid', '             ', solids /= '')//' has its order in dt', &
-                          h(1:), errors(1:), real(order, rp), 0.2_rp)
+                          h(1:), errors(1:), real(order, rp), 0.1_rp)
   end subroutine order_of
 end program test_time_order

@@ -1,0 +1,95 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Descent of the potential to a stable equilibrium: how a wing falls from a fold of its loading path.
+!>
+!> Newton directions of the exact tangent where it is positive definite and the residual is small, and
+!> of its positive semidefinite part elsewhere, with a line search on the potential and a proximal
+!> shift after failures.
+module solid_descent
+  use base_kinds, only: rp
+  use solid_equilibrium, only: equilibrium_t
+  use solid_extension, only: extension_axial
+  use solid_loads, only: load_t
+  use solid_model, only: solid_model_t
+  implicit none
+  private
+  public :: descend
+
+contains
+
+  !> Moves u(3, n_all) downhill until the residual at the stage of `work` is below `tolerance` times
+  !> its force scale; not `converged` after `limit` factorisations. On exit the axial forces of `work`
+  !> are those of the law.
+  subroutine descend(work, model, load, tolerance, limit, u, converged)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: tolerance
+    integer, intent(in) :: limit
+    real(rp), intent(inout) :: u(:, :)
+    logical, intent(out) :: converged
+    integer, parameter :: CAUTION = 5 ! iterations without the exact tangent after it failed
+    real(rp), parameter :: ARMIJO = 1.0e-3_rp, EXACT_BELOW = 0.3_rp, ROUNDING = 1.0e-11_rp
+    real(rp) :: potential, new_potential, size_g, new_size, slope, shift, shift_unit, longest, step, &
+      limit_step
+    integer :: start, since_failure, halving
+    logical :: is_spd, exact, accepted
+
+    start = work%cholesky%n_factorisations
+    shift_unit = work%force_scale/model%size
+    limit_step = model%size/6
+    shift = 1.0e-13_rp*model%params%k_vein
+    since_failure = CAUTION
+    call work%law_axial(model, u)
+    call work%residual(model, load, u, work%g)
+    size_g = norm2(work%g)
+    potential = work%potential(model, load, u)
+    do
+      converged = size_g <= tolerance*work%force_scale
+      if (converged .or. work%cholesky%n_factorisations - start >= limit) exit
+      exact = size_g < EXACT_BELOW*work%force_scale .and. since_failure >= CAUTION
+      since_failure = since_failure + 1
+      call work%factorise(model, load, u, .not. exact, shift, is_spd)
+      if (.not. is_spd .and. exact) then
+        since_failure = 0
+        call work%factorise(model, load, u, .true., shift, is_spd)
+      end if
+      if (.not. is_spd) then
+        shift = max(10*shift, 1.0e-5_rp*shift_unit)
+        cycle
+      end if
+      call work%newton_step(model, work%g)
+      longest = maxval(norm2(work%du, 1))
+      if (longest > limit_step) work%du = work%du*(limit_step/longest)
+      slope = sum(work%g*work%du)
+      accepted = .false.
+      step = 1
+      do halving = 1, 12
+        work%trial = u + step*work%du
+        new_potential = work%potential(model, load, work%trial)
+        accepted = new_potential <= potential + ARMIJO*step*slope
+        if (.not. accepted .and. abs(new_potential - potential) < ROUNDING*abs(potential)) then
+          call work%residual(model, load, work%trial, work%g)
+          new_size = norm2(work%g)
+          accepted = new_size < size_g
+        end if
+        if (accepted) exit
+        step = 0.5_rp*step
+      end do
+      if (accepted) then
+        work%du = step*work%du
+        call extension_axial(model%springs, model%stiffness%extension, u, work%axial, work%du)
+        u = work%trial
+        potential = new_potential
+        shift = 0.2_rp*shift
+        if (shift < 1.0e-6_rp*shift_unit) shift = 1.0e-13_rp*model%params%k_vein
+      else
+        since_failure = 0
+        shift = max(10*shift, 1.0e-5_rp*shift_unit)
+        call work%law_axial(model, u)
+      end if
+      call work%residual(model, load, u, work%g)
+      size_g = norm2(work%g)
+    end do
+    call work%law_axial(model, u)
+  end subroutine descend
+end module solid_descent

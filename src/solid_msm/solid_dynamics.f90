@@ -1,0 +1,299 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Motion of a wing in time: variable-step BDF2, started by implicit Euler.
+!>
+!> With r = h/h_old, b_y = C1 y_n - C2 y_(n-1) and q = 1/(C3 h), C1 = (1+r)^2/(1+2r), C2 = r^2/(1+2r),
+!> C3 = (1+r)/(1+2r), the rate of any y at the new time is q (y - b_y). Velocities are eliminated: the
+!> unknown is the displacement. Stiffness-proportional damping is the rate of the elastic forces, so it
+!> has an exact tangent. Newton's method uses the mixed-stress tangent of the statics; its symmetric
+!> part is factorised, and the gyroscopic part is left to the iteration of Concus, Golub & Widlund
+!> (1976), which converges for any symmetric positive definite plus skew matrix.
+module solid_dynamics
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use solid_equilibrium, only: equilibrium_t
+  use solid_extension, only: extension_axial
+  use solid_inertia, only: inertia_t, add_inertia_forces, add_inertia_tangent, apply_gyroscopic
+  use solid_model, only: solid_model_t
+  use solid_motion, only: frame_t, motion_t
+  use solid_tangent, only: assemble_tangent
+  implicit none
+  private
+  public :: dynamic_state_t, dynamic_options_t, step_report_t, dynamics_t
+
+  !> What a restart needs. All arrays are (3, n_all).
+  type :: dynamic_state_t
+    real(rp) :: time = 0                                    !< [s]
+    real(rp) :: old_step = 0                                !< [s] size of the last step; 0: none yet
+    real(rp), dimension(:, :), allocatable :: u, v          !< [m], [m/s] now, in the wing frame
+    real(rp), dimension(:, :), allocatable :: old_u, old_v  !< one step before
+    real(rp), dimension(:, :), allocatable :: g, old_g      !< [N] elastic forces of both times
+  contains
+    procedure :: init => state_init
+  end type dynamic_state_t
+
+  !> Choices of the algorithm.
+  type :: dynamic_options_t
+    real(rp) :: tolerance = 1.0e-8_rp !< of the residual, relative to the largest force in the balance
+    integer :: iterations = 10
+    integer :: halvings = 8           !< a failed step is retried with halved steps, this often
+  end type dynamic_options_t
+
+  integer, parameter :: HISTORY = 16
+
+  !> What happened in a step.
+  type :: step_report_t
+    logical :: converged = .false.
+    character(:), allocatable :: reason      !< why not
+    integer :: iterations = 0                !< of Newton's method, all substeps
+    integer :: substeps = 0                  !< accepted ones; 1 unless Newton's method failed
+    real(rp) :: residual = 0                 !< relative, of the last substep
+    real(rp) :: residuals(0:HISTORY) = 0     !< [N] of the iterations of the last substep
+  end type step_report_t
+
+  !> The stepper's work space; nothing is allocated after `init`.
+  type :: dynamics_t
+    private
+    type(equilibrium_t) :: solver
+    type(dynamic_state_t) :: saved
+    real(rp), dimension(:, :), allocatable :: bu, bv, bg, u, v, rate, r, x, old_x, old_r
+  contains
+    procedure :: init => dynamics_init
+    procedure :: free => dynamics_free
+    procedure :: step => dynamics_step
+  end type dynamics_t
+
+contains
+
+  !> A wing at time `time`, at rest in its frame in the unloaded shape, or at u and v if given.
+  subroutine state_init(self, model, time, u, v)
+    class(dynamic_state_t), intent(out) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: time
+    real(rp), intent(in), optional :: u(:, :), v(:, :)
+    integer :: n
+    n = model%n_all
+    self%time = time
+    allocate (self%u(3, n), self%v(3, n), self%g(3, n), source=0.0_rp)
+    if (present(u)) self%u(:, :) = u
+    if (present(v)) self%v(:, :) = v
+    call model%zero_clamped(self%u)
+    call model%zero_clamped(self%v)
+    call model%gradient(self%u, self%g)
+    allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), source=0.0_rp)
+  end subroutine state_init
+
+  !> Work space and symbolic analysis for this model.
+  subroutine dynamics_init(self, model)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    integer :: n
+    n = model%n_all
+    call self%free()
+    call self%solver%init(model)
+    call self%saved%init(model, 0.0_rp)
+    allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%u(3, n), self%v(3, n), self%rate(3, n), &
+              self%r(3, n), self%x(3, n), self%old_x(3, n), self%old_r(3, n), source=0.0_rp)
+  end subroutine dynamics_init
+
+  !> Releases everything.
+  subroutine dynamics_free(self)
+    class(dynamics_t), intent(inout) :: self
+    call self%solver%free()
+    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%u, self%v, self%rate, self%r, &
+                                        self%x, self%old_x, self%old_r)
+  end subroutine dynamics_free
+
+  !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
+  !> step, with the frame of `motion` at the new time. On failure the state is what it was.
+  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    class(motion_t), intent(in) :: motion
+    real(rp), intent(in) :: force(:, :), dt
+    type(dynamic_options_t), intent(in) :: options
+    type(dynamic_state_t), intent(inout) :: state
+    type(step_report_t), intent(out) :: report
+    integer :: halvings, done
+    real(rp) :: part
+    logical :: converged
+    call require(dt > 0, 'dynamics_t%step: the time step must be positive')
+    call copy_state(state, self%saved)
+    halvings = 0
+    done = 0
+    do
+      part = dt/2**halvings
+      call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, &
+                   options, state, report, converged)
+      if (converged) then
+        done = done + 1
+        report%substeps = report%substeps + 1
+        if (done == 2**halvings) exit
+      else if (halvings < options%halvings) then
+        halvings = halvings + 1
+        done = 2*done
+      else
+        call copy_state(self%saved, state)
+        report%reason = 'Newton''s method did not converge with steps of '//number_text(part)//' s'
+        return
+      end if
+    end do
+    state%time = self%saved%time + dt
+    report%converged = .true.
+  end subroutine dynamics_step
+
+  subroutine substep(self, model, inertia, frame, force, h, options, state, report, converged)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: force(:, :), h
+    type(dynamic_options_t), intent(in) :: options
+    type(dynamic_state_t), intent(inout) :: state
+    type(step_report_t), intent(inout) :: report
+    logical, intent(out) :: converged
+    real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
+    real(rp) :: r, c1, c2, q, scale, floor, size_r
+    integer :: iteration
+    logical :: is_spd
+
+    r = 0
+    if (state%old_step > 0) r = h/state%old_step
+    if (r > LARGEST_RATIO) r = 0
+    c1 = (1 + r)**2/(1 + 2*r)
+    c2 = r**2/(1 + 2*r)
+    q = (1 + 2*r)/((1 + r)*h)
+    self%bu = c1*state%u - c2*state%old_u
+    self%bv = c1*state%v - c2*state%old_v
+    self%bg = c1*state%g - c2*state%old_g
+    self%u = state%u + h*state%v
+    if (r > 0) self%u = self%u + (0.5_rp*h*r)*(state%v - state%old_v)
+    call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%axial)
+    floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
+    report%residuals = 0
+    converged = .false.
+    do iteration = 0, options%iterations
+      self%v = q*(self%u - self%bu)
+      self%rate = q*(self%v - self%bv)
+      call model%gradient(self%u, self%solver%g)
+      self%r = self%solver%g - force + (q*inertia%rayleigh_stiffness)*(self%solver%g - self%bg)
+      call model%zero_clamped(self%r)
+      call model%zero_clamped(self%solver%g)
+      scale = max(norm2(self%r), norm2(self%solver%g), norm2(force))
+      call add_inertia_forces(inertia, model, frame, self%u, self%v, self%rate, self%r)
+      size_r = norm2(self%r)
+      scale = max(scale, q*momentum_norm(inertia, self%bv))
+      report%residuals(min(iteration, HISTORY)) = size_r
+      if (.not. size_r <= huge(size_r)) exit
+      converged = size_r <= max(options%tolerance*scale, floor*maxval(abs(self%u)))
+      if (converged .and. iteration > 0) exit
+      converged = .false.
+      if (iteration == options%iterations) exit
+      if (iteration >= 3) then
+        if (size_r > report%residuals(max(0, min(iteration, HISTORY) - 2))) exit
+      end if
+      call factorise(self, model, inertia, frame, q, .false., is_spd)
+      if (.not. is_spd) call factorise(self, model, inertia, frame, q, .true., is_spd)
+      if (.not. is_spd) exit
+      call solve(self, model, inertia, frame, q)
+      call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%axial, self%x)
+      self%u = self%u + self%x
+      report%iterations = report%iterations + 1
+    end do
+    if (.not. converged) return
+    if (scale > 0) report%residual = size_r/scale
+    state%old_u = state%u
+    state%old_v = state%v
+    state%old_g = state%g
+    state%u = self%u
+    state%v = self%v
+    state%g = self%solver%g
+    state%old_step = h
+    state%time = state%time + h
+  end subroutine substep
+
+  !> 2-norm of mass times velocity.
+  pure real(rp) function momentum_norm(inertia, v) result(norm)
+    type(inertia_t), intent(in) :: inertia
+    real(rp), intent(in) :: v(:, :)
+    integer :: i
+    norm = 0
+    do i = 1, size(v, 2)
+      norm = norm + inertia%mass(i)**2*(v(1, i)**2 + v(2, i)**2 + v(3, i)**2)
+    end do
+    norm = sqrt(norm)
+  end function momentum_norm
+
+  !> The symmetric part of the Jacobian, or a positive definite neighbour of it.
+  subroutine factorise(self, model, inertia, frame, q, semidefinite, is_spd)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q
+    logical, intent(in) :: semidefinite
+    logical, intent(out) :: is_spd
+    type(frame_t) :: at_rest
+    call assemble_tangent(model, self%u, self%solver%axial, semidefinite, self%solver%blocks)
+    if (inertia%rayleigh_stiffness > 0) &
+      self%solver%blocks = (1 + q*inertia%rayleigh_stiffness)*self%solver%blocks
+    if (semidefinite) then
+      call add_inertia_tangent(inertia, model, at_rest, q, self%solver%blocks)
+    else
+      call add_inertia_tangent(inertia, model, frame, q, self%solver%blocks)
+    end if
+    call model%pattern%pack(self%solver%blocks, self%solver%values)
+    call self%solver%cholesky%factorise(self%solver%values, is_spd)
+  end subroutine factorise
+
+  !> x = -(S + N)^-1 r with the factorised S and the skew N.
+  subroutine solve(self, model, inertia, frame, q)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q
+    real(rp), parameter :: ENOUGH = 1.0e-16_rp ! of the squared energy norm
+    integer, parameter :: LIMIT = 60
+    real(rp) :: rho, old_rho, first_rho, omega
+    integer :: k
+    call self%solver%newton_step(model, self%r)
+    self%x = self%solver%du
+    if (.not. maxval(abs(frame%omega)) + maxval(abs(frame%alpha)) > 0) return
+    first_rho = -sum(self%r*self%x)
+    old_rho = first_rho
+    self%old_x = 0
+    self%old_r = self%r
+    omega = 1
+    call apply_gyroscopic(inertia, model, frame, q, self%x, self%rate) ! r_1 = r_0 + N x_1, as x = -S^-1 r
+    self%r = self%rate
+    do k = 1, LIMIT
+      call self%solver%newton_step(model, self%r)
+      rho = -sum(self%r*self%solver%du)
+      if (rho <= ENOUGH*first_rho) exit
+      omega = 1/(1 + (rho/old_rho)/omega)
+      old_rho = rho
+      self%rate = self%old_x + omega*(self%solver%du + self%x - self%old_x)
+      self%old_x = self%x
+      self%x = self%rate
+      call apply_gyroscopic(inertia, model, frame, q, self%solver%du, self%rate)
+      self%v = (1 - omega)*self%old_r + omega*self%rate
+      self%old_r = self%r
+      self%r = self%v
+    end do
+  end subroutine solve
+
+  subroutine copy_state(from, to)
+    type(dynamic_state_t), intent(in) :: from
+    type(dynamic_state_t), intent(inout) :: to
+    to%time = from%time
+    to%old_step = from%old_step
+    to%u = from%u
+    to%v = from%v
+    to%old_u = from%old_u
+    to%old_v = from%old_v
+    to%g = from%g
+    to%old_g = from%old_g
+  end subroutine copy_state
+end module solid_dynamics

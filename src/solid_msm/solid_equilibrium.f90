@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Residual, potential and factorised tangent of the static problem at one stage of its loading path,
+!> and the arrays that the algorithms of the statics work in.
+!>
+!> At stage t of a path that starts from displacements with residual g0 the residual is
+!> dE/du - F - (1 - t) g0: for a start from the unloaded state the load t F, for a warm start a
+!> deformation of the old problem into the new one.
+module solid_equilibrium
+  use base_kinds, only: rp
+  use solid_cholesky, only: cholesky_t
+  use solid_extension, only: extension_axial
+  use solid_loads, only: load_t
+  use solid_model, only: solid_model_t
+  use solid_tangent, only: assemble_tangent
+  implicit none
+  private
+  public :: equilibrium_t
+
+  !> One per model and thread. `init` does the symbolic analysis; nothing is allocated afterwards.
+  type :: equilibrium_t
+    type(cholesky_t) :: cholesky
+    real(rp), allocatable :: blocks(:, :, :), values(:), right_hand_side(:, :)
+    real(rp), allocatable :: start_residual(:, :) !< (3, n_all) g0
+    real(rp) :: stage = 0                         !< t
+    real(rp) :: force_scale = 0                   !< [N] to which residuals are related
+    real(rp), dimension(:, :), allocatable :: g, du, trial, old !< (3, n_all) scratch
+    real(rp), allocatable :: axial(:)             !< (springs) [N] independent axial forces of the iteration
+    real(rp), allocatable :: here_axial(:), old_axial(:) !< of the last and the last but one point of a path
+  contains
+    procedure :: init => equilibrium_init
+    procedure :: free => equilibrium_free
+    procedure :: start => equilibrium_start
+    procedure :: residual => equilibrium_residual
+    procedure :: potential => equilibrium_potential
+    procedure :: factorise => equilibrium_factorise
+    procedure :: newton_step => equilibrium_newton_step
+    procedure :: law_axial => equilibrium_law_axial
+  end type equilibrium_t
+
+contains
+
+  !> Allocates everything and analyses the pattern of the model's tangent.
+  subroutine equilibrium_init(self, model)
+    class(equilibrium_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    integer :: n, n_springs
+    n = model%n_all
+    n_springs = model%springs%n
+    call self%free()
+    allocate (self%blocks(3, 3, size(model%pattern%rows)), self%values(size(model%pattern%rowind)), &
+              self%right_hand_side(3, model%n_free), self%start_residual(3, n), self%g(3, n), &
+              self%du(3, n), self%trial(3, n), self%old(3, n), self%axial(n_springs), &
+              self%here_axial(n_springs), self%old_axial(n_springs), source=0.0_rp)
+    call self%cholesky%init(model%pattern%colptr, model%pattern%rowind)
+  end subroutine equilibrium_init
+
+  !> Releases the factorisation and the arrays.
+  subroutine equilibrium_free(self)
+    class(equilibrium_t), intent(inout) :: self
+    call self%cholesky%free()
+    if (.not. allocated(self%blocks)) return
+    deallocate (self%blocks, self%values, self%right_hand_side, self%start_residual, self%g, self%du, &
+                self%trial, self%old, self%axial, self%here_axial, self%old_axial)
+  end subroutine equilibrium_free
+
+  !> Begins a path at displacements u(3, n_all).
+  subroutine equilibrium_start(self, model, load, u)
+    class(equilibrium_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: u(:, :)
+    real(rp), parameter :: UNLOADED = 1.0e-6_rp ! scale of residuals without load
+    self%stage = 1
+    call self%residual(model, load, u, self%start_residual)
+    self%stage = 0
+    self%g = 0
+    call load%subtract_from(model, u, self%g)
+    call model%zero_clamped(self%g)
+    self%force_scale = norm2(self%g)
+    if (.not. self%force_scale > 0) self%force_scale = &
+      max(norm2(self%start_residual), UNLOADED*model%params%k_vein*model%size)
+    self%g = 0
+  end subroutine equilibrium_start
+
+  !> g(3, n_all) [N], zero at clamped points, at u plus the much smaller `low`.
+  subroutine equilibrium_residual(self, model, load, u, g, low)
+    class(equilibrium_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(inout) :: g(:, :)
+    real(rp), intent(in), optional :: low(:, :)
+    call model%gradient(u, g, low=low)
+    call load%subtract_from(model, u, g)
+    if (self%stage < 1) g = g - (1 - self%stage)*self%start_residual
+    call model%zero_clamped(g)
+  end subroutine equilibrium_residual
+
+  !> The potential [J] whose gradient the residual is.
+  real(rp) function equilibrium_potential(self, model, load, u) result(potential)
+    class(equilibrium_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: u(:, :)
+    potential = model%energy(u) - load%work(model, u)
+    if (self%stage < 1) potential = potential - (1 - self%stage)*sum(self%start_residual*u)
+  end function equilibrium_potential
+
+  !> Factorises the tangent at u with the independent axial forces `self%axial`, or its positive
+  !> semidefinite part, plus `shift` [N/m] times the points' weights.
+  subroutine equilibrium_factorise(self, model, load, u, semidefinite, shift, is_spd)
+    class(equilibrium_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: u(:, :), shift
+    logical, intent(in) :: semidefinite
+    logical, intent(out) :: is_spd
+    call assemble_tangent(model, u, self%axial, semidefinite, self%blocks)
+    if (size(load%couples) > 0) call load%subtract_tangent(model, u, self%blocks)
+    call model%pattern%add_diagonal(model%weights, shift, self%blocks)
+    call model%pattern%pack(self%blocks, self%values)
+    call self%cholesky%factorise(self%values, is_spd)
+  end subroutine equilibrium_factorise
+
+  !> self%du(3, n_all) = - K^-1 g with the last factorisation.
+  subroutine equilibrium_newton_step(self, model, g)
+    class(equilibrium_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: g(:, :)
+    integer :: i
+    do i = 1, model%n_free
+      self%right_hand_side(:, i) = -g(:, model%movable(i))
+    end do
+    call self%cholesky%solve(1, self%right_hand_side)
+    do i = 1, model%n_free
+      self%du(:, model%movable(i)) = self%right_hand_side(:, i)
+    end do
+  end subroutine equilibrium_newton_step
+
+  !> Sets the axial forces to those of the springs' law at u.
+  subroutine equilibrium_law_axial(self, model, u)
+    class(equilibrium_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    call extension_axial(model%springs, model%stiffness%extension, u, self%axial)
+  end subroutine equilibrium_law_axial
+end module solid_equilibrium

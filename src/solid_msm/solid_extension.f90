@@ -1,0 +1,145 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Extension springs: E = k (l - l0)^2/2 along veins, membrane edges and cross-springs.
+!>
+!> The unknown is the displacement u. The elongation is du.(d0 + d)/(l + l0), which does not cancel
+!> when the strain is small. In the tension-field membrane (a model, not a numerical aid) springs of
+!> the membrane keep only the fraction `slack` of k in compression; the change from 1 to `slack` is
+!> linear in the elongation over `width`, so that the tangent is continuous.
+module solid_extension
+  use base_kinds, only: rp
+  use solid_vectors, only: outer, IDENTITY
+  implicit none
+  private
+  public :: extensions_t, extension_energy, extension_gradient, extension_axial, extension_tangent
+
+  integer, parameter, public :: SPRING_VEIN = 1, SPRING_MEMBRANE = 2, SPRING_CROSS = 3
+
+  !> All extension springs of a wing.
+  type :: extensions_t
+    integer :: n = 0
+    integer, allocatable :: nodes(:, :)  !< (2, n)
+    integer, allocatable :: family(:)    !< SPRING_VEIN, SPRING_MEMBRANE or SPRING_CROSS
+    real(rp), allocatable :: d0(:, :)    !< (3, n) [m] stress-free vector from node 1 to node 2
+    real(rp), allocatable :: l0(:)       !< (n) [m]
+    integer, allocatable :: blocks(:, :) !< (3, n) places of (1,1), (2,2), (1,2) in the matrix; 0: clamped
+    real(rp) :: slack = 1                !< remaining stiffness of the membrane in compression, 0 < slack <= 1
+    real(rp) :: width = 1.0e-9_rp        !< [m] elongation over which it fades
+  end type extensions_t
+
+contains
+
+  !> Sum of the energies [J] for stiffness k(n) [N/m] and displacements u(3, :) [m].
+  pure real(rp) function extension_energy(self, k, u) result(energy)
+    type(extensions_t), intent(in) :: self
+    real(rp), intent(in) :: k(:), u(:, :)
+    real(rp) :: dl, l, direction(3), e, force, slope
+    integer :: s
+    energy = 0
+    do s = 1, self%n
+      call elongation(self, s, u, dl, l, direction)
+      call law(self, s, dl, e, force, slope)
+      energy = energy + k(s)*e
+    end do
+  end function extension_energy
+
+  !> Adds dE/du to g(3, :) [N]. `low` (3, :) [m] is a part of the displacement too small to be added to
+  !> u without rounding; springs as stiff as k_e would feel that.
+  pure subroutine extension_gradient(self, k, u, g, low)
+    type(extensions_t), intent(in) :: self
+    real(rp), intent(in) :: k(:), u(:, :)
+    real(rp), intent(inout) :: g(:, :)
+    real(rp), intent(in), optional :: low(:, :)
+    real(rp) :: dl, l, direction(3), e, force, slope, pull(3)
+    integer :: s, i, j
+    do s = 1, self%n
+      call elongation(self, s, u, dl, l, direction)
+      if (present(low)) dl = dl + dot_product(direction, low(:, self%nodes(2, s)) - low(:, self%nodes(1, s)))
+      call law(self, s, dl, e, force, slope)
+      pull = (k(s)*force)*direction
+      i = self%nodes(1, s)
+      j = self%nodes(2, s)
+      g(:, i) = g(:, i) - pull
+      g(:, j) = g(:, j) + pull
+    end do
+  end subroutine extension_gradient
+
+  !> The axial forces [N], tension positive; with `step` (3, :) the forces that the law, linearised
+  !> at u, gives at u + step.
+  pure subroutine extension_axial(self, k, u, axial, step)
+    type(extensions_t), intent(in) :: self
+    real(rp), intent(in) :: k(:), u(:, :)
+    real(rp), intent(inout) :: axial(:)
+    real(rp), intent(in), optional :: step(:, :)
+    real(rp) :: dl, l, direction(3), e, force, slope
+    integer :: s
+    do s = 1, self%n
+      call elongation(self, s, u, dl, l, direction)
+      call law(self, s, dl, e, force, slope)
+      if (present(step)) force = force + slope* &
+        dot_product(direction, step(:, self%nodes(2, s)) - step(:, self%nodes(1, s)))
+      axial(s) = k(s)*force
+    end do
+  end subroutine extension_axial
+
+  !> Adds the tangent k t t^T + N/l (1 - t t^T) to `blocks`; the axial force N of the geometric part
+  !> is given: axial(n) [N] of the law makes it the exact Hessian. With `tension_only` compression is left
+  !> out of it, and the tangent is positive semidefinite.
+  pure subroutine extension_tangent(self, k, u, axial, tension_only, blocks)
+    type(extensions_t), intent(in) :: self
+    real(rp), intent(in) :: k(:), u(:, :), axial(:)
+    logical, intent(in) :: tension_only
+    real(rp), intent(inout) :: blocks(:, :, :)
+    real(rp) :: dl, l, direction(3), e, force, slope, h(3, 3), geometric
+    integer :: s, b
+    do s = 1, self%n
+      call elongation(self, s, u, dl, l, direction)
+      call law(self, s, dl, e, force, slope)
+      geometric = axial(s)/l
+      if (tension_only) geometric = max(geometric, 0.0_rp)
+      h = (k(s)*slope - geometric)*outer(direction, direction) + geometric*IDENTITY
+      b = self%blocks(1, s)
+      if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
+      b = self%blocks(2, s)
+      if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
+      b = self%blocks(3, s)
+      if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
+    end do
+  end subroutine extension_tangent
+
+  pure subroutine elongation(self, s, u, dl, l, direction)
+    type(extensions_t), intent(in) :: self
+    integer, intent(in) :: s
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(out) :: dl, l, direction(3)
+    real(rp) :: du(3), d(3)
+    du = u(:, self%nodes(2, s)) - u(:, self%nodes(1, s))
+    d = self%d0(:, s) + du
+    l = sqrt(d(1)**2 + d(2)**2 + d(3)**2)
+    dl = (du(1)*(self%d0(1, s) + d(1)) + du(2)*(self%d0(2, s) + d(2)) + du(3)*(self%d0(3, s) + d(3))) &
+         /(l + self%l0(s))
+    direction = d/l
+  end subroutine elongation
+
+  !> Energy, force and slope of a spring of unit stiffness.
+  pure subroutine law(self, s, dl, energy, force, slope)
+    type(extensions_t), intent(in) :: self
+    integer, intent(in) :: s
+    real(rp), intent(in) :: dl
+    real(rp), intent(out) :: energy, force, slope
+    real(rp) :: lost
+    energy = 0.5_rp*dl**2
+    force = dl
+    slope = 1
+    if (dl >= 0 .or. self%slack >= 1 .or. self%family(s) == SPRING_VEIN) return
+    lost = 1 - self%slack
+    if (dl > -self%width) then
+      energy = energy + lost*dl**3/(6*self%width)
+      force = dl + lost*dl**2/(2*self%width)
+      slope = 1 + lost*dl/self%width
+    else
+      energy = 0.5_rp*self%slack*dl**2 - lost*self%width*(dl/2 + self%width/6)
+      force = self%slack*dl - lost*self%width/2
+      slope = self%slack
+    end if
+  end subroutine law
+end module solid_extension

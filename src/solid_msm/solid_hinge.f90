@@ -1,0 +1,260 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Bending hinges of veins: E = k Theta^2/2 with the true turning angle Theta from the rest direction.
+!>
+!> A hinge joins the segments e = xb - xa and f = xc - xb, with unit vectors te and tf. The rest
+!> direction of tf is te turned by the signed reference angle theta0 about the material normal n, so
+!> that rest curvature is carried by the membrane: n is the direction of the summed area vectors of
+!> the triangles at both segments, or the given normal of the plane where there is no membrane. With
+!> w = tf - Rot(n, theta0) te and s = |w|^2/4 = sin^2(Theta/2), E = k G(s)/2, G = 4 asin^2(sqrt s).
+!> The energy is invariant under rotations, resists both bending directions alike (circular
+!> sections), and a hinge with theta0 = 0 needs no normal. It has no torsion; the membrane carries it.
+!> A discrete rod in the sense of Bergou et al. (2008), doi:10.1145/1360612.1360662, with the angle
+!> itself in the place of 2 tan(Theta/2).
+module solid_hinge
+  use base_kinds, only: rp
+  use solid_vectors, only: cross, skew, outer, IDENTITY
+  implicit none
+  private
+  public :: hinge_t, hinge_evaluate, hinge_angle, turning_law
+
+  integer, parameter, public :: HINGE_NODES = 7 !< most nodes of a hinge: a, b, c and four apexes
+
+  !> One hinge a-b-c.
+  type :: hinge_t
+    integer :: n_nodes = 3
+    integer :: nodes(HINGE_NODES) = 0   !< a, b, c, then the other corners of the triangles
+    integer :: n_triangles = 0          !< at the segments; 0 with a rest angle: the normal is fixed
+    integer :: corners(3, 4) = 0        !< of the triangles, as places in `nodes`
+    real(rp) :: x0(3, HINGE_NODES) = 0  !< [m] stress-free positions
+    real(rp) :: normal0(3) = 0          !< unit normal of the reference plane
+    logical :: is_straight = .true.     !< theta0 = 0
+    real(rp) :: cos0 = 1, sin0 = 0      !< of theta0
+    !> upper part: places in the matrix, < 0 transposed, 0 clamped
+    integer :: blocks(HINGE_NODES, HINGE_NODES) = 0
+  end type hinge_t
+
+contains
+
+  !> Energy [J], and on request its gradient g(3, 7) and Hessian h(21, 21) with respect to the
+  !> displacements u(3, 7) of the hinge's nodes, for stiffness k [N m/rad^2]. With `semidefinite` the
+  !> Hessian is the positive semidefinite Gauss-Newton part. Unused nodes are left zero.
+  pure subroutine hinge_evaluate(self, k, u, energy, g, h, semidefinite)
+    type(hinge_t), intent(in) :: self
+    real(rp), intent(in) :: k, u(3, HINGE_NODES)
+    real(rp), intent(out) :: energy
+    real(rp), intent(out), optional :: g(3, HINGE_NODES), h(3*HINGE_NODES, 3*HINGE_NODES)
+    logical, intent(in), optional :: semidefinite
+    real(rp) :: te(3), tf(3), n(3), le, lf, la, w(3), s, law(0:2)
+    real(rp) :: wq(3, 3, 3)  ! dw/dq, q = te, tf, n
+    real(rp) :: sq(3, 3)     ! ds/dq
+    real(rp) :: p(3, 3, 3)   ! dq/d(e, f, A)
+    real(rp) :: gq(3, 3), hq(3, 3, 3, 3), b(3, 3, HINGE_NODES, 3), lever(3)
+    logical :: exact, has_normal
+    integer :: n_q, i, j, t
+
+    call directions(self, u, te, tf, n, le, lf, la)
+    w = misfit(self, te, tf, n)
+    s = 0.25_rp*dot_product(w, w)
+    law = turning_law(s)
+    energy = 0.5_rp*k*law(0)
+    if (.not. present(g) .and. .not. present(h)) return
+
+    has_normal = .not. self%is_straight .and. self%n_triangles > 0
+    n_q = merge(3, 2, has_normal)
+    wq(:, :, 1) = -IDENTITY
+    if (.not. self%is_straight) wq(:, :, 1) = -(self%cos0*IDENTITY + self%sin0*skew(n) &
+                                                + (1 - self%cos0)*outer(n, n))
+    wq(:, :, 2) = IDENTITY
+    wq(:, :, 3) = 0
+    if (has_normal) wq(:, :, 3) = self%sin0*skew(te) &
+      - (1 - self%cos0)*(outer(n, te) + dot_product(n, te)*IDENTITY)
+    sq = 0
+    do i = 1, n_q
+      sq(:, i) = 0.5_rp*matmul(w, wq(:, :, i))
+    end do
+    p(:, :, 1) = (IDENTITY - outer(te, te))/le
+    p(:, :, 2) = (IDENTITY - outer(tf, tf))/lf
+    p(:, :, 3) = 0
+    if (has_normal) p(:, :, 3) = (IDENTITY - outer(n, n))/la
+    gq = (0.5_rp*k*law(1))*sq ! dE/d(te, tf, n)
+
+    ! b(:, :, m, q) = d(e, f, A)_q / dx_m
+    b = 0
+    b(:, :, 1, 1) = -IDENTITY
+    b(:, :, 2, 1) = IDENTITY
+    b(:, :, 2, 2) = -IDENTITY
+    b(:, :, 3, 2) = IDENTITY
+    if (has_normal) then
+      do t = 1, self%n_triangles
+        do i = 1, 3
+          associate (m => self%corners(i, t), ahead => self%corners(mod(i, 3) + 1, t), &
+                     behind => self%corners(mod(i + 1, 3) + 1, t))
+            lever = self%x0(:, behind) + u(:, behind) - self%x0(:, ahead) - u(:, ahead)
+            b(:, :, m, 3) = b(:, :, m, 3) + skew(lever)
+          end associate
+        end do
+      end do
+    end if
+
+    if (present(g)) then
+      g = 0
+      do i = 1, n_q
+        lever = matmul(p(:, :, i), gq(:, i))
+        do j = 1, self%n_nodes
+          g(:, j) = g(:, j) + matmul(lever, b(:, :, j, i))
+        end do
+      end do
+    end if
+    if (.not. present(h)) return
+
+    exact = .true.
+    if (present(semidefinite)) exact = .not. semidefinite
+    do j = 1, n_q
+      do i = 1, n_q
+        hq(:, :, i, j) = 0.5_rp*law(1)*matmul(transpose(wq(:, :, i)), wq(:, :, j)) &
+                         + law(2)*outer(sq(:, i), sq(:, j))
+      end do
+    end do
+    if (exact .and. has_normal) then
+      hq(:, :, 3, 1) = hq(:, :, 3, 1) + 0.5_rp*law(1)*(self%sin0*skew(w) &
+        - (1 - self%cos0)*(outer(w, n) + dot_product(w, n)*IDENTITY))
+      hq(:, :, 1, 3) = transpose(hq(:, :, 3, 1))
+      hq(:, :, 3, 3) = hq(:, :, 3, 3) - 0.5_rp*law(1)*(1 - self%cos0)*(outer(w, te) + outer(te, w))
+    end if
+    do j = 1, n_q
+      do i = 1, n_q
+        hq(:, :, i, j) = (0.5_rp*k)*matmul(p(:, :, i), matmul(hq(:, :, i, j), p(:, :, j)))
+      end do
+    end do
+    if (exact) then
+      hq(:, :, 1, 1) = hq(:, :, 1, 1) + unit_vector_curvature(gq(:, 1), te, le)
+      hq(:, :, 2, 2) = hq(:, :, 2, 2) + unit_vector_curvature(gq(:, 2), tf, lf)
+      if (has_normal) hq(:, :, 3, 3) = hq(:, :, 3, 3) + unit_vector_curvature(gq(:, 3), n, la)
+    end if
+    call expand_hessian(self%n_nodes, n_q, b, hq, h)
+    if (.not. (exact .and. has_normal)) return
+    lever = matmul(p(:, :, 3), gq(:, 3))
+    do t = 1, self%n_triangles
+      do i = 1, 3
+        associate (m => 3*self%corners(i, t), ahead => 3*self%corners(mod(i, 3) + 1, t))
+          h(m - 2:m, ahead - 2:ahead) = h(m - 2:m, ahead - 2:ahead) - skew(lever)
+          h(ahead - 2:ahead, m - 2:m) = h(ahead - 2:ahead, m - 2:m) + skew(lever)
+        end associate
+      end do
+    end do
+  end subroutine hinge_evaluate
+
+  !> h = B^T hq B; e and f touch two nodes each, A all of them.
+  pure subroutine expand_hessian(n_nodes, n_q, b, hq, h)
+    integer, intent(in) :: n_nodes, n_q
+    real(rp), intent(in) :: b(3, 3, HINGE_NODES, 3), hq(3, 3, 3, 3)
+    real(rp), intent(out) :: h(3*HINGE_NODES, 3*HINGE_NODES)
+    real(rp) :: row(3, 3, 3), block(3, 3) ! row: hq(q, :) B_m
+    integer :: i, j, q, r
+    h = 0
+    do j = 1, n_nodes
+      do q = 1, n_q
+        row(:, :, q) = 0
+        if (j <= 2) row(:, :, q) = matmul(hq(:, :, q, 1), b(:, :, j, 1))
+        if (j == 2 .or. j == 3) row(:, :, q) = row(:, :, q) + matmul(hq(:, :, q, 2), b(:, :, j, 2))
+        if (n_q == 3) row(:, :, q) = row(:, :, q) + matmul(hq(:, :, q, 3), b(:, :, j, 3))
+      end do
+      do i = 1, j
+        block = 0
+        if (i <= 2) block = block + matmul(transpose(b(:, :, i, 1)), row(:, :, 1))
+        if (i == 2 .or. i == 3) block = block + matmul(transpose(b(:, :, i, 2)), row(:, :, 2))
+        if (n_q == 3) block = block + matmul(transpose(b(:, :, i, 3)), row(:, :, 3))
+        h(3*i - 2:3*i, 3*j - 2:3*j) = block
+        if (i == j) cycle
+        do r = 1, 3
+          h(3*j - 3 + r, 3*i - 2:3*i) = block(:, r)
+        end do
+      end do
+    end do
+  end subroutine expand_hessian
+
+  !> Second derivative of gt.(v/|v|) with respect to v, where t = v/|v| and l = |v|.
+  pure function unit_vector_curvature(gt, t, l) result(h)
+    real(rp), intent(in) :: gt(3), t(3), l
+    real(rp) :: h(3, 3), along, across(3)
+    along = dot_product(gt, t)
+    across = gt - along*t
+    h = -(outer(across, t) + outer(t, across) + along*(IDENTITY - outer(t, t)))/l**2
+  end function unit_vector_curvature
+
+  !> The turning angle Theta >= 0 [rad] from the rest direction at displacements u(3, 7).
+  pure real(rp) function hinge_angle(self, u) result(angle)
+    type(hinge_t), intent(in) :: self
+    real(rp), intent(in) :: u(3, HINGE_NODES)
+    real(rp) :: te(3), tf(3), n(3), le, lf, la, w(3)
+    call directions(self, u, te, tf, n, le, lf, la)
+    w = misfit(self, te, tf, n)
+    angle = 2*asin(min(1.0_rp, 0.5_rp*norm2(w)))
+  end function hinge_angle
+
+  pure subroutine directions(self, u, te, tf, n, le, lf, la)
+    type(hinge_t), intent(in) :: self
+    real(rp), intent(in) :: u(3, HINGE_NODES)
+    real(rp), intent(out) :: te(3), tf(3), n(3), le, lf, la
+    real(rp) :: x(3, 3)
+    integer :: t, i
+    te = (self%x0(:, 2) - self%x0(:, 1)) + (u(:, 2) - u(:, 1))
+    tf = (self%x0(:, 3) - self%x0(:, 2)) + (u(:, 3) - u(:, 2))
+    le = norm2(te)
+    lf = norm2(tf)
+    te = te/le
+    tf = tf/lf
+    n = self%normal0
+    la = 1
+    if (self%is_straight .or. self%n_triangles == 0) return
+    n = 0
+    do t = 1, self%n_triangles
+      do i = 1, 3
+        x(:, i) = self%x0(:, self%corners(i, t)) + u(:, self%corners(i, t))
+      end do
+      n = n + cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
+    end do
+    la = norm2(n)
+    n = n/la
+  end subroutine directions
+
+  !> w = tf - Rot(n, theta0) te.
+  pure function misfit(self, te, tf, n) result(w)
+    type(hinge_t), intent(in) :: self
+    real(rp), intent(in) :: te(3), tf(3), n(3)
+    real(rp) :: w(3)
+    w = tf - te
+    if (self%is_straight) return
+    w = tf - (self%cos0*te + self%sin0*cross(n, te) + ((1 - self%cos0)*dot_product(n, te))*n)
+  end function misfit
+
+  !> G = 4 asin^2(sqrt s) = Theta^2 and its first two derivatives; the series avoids the cancellation
+  !> at small angles. At Theta = pi the energy has a kink; s is kept just below 1.
+  pure function turning_law(s) result(law)
+    real(rp), intent(in) :: s
+    real(rp) :: law(0:2)
+    real(rp), parameter :: SERIES_BELOW = 1.0e-2_rp, LARGEST = 1 - 1.0e-10_rp
+    integer, parameter :: TERMS = 10
+    real(rp) :: a, q, r, coefficient, power
+    integer :: n
+    if (s < SERIES_BELOW) then
+      law = 0
+      coefficient = 4
+      power = 1 ! s**(n-1)
+      do n = 1, TERMS
+        law(0) = law(0) + coefficient*power*s
+        law(1) = law(1) + n*coefficient*power
+        coefficient = coefficient*2*n**2/real((2*n + 1)*(n + 1), rp) ! of n + 1
+        law(2) = law(2) + n*(n + 1)*coefficient*power
+        power = power*s
+      end do
+    else
+      q = min(s, LARGEST)
+      a = asin(sqrt(q))
+      r = q*(1 - q)
+      law(0) = 4*a**2
+      law(1) = 4*a/sqrt(r)
+      law(2) = 2/r - 2*a*(1 - 2*q)/(r*sqrt(r))
+    end if
+  end function turning_law
+end module solid_hinge

@@ -1,0 +1,122 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Everything in the equation of motion but the elastic forces: inertia in the moving frame, damping,
+!> weight; and the energy and momentum that these conserve.
+module solid_inertia
+  use base_kinds, only: rp
+  use solid_model, only: solid_model_t
+  use solid_motion, only: frame_t, inertial_velocity
+  use solid_vectors, only: cross, outer, IDENTITY
+  implicit none
+  private
+  public :: inertia_t, momenta_t, add_inertia_forces, add_inertia_tangent, apply_gyroscopic, measure_motion
+
+  !> Masses and damping. The damping acts on the motion within the wing frame.
+  type :: inertia_t
+    real(rp), allocatable :: mass(:)        !< (n_all) [kg], 0 at ghost points
+    real(rp), allocatable :: nodal(:)       !< (n_all) [kg/s] damping of every point
+    real(rp) :: rayleigh_mass = 0           !< [1/s] times the mass
+    real(rp) :: rayleigh_stiffness = 0      !< [s] times the rate of the elastic forces
+  contains
+    procedure :: init => inertia_init
+  end type inertia_t
+
+  !> Sums over all points, in an inertial frame with components along the wing frame.
+  type :: momenta_t
+    real(rp) :: mass = 0                    !< [kg]
+    real(rp) :: centre(3) = 0               !< [m] centre of mass, from the frame's origin
+    real(rp) :: kinetic = 0                 !< [J]
+    real(rp) :: relative_kinetic = 0        !< [J] of the motion within the wing frame
+    real(rp) :: elastic = 0                 !< [J]
+    real(rp) :: linear(3) = 0               !< [kg m/s]
+    real(rp) :: angular(3) = 0              !< [kg m^2/s] about the frame's origin
+  end type momenta_t
+
+contains
+
+  !> Masses [kg] of the wing's points; no damping.
+  subroutine inertia_init(self, model, masses)
+    class(inertia_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: masses(:)
+    if (allocated(self%mass)) deallocate (self%mass, self%nodal)
+    allocate (self%mass(model%n_all), self%nodal(model%n_all), source=0.0_rp)
+    self%mass(:size(masses)) = masses
+  end subroutine inertia_init
+
+  !> Adds to r(3, n_all) [N] mass times acceleration, damping, and minus the weight, for velocities v
+  !> and their rate `rate` in the frame.
+  pure subroutine add_inertia_forces(self, model, frame, u, v, rate, r)
+    type(inertia_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), v(:, :), rate(:, :)
+    real(rp), intent(inout) :: r(:, :)
+    real(rp) :: x(3), a(3)
+    integer :: i, p
+    do i = 1, model%n_free
+      p = model%movable(i)
+      x = model%points(:, p) + u(:, p)
+      a = rate(:, p) + frame%acceleration - frame%gravity + 2*cross(frame%omega, v(:, p)) &
+          + cross(frame%alpha, x) + cross(frame%omega, cross(frame%omega, x)) + self%rayleigh_mass*v(:, p)
+      r(:, p) = r(:, p) + self%mass(p)*a + self%nodal(p)*v(:, p)
+    end do
+  end subroutine add_inertia_forces
+
+  !> Adds the symmetric part of the derivative of these forces with respect to u to the diagonal
+  !> blocks, when dv/du = rate_of and d(rate)/du = rate_of^2 [1/s].
+  pure subroutine add_inertia_tangent(self, model, frame, rate_of, blocks)
+    type(inertia_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: rate_of
+    real(rp), intent(inout) :: blocks(:, :, :)
+    real(rp) :: centrifugal(3, 3)
+    integer :: i, p, b
+    centrifugal = outer(frame%omega, frame%omega) - dot_product(frame%omega, frame%omega)*IDENTITY
+    do i = 1, model%n_free
+      p = model%movable(i)
+      b = model%pattern%start(i + 1) - 1
+      blocks(:, :, b) = blocks(:, :, b) + self%mass(p)*centrifugal + &
+        (rate_of*(self%mass(p)*(rate_of + self%rayleigh_mass) + self%nodal(p)))*IDENTITY
+    end do
+  end subroutine add_inertia_tangent
+
+  !> y(3, n_all) = the skew part (Coriolis, angular acceleration) of that derivative times x.
+  pure subroutine apply_gyroscopic(self, model, frame, rate_of, x, y)
+    type(inertia_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: rate_of, x(:, :)
+    real(rp), intent(inout) :: y(:, :)
+    real(rp) :: turn(3)
+    integer :: i, p
+    turn = 2*rate_of*frame%omega + frame%alpha
+    do i = 1, model%n_free
+      p = model%movable(i)
+      y(:, p) = self%mass(p)*cross(turn, x(:, p))
+    end do
+  end subroutine apply_gyroscopic
+
+  !> Energy and momentum at displacements u and velocities v in the frame.
+  function measure_motion(self, model, frame, u, v) result(m)
+    type(inertia_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), v(:, :)
+    type(momenta_t) :: m
+    real(rp) :: x(3), w(3)
+    integer :: i
+    do i = 1, model%n_points
+      x = model%points(:, i) + u(:, i)
+      w = inertial_velocity(frame, x, v(:, i))
+      m%mass = m%mass + self%mass(i)
+      m%centre = m%centre + self%mass(i)*x
+      m%kinetic = m%kinetic + 0.5_rp*self%mass(i)*dot_product(w, w)
+      m%relative_kinetic = m%relative_kinetic + 0.5_rp*self%mass(i)*dot_product(v(:, i), v(:, i))
+      m%linear = m%linear + self%mass(i)*w
+      m%angular = m%angular + self%mass(i)*cross(x, w)
+    end do
+    if (m%mass > 0) m%centre = m%centre/m%mass
+    m%elastic = model%energy(u)
+  end function measure_motion
+end module solid_inertia

@@ -1,0 +1,68 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The dense LAPACK routines that the wing needs, with allocatable results.
+!>
+!> LAPACK tests the arithmetic of infinities by dividing by zero, so traps are off while it runs.
+module solid_lapack
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
+  implicit none
+  private
+  public :: singular_values, symmetric_eigen
+
+  interface
+    subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+      import :: rp
+      character, intent(in) :: jobu, jobvt
+      integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+      real(rp), intent(inout) :: a(lda, *)
+      real(rp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
+      integer, intent(out) :: info
+    end subroutine dgesvd
+    subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+      import :: rp
+      character, intent(in) :: jobz, uplo
+      integer, intent(in) :: n, lda, lwork
+      real(rp), intent(inout) :: a(lda, *)
+      real(rp), intent(out) :: w(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dsyev
+  end interface
+
+contains
+
+  !> Singular values, largest first, of a matrix, such as the stacked derivatives of all observations;
+  !> their ratios tell which combinations of parameters the data can see.
+  function singular_values(matrix) result(values)
+    real(rp), intent(in) :: matrix(:, :)
+    real(rp), allocatable :: values(:), a(:, :), work(:)
+    real(rp) :: left(1, 1), right(1, 1)
+    logical :: halting(size(ieee_usual))
+    integer :: info
+    allocate (a(size(matrix, 1), size(matrix, 2)), values(min(size(matrix, 1), size(matrix, 2))), &
+              work(8*(size(matrix, 1) + size(matrix, 2)) + 64))
+    a(:, :) = matrix
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgesvd('N', 'N', size(a, 1), size(a, 2), a, size(a, 1), values, left, 1, right, 1, work, &
+                size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'the singular values did not converge')
+  end function singular_values
+
+  !> Eigenvalues, smallest first, of the symmetric matrix a(n, n), which is replaced by the
+  !> eigenvectors.
+  subroutine symmetric_eigen(a, values)
+    real(rp), intent(inout), contiguous :: a(:, :)
+    real(rp), intent(out), contiguous :: values(:)
+    real(rp), allocatable :: work(:)
+    logical :: halting(size(ieee_usual))
+    integer :: info
+    allocate (work(34*size(a, 1) + 64))
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dsyev('V', 'U', size(a, 1), a, size(a, 1), values, work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'the eigenvalues did not converge')
+  end subroutine symmetric_eigen
+end module solid_lapack

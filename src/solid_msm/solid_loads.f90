@@ -1,0 +1,164 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Loads on a wing: dead forces at points or inside triangles, gravity, and end couples of beams.
+module solid_loads
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use solid_model, only: solid_model_t
+  use solid_vectors, only: cross, outer
+  implicit none
+  private
+  public :: load_t, couple_t
+
+  !> A moment about a fixed axis that follows the turning of one vein segment.
+  type :: couple_t
+    integer :: nodes(2) = 0          !< the segment
+    real(rp) :: axis(3) = 0          !< unit vector
+    real(rp) :: moment = 0           !< [N m]
+  end type couple_t
+
+  !> All that acts on a wing. The forces keep their direction.
+  type :: load_t
+    real(rp), allocatable :: force(:, :) !< (3, n_all) [N]
+    type(couple_t), allocatable :: couples(:)
+  contains
+    procedure :: init => load_init
+    procedure :: add_point => load_add_point
+    procedure :: add_at => load_add_at
+    procedure :: add_gravity => load_add_gravity
+    procedure :: work => load_work
+    procedure :: subtract_from => load_subtract_from
+    procedure :: subtract_tangent => load_subtract_tangent
+  end type load_t
+
+contains
+
+  !> No load on this model.
+  subroutine load_init(self, model)
+    class(load_t), intent(out) :: self
+    type(solid_model_t), intent(in) :: model
+    allocate (self%force(3, model%n_all), source=0.0_rp)
+    allocate (self%couples(0))
+  end subroutine load_init
+
+  !> Adds force(3) [N] at a point of the wing.
+  subroutine load_add_point(self, point, force)
+    class(load_t), intent(inout) :: self
+    integer, intent(in) :: point
+    real(rp), intent(in) :: force(3)
+    self%force(:, point) = self%force(:, point) + force
+  end subroutine load_add_point
+
+  !> Adds force(3) [N] at the place (x, y) [m] of the unloaded wing: at the triangle that holds it,
+  !> shared between its corners by the barycentric weights. Fails outside the membrane.
+  subroutine load_add_at(self, model, place, force, failure)
+    class(load_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: place(2), force(3)
+    type(failure_t), intent(inout) :: failure
+    real(rp), parameter :: TOLERANCE = 1.0e-9_rp
+    real(rp) :: w(3), area
+    integer :: t, c
+    do t = 1, size(model%triangles, 2)
+      associate (a => model%points(:2, model%triangles(1, t)), b => model%points(:2, model%triangles(2, t)), &
+                 d => model%points(:2, model%triangles(3, t)))
+        area = twice_area(a, b, d)
+        w = [twice_area(place, b, d), twice_area(a, place, d), twice_area(a, b, place)]/area
+      end associate
+      if (minval(w) < -TOLERANCE) cycle
+      do c = 1, 3
+        call self%add_point(model%triangles(c, t), w(c)*force)
+      end do
+      return
+    end do
+    call failure%raise('the load does not act on the wing''s membrane')
+  end subroutine load_add_at
+
+  pure real(rp) function twice_area(a, b, c) result(area)
+    real(rp), intent(in) :: a(2), b(2), c(2)
+    area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+  end function twice_area
+
+  !> Adds the weight of masses(n_points) [kg] under the acceleration g(3) [m/s^2].
+  subroutine load_add_gravity(self, masses, g)
+    class(load_t), intent(inout) :: self
+    real(rp), intent(in) :: masses(:), g(3)
+    integer :: i
+    do i = 1, size(masses)
+      self%force(:, i) = self%force(:, i) + masses(i)*g
+    end do
+  end subroutine load_add_gravity
+
+  !> Minus the potential [J] at displacements u(3, n_all); that of a couple is known up to turns.
+  pure real(rp) function load_work(self, model, u) result(work)
+    class(load_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    real(rp) :: d(3), d0(3)
+    integer :: c
+    work = sum(self%force*u)
+    do c = 1, size(self%couples)
+      associate (couple => self%couples(c))
+        d0 = model%points(:, couple%nodes(2)) - model%points(:, couple%nodes(1))
+        d = d0 + u(:, couple%nodes(2)) - u(:, couple%nodes(1))
+        d0 = d0 - dot_product(d0, couple%axis)*couple%axis
+        work = work + couple%moment*atan2(dot_product(couple%axis, cross(d0, d)), dot_product(d0, d))
+      end associate
+    end do
+  end function load_work
+
+  !> g(3, n_all) = g - generalised forces at u [N].
+  pure subroutine load_subtract_from(self, model, u, g)
+    class(load_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(inout) :: g(:, :)
+    real(rp) :: p(3), q(3)
+    integer :: c
+    g = g - self%force
+    do c = 1, size(self%couples)
+      associate (couple => self%couples(c))
+        call lever(couple, model, u, p, q)
+        g(:, couple%nodes(2)) = g(:, couple%nodes(2)) - couple%moment*q
+        g(:, couple%nodes(1)) = g(:, couple%nodes(1)) + couple%moment*q
+      end associate
+    end do
+  end subroutine load_subtract_from
+
+  !> Subtracts the derivative of the generalised forces from the tangent's blocks(3, 3, :).
+  pure subroutine load_subtract_tangent(self, model, u, blocks)
+    class(load_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(inout) :: blocks(:, :, :)
+    real(rp) :: p(3), q(3), h(3, 3)
+    integer :: c, b, i, j
+    do c = 1, size(self%couples)
+      associate (couple => self%couples(c))
+        call lever(couple, model, u, p, q) ! the angle's Hessian in the plane is -(p q^T + q p^T)
+        h = -couple%moment*(outer(p, q) + outer(q, p))
+        i = model%free(couple%nodes(1))
+        j = model%free(couple%nodes(2))
+        b = model%pattern%place(i, i)
+        if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
+        b = model%pattern%place(j, j)
+        if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
+        b = abs(model%pattern%place(i, j))
+        if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
+      end associate
+    end do
+  end subroutine load_subtract_tangent
+
+  !> For the segment d projected onto the plane of the couple: p = d/|d|^2 and q = axis x d/|d|^2, the
+  !> gradient of its angle.
+  pure subroutine lever(couple, model, u, p, q)
+    type(couple_t), intent(in) :: couple
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(out) :: p(3), q(3)
+    p = model%points(:, couple%nodes(2)) - model%points(:, couple%nodes(1)) &
+        + u(:, couple%nodes(2)) - u(:, couple%nodes(1))
+    p = p - dot_product(p, couple%axis)*couple%axis
+    p = p/dot_product(p, p)
+    q = cross(couple%axis, p)
+  end subroutine lever
+end module solid_loads

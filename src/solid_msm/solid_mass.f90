@@ -1,0 +1,196 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The mass of a wing, lumped to its points so that total mass and centre of mass are kept exactly.
+!>
+!> Veins: every segment is a conical frustum of cuticle of length l and end radii r1, r2,
+!>   m = rho pi l (r1^2 + r1 r2 + r2^2)/3,  with its centre  h = l (r1^2 + 2 r1 r2 + 3 r2^2)/
+!>   (4 (r1^2 + r1 r2 + r2^2))  behind end 1;
+!> end 2 gets m h/l and end 1 the rest. Membrane: an areal density that is constant, or proportional to
+!> w(x, y) = w1 + w2 x + w3 y and scaled to a given mass, enters through its exact integrals with the linear
+!> shape functions of the triangles, A (2 w_i + w_j + w_k)/12. The weights are those that Truong et al. give
+!> for a blowfly wing, x from the wing root and y from the rotation axis. (Their text drops the division of
+!> h by l, and has the membrane per point and in kg, with which it would weigh 80 mg.)
+module solid_mass
+  use base_constants, only: PI
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use solid_wing, only: wing_t, vein_t
+  implicit none
+  private
+  public :: mass_params_t, mass_t, lump_mass, frustum
+  public :: MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
+
+  integer, parameter :: MEMBRANE_BILINEAR = 1 !< areal density proportional to w(x, y), given mass
+  integer, parameter :: MEMBRANE_UNIFORM = 2  !< given areal density
+
+  !> What the wing is made of; the defaults are the blowfly wing of 250 ug whose membrane is 32.59 % of it.
+  type :: mass_params_t
+    real(rp) :: vein_density = 1300.0_rp       !< of cuticle [kg/m^3]
+    integer :: membrane_law = MEMBRANE_BILINEAR
+    real(rp) :: membrane_mass = 81.475e-9_rp   !< [kg], for MEMBRANE_BILINEAR
+    real(rp) :: weights(3) = [1.75_rp, -147.0_rp, 101.0_rp] !< w1 [-], w2 [1/m], w3 [1/m]
+    real(rp) :: areal_density = 3.0e-3_rp      !< [kg/m^2], for MEMBRANE_UNIFORM
+  end type mass_params_t
+
+  !> The lumped mass.
+  type :: mass_t
+    real(rp), allocatable :: nodal(:) !< mass of every point [kg], positive
+    real(rp) :: veins = 0             !< [kg]
+    real(rp) :: membrane = 0          !< [kg]
+    real(rp) :: total = 0             !< [kg]
+    real(rp) :: area = 0              !< of the membrane [m^2]
+    real(rp) :: thickness = 0         !< mean thickness that the membrane has at the density of the veins [m]
+    real(rp) :: centre(3) = 0         !< centre of mass [m]
+    real(rp) :: inertia(3, 3) = 0     !< about the centre of mass [kg m^2]
+  contains
+    procedure :: inertia_about => mass_inertia_about
+  end type mass_t
+
+contains
+
+  !> Lumps the mass of a wing to its points. A law that leaves a point without positive mass is reported and
+  !> `mass` is then undefined.
+  subroutine lump_mass(wing, params, mass, messages)
+    type(wing_t), intent(in) :: wing
+    type(mass_params_t), intent(in) :: params
+    type(mass_t), intent(out) :: mass
+    type(message_list_t), intent(inout) :: messages
+    integer :: i, n_before
+    n_before = messages%count()
+    call check_params(wing, params, messages)
+    if (messages%count() > n_before) return
+    allocate (mass%nodal(size(wing%points, 2)))
+    mass%nodal = 0
+    do i = 1, size(wing%veins)
+      call add_vein(wing%points, wing%veins(i), params%vein_density, mass%nodal)
+    end do
+    mass%veins = sum(mass%nodal)
+    if (size(wing%triangles) > 0) call add_membrane(wing, params, mass, messages)
+    if (messages%count() > n_before) return
+    mass%total = mass%veins + mass%membrane
+    if (mass%area > 0) mass%thickness = mass%membrane/(mass%area*params%vein_density)
+    do i = 1, size(mass%nodal)
+      if (mass%nodal(i) > 0) cycle
+      call messages%add('mass: point '//number_text(i)//' (counted from 1) has no mass')
+      return
+    end do
+    mass%centre = matmul(wing%points, mass%nodal)/mass%total
+    mass%inertia = inertia_of(wing%points, mass%nodal, mass%centre)
+  end subroutine lump_mass
+
+  subroutine check_params(wing, params, messages)
+    type(wing_t), intent(in) :: wing
+    type(mass_params_t), intent(in) :: params
+    type(message_list_t), intent(inout) :: messages
+    if (size(wing%veins) > 0 .and. .not. params%vein_density > 0) &
+      call messages%add('mass: the density of the veins is '//number_text(params%vein_density)// &
+                        ' kg/m^3; it must be positive')
+    if (size(wing%triangles) == 0) return
+    if (params%membrane_law == MEMBRANE_BILINEAR .and. .not. params%membrane_mass > 0) &
+      call messages%add('mass: the mass of the membrane is '//number_text(params%membrane_mass)// &
+                        ' kg; it must be positive')
+    if (params%membrane_law == MEMBRANE_UNIFORM .and. .not. params%areal_density > 0) &
+      call messages%add('mass: the areal density of the membrane is '//number_text(params%areal_density)// &
+                        ' kg/m^2; it must be positive')
+    if (all(params%membrane_law /= [MEMBRANE_BILINEAR, MEMBRANE_UNIFORM])) &
+      call messages%add('mass: the law of the membrane is '//number_text(params%membrane_law)// &
+                        '; valid: 1, 2')
+  end subroutine check_params
+
+  !> Volume [m^3] of a conical frustum of length `length` [m] between the diameters `d1` and `d2` [m], and the
+  !> distance of its centre from end 1 divided by the length.
+  pure subroutine frustum(length, d1, d2, volume, centre)
+    real(rp), intent(in) :: length, d1, d2
+    real(rp), intent(out) :: volume, centre
+    real(rp) :: squares
+    squares = d1**2 + d1*d2 + d2**2
+    volume = PI*length*squares/12
+    centre = (d1**2 + 2*d1*d2 + 3*d2**2)/(4*squares)
+  end subroutine frustum
+
+  pure subroutine add_vein(points, vein, density, nodal)
+    real(rp), intent(in) :: points(:, :), density
+    type(vein_t), intent(in) :: vein
+    real(rp), intent(inout) :: nodal(:)
+    real(rp) :: volume, centre
+    integer :: i, a, b
+    do i = 2, size(vein%nodes)
+      a = vein%nodes(i - 1)
+      b = vein%nodes(i)
+      call frustum(norm2(points(:, b) - points(:, a)), vein%diameters(i - 1), vein%diameters(i), volume, &
+                   centre)
+      nodal(a) = nodal(a) + density*volume*(1 - centre)
+      nodal(b) = nodal(b) + density*volume*centre
+    end do
+  end subroutine add_vein
+
+  subroutine add_membrane(wing, params, mass, messages)
+    type(wing_t), intent(in) :: wing
+    type(mass_params_t), intent(in) :: params
+    type(mass_t), intent(inout) :: mass
+    type(message_list_t), intent(inout) :: messages
+    real(rp) :: weights(size(wing%points, 2)), share(size(wing%points, 2)), area, scale
+    integer :: t, k
+    if (params%membrane_law == MEMBRANE_BILINEAR) then
+      weights = params%weights(1) + params%weights(2)*wing%points(1, :) + params%weights(3)*wing%points(2, :)
+    else
+      weights = 1
+    end if
+    do k = 1, size(weights)
+      if (weights(k) > 0) cycle
+      call messages%add('mass: the areal density of the membrane is not positive at point '// &
+                        number_text(k)//' (counted from 1), x = '// &
+                        number_text(wing%points(1, k))//' m, y = '// &
+                        number_text(wing%points(2, k))//' m; use other weights or a constant density')
+      return
+    end do
+    share = 0
+    do t = 1, size(wing%triangles, 2)
+      associate (c => wing%triangles(:, t))
+        area = triangle_area(wing%points(:, c))
+        mass%area = mass%area + area
+        do k = 1, 3
+          share(c(k)) = share(c(k)) + area*(sum(weights(c)) + weights(c(k)))/12
+        end do
+      end associate
+    end do
+    scale = params%areal_density
+    if (params%membrane_law == MEMBRANE_BILINEAR) scale = params%membrane_mass/sum(share)
+    mass%nodal = mass%nodal + scale*share
+    mass%membrane = scale*sum(share)
+  end subroutine add_membrane
+
+  !> Area [m^2] of the triangle with the corners corners(:, 1:3).
+  pure real(rp) function triangle_area(corners) result(area)
+    real(rp), intent(in) :: corners(3, 3)
+    real(rp) :: a(3), b(3)
+    a = corners(:, 2) - corners(:, 1)
+    b = corners(:, 3) - corners(:, 1)
+    area = norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])/2
+  end function triangle_area
+
+  !> Inertia tensor [kg m^2] of point masses about `origin`.
+  pure function inertia_of(points, nodal, origin) result(inertia)
+    real(rp), intent(in) :: points(:, :), nodal(:), origin(3)
+    real(rp) :: inertia(3, 3), r(3)
+    integer :: i, k
+    inertia = 0
+    do i = 1, size(nodal)
+      r = points(:, i) - origin
+      do k = 1, 3
+        inertia(:, k) = inertia(:, k) - nodal(i)*r*r(k)
+        inertia(k, k) = inertia(k, k) + nodal(i)*dot_product(r, r)
+      end do
+    end do
+  end function inertia_of
+
+  !> Inertia tensor [kg m^2] about another point [m], by the parallel axis theorem.
+  pure function mass_inertia_about(self, point) result(inertia)
+    class(mass_t), intent(in) :: self
+    real(rp), intent(in) :: point(3)
+    real(rp) :: inertia(3, 3)
+    real(rp) :: points(3, 1)
+    points(:, 1) = self%centre
+    inertia = self%inertia + inertia_of(points, [self%total], point)
+  end function mass_inertia_about
+end module solid_mass

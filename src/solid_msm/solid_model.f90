@@ -1,0 +1,224 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The mechanical model of a wing: its elements, their stiffness, and the energy and its gradient as
+!> functions of the displacements.
+!>
+!> Displacements and forces are arrays (3, n_all) over the wing's points and the clamped ghost points
+!> behind them; displacements of clamped points are zero.
+module solid_model
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use solid_edges, only: edges_t, make_edges
+  use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, find_flatness, point_weights
+  use solid_extension, only: extensions_t, extension_energy, extension_gradient
+  use solid_hinge, only: hinge_t, hinge_evaluate, HINGE_NODES
+  use solid_junctions, only: hinge_plan_t, plan_hinges
+  use solid_params, only: solid_params_t
+  use solid_pattern, only: pattern_t
+  use solid_plate, only: plate_t, plate_energy, plate_gradient
+  use solid_stiffness, only: stiffness_t, allocate_stiffness, evaluate_stiffness, differentiate_stiffness, &
+                             bending_stiffness
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: solid_model_t
+
+  !> Everything about a wing that does not move. Constant during a computation.
+  type :: solid_model_t
+    integer :: n_points = 0                 !< of the wing
+    integer :: n_all = 0                    !< with the ghost points
+    integer :: n_free = 0                   !< points that can move
+    real(rp), allocatable :: points(:, :)   !< (3, n_all) [m] stress-free positions
+    integer, allocatable :: triangles(:, :) !< (3, m)
+    integer, allocatable :: free(:)         !< (n_all) number among the free points, 0: clamped
+    integer, allocatable :: movable(:)      !< (n_free) the free points
+    real(rp), allocatable :: weights(:)     !< (n_free) share of the surface (or of the length), mean 1
+    real(rp) :: size = 0                    !< [m] largest distance of a point from the root's centre
+    real(rp) :: mean_diameter = 0           !< [m] of the veins, the reference of `diameter_exponent`
+    type(solid_params_t) :: params
+    type(extensions_t) :: springs
+    type(hinge_t), allocatable :: hinges(:)
+    type(hinge_plan_t), allocatable :: plans(:)   !< what the hinges are made of
+    type(stiffness_t) :: stiffness
+    type(pattern_t) :: pattern
+    type(plate_t) :: plate
+  contains
+    procedure :: init => model_init
+    procedure :: set_params => model_set_params
+    procedure :: set_parameter => model_set_parameter
+    procedure :: stiffness_derivative => model_stiffness_derivative
+    procedure :: energy => model_energy
+    procedure :: gradient => model_gradient
+    procedure :: zero_clamped => model_zero_clamped
+  end type solid_model_t
+
+contains
+
+  !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, or
+  !> when a joint fits no two vein segments; negative joint stiffnesses become those of the vein.
+  subroutine model_init(self, wing, params, failure)
+    class(solid_model_t), intent(out) :: self
+    type(wing_t), intent(in) :: wing
+    type(solid_params_t), intent(in) :: params
+    type(failure_t), intent(out) :: failure
+    type(edges_t) :: edges
+    real(rp), allocatable :: ghosts(:, :)
+    real(rp) :: normal(3), centre(3)
+    integer :: stray, i, n_diameters
+
+    self%params = params
+    self%n_points = size(wing%points, 2)
+    self%triangles = wing%triangles
+    if (size(wing%root) == 0) then
+      call failure%raise('the wing has no clamped root points')
+      return
+    end if
+    call plan_hinges(wing, self%plans, ghosts, stray)
+    if (stray > 0) then
+      call failure%raise("joint '"//wing%joints(stray)%name// &
+        "' fits no two vein segments that meet in one point")
+      return
+    end if
+    call find_flatness(wing, self%plans, normal, failure)
+    if (failure%failed) return
+    self%n_all = self%n_points + size(ghosts, 2)
+    allocate (self%points(3, self%n_all))
+    self%points(:, :self%n_points) = wing%points
+    self%points(:, self%n_points + 1:) = ghosts
+    allocate (self%free(self%n_all), source=0)
+    self%free(:self%n_points) = 1
+    self%free(wing%root) = 0
+    self%movable = pack([(i, i=1, self%n_all)], self%free > 0)
+    self%n_free = size(self%movable)
+    self%free(self%movable) = [(i, i=1, self%n_free)]
+    centre = sum(wing%points(:, wing%root), 2)/size(wing%root)
+    do i = 1, self%n_points
+      self%size = max(self%size, norm2(wing%points(:, i) - centre))
+    end do
+    n_diameters = 0
+    do i = 1, size(wing%veins)
+      self%mean_diameter = self%mean_diameter + sum(wing%veins(i)%diameters)
+      n_diameters = n_diameters + size(wing%veins(i)%diameters)
+    end do
+    self%mean_diameter = self%mean_diameter/max(1, n_diameters)
+
+    edges = make_edges(self%n_points, wing%triangles)
+    call make_springs(wing, edges, params, self%points, self%springs)
+    call make_hinges(wing, edges, self%plans, self%points, normal, self%hinges)
+    self%plate = make_plate(edges, self%points)
+    call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, self%pattern)
+    self%weights = point_weights(wing, self%movable)
+    call allocate_stiffness(self%springs, self%plans, self%stiffness)
+    do i = 1, size(self%plans)
+      associate (joint => self%plans(i)%joint)
+        if (joint == 0) cycle
+        if (self%params%joint(joint) < 0) &
+          self%params%joint(joint) = bending_stiffness(self%params, self%plans(i), self%mean_diameter)
+      end associate
+    end do
+    call self%set_params(self%params)
+  end subroutine model_init
+
+  !> Takes over new values of the parameters; the choice of cross-springs is made at `init`.
+  subroutine model_set_params(self, params)
+    class(solid_model_t), intent(inout) :: self
+    type(solid_params_t), intent(in) :: params
+    self%params = params
+    self%springs%slack = params%slack
+    self%springs%width = params%slack_width
+    call evaluate_stiffness(params, self%springs, self%plans, self%mean_diameter, self%stiffness)
+  end subroutine model_set_params
+
+  !> Sets one parameter, by its number.
+  subroutine model_set_parameter(self, number, value)
+    class(solid_model_t), intent(inout) :: self
+    integer, intent(in) :: number
+    real(rp), intent(in) :: value
+    call self%params%set(number, value)
+    call evaluate_stiffness(self%params, self%springs, self%plans, self%mean_diameter, self%stiffness)
+  end subroutine model_set_parameter
+
+  !> Derivative of all stiffnesses with respect to a parameter, per log unit if the parameter's scale
+  !> is logarithmic. Given to `gradient`, it yields the derivative of the gradient.
+  subroutine model_stiffness_derivative(self, number, per_log, derivative)
+    class(solid_model_t), intent(in) :: self
+    integer, intent(in) :: number
+    logical, intent(in) :: per_log
+    type(stiffness_t), intent(inout) :: derivative
+    if (.not. allocated(derivative%hinge)) call allocate_stiffness(self%springs, self%plans, derivative)
+    call differentiate_stiffness(self%params, self%springs, self%plans, self%mean_diameter, number, per_log, &
+                                 derivative)
+  end subroutine model_stiffness_derivative
+
+  !> Elastic energy [J] at displacements u(3, n_all), or its parts: extension, hinges, plate.
+  real(rp) function model_energy(self, u, parts) result(energy)
+    class(solid_model_t), intent(in) :: self
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(out), optional :: parts(3)
+    real(rp) :: e(3), one, local(3, HINGE_NODES)
+    integer :: h, i
+    e(1) = extension_energy(self%springs, self%stiffness%extension, u)
+    e(2) = 0
+    local = 0
+    do h = 1, size(self%hinges)
+      do i = 1, self%hinges(h)%n_nodes
+        local(:, i) = u(:, self%hinges(h)%nodes(i))
+      end do
+      call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one)
+      e(2) = e(2) + one
+    end do
+    e(3) = self%stiffness%plate*plate_energy(self%plate, u)
+    energy = sum(e)
+    if (present(parts)) parts = e
+  end function model_energy
+
+  !> g(3, n_all) = dE/du [N], with the model's stiffness or with another one (or its derivative).
+  !> `low` is a part of the displacement below the rounding of u; only the springs feel it.
+  subroutine model_gradient(self, u, g, stiffness, low)
+    class(solid_model_t), intent(in) :: self
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(out) :: g(:, :)
+    type(stiffness_t), intent(in), optional :: stiffness
+    real(rp), intent(in), optional :: low(:, :)
+    g = 0
+    if (present(stiffness)) then
+      call add_gradient(self, stiffness, u, g, low)
+    else
+      call add_gradient(self, self%stiffness, u, g, low)
+    end if
+  end subroutine model_gradient
+
+  subroutine add_gradient(self, stiffness, u, g, low)
+    class(solid_model_t), intent(in) :: self
+    type(stiffness_t), intent(in) :: stiffness
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(inout) :: g(:, :)
+    real(rp), intent(in), optional :: low(:, :)
+    real(rp) :: energy, local(3, HINGE_NODES), pull(3, HINGE_NODES)
+    integer :: h, i, p
+    call extension_gradient(self%springs, stiffness%extension, u, g, low)
+    local = 0
+    do h = 1, size(self%hinges)
+      if (.not. abs(stiffness%hinge(h)) > 0) cycle
+      do i = 1, self%hinges(h)%n_nodes
+        local(:, i) = u(:, self%hinges(h)%nodes(i))
+      end do
+      call hinge_evaluate(self%hinges(h), stiffness%hinge(h), local, energy, pull)
+      do i = 1, self%hinges(h)%n_nodes
+        p = self%hinges(h)%nodes(i)
+        g(:, p) = g(:, p) + pull(:, i)
+      end do
+    end do
+    if (abs(stiffness%plate) > 0) call plate_gradient(self%plate, stiffness%plate, u, g)
+  end subroutine add_gradient
+
+  !> Sets the columns of clamped points of a(3, n_all) to zero.
+  pure subroutine model_zero_clamped(self, a)
+    class(solid_model_t), intent(in) :: self
+    real(rp), intent(inout) :: a(:, :)
+    integer :: i
+    do i = 1, self%n_all
+      if (self%free(i) == 0) a(:, i) = 0
+    end do
+  end subroutine model_zero_clamped
+end module solid_model

@@ -1,0 +1,61 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Prescribed motion of the wing's frame, in which the root rests.
+module solid_motion
+  use base_kinds, only: rp
+  use solid_vectors, only: cross
+  implicit none
+  private
+  public :: frame_t, motion_t, steady_motion_t, inertial_velocity
+
+  !> The frame at one time. All components are along the axes of the frame itself, right-handed.
+  type :: frame_t
+    real(rp) :: velocity(3) = 0     !< [m/s] of the origin
+    real(rp) :: acceleration(3) = 0 !< [m/s^2] of the origin
+    real(rp) :: omega(3) = 0        !< [rad/s] angular velocity
+    real(rp) :: alpha(3) = 0        !< [rad/s^2] angular acceleration
+    real(rp) :: gravity(3) = 0      !< [m/s^2]
+  end type frame_t
+
+  !> A rule that gives the frame at any time.
+  type, abstract :: motion_t
+  contains
+    procedure(frame_at), deferred :: at
+  end type motion_t
+
+  abstract interface
+    !> The frame at `time` [s].
+    function frame_at(self, time) result(frame)
+      import :: motion_t, frame_t, rp
+      class(motion_t), intent(in) :: self
+      real(rp), intent(in) :: time
+      type(frame_t) :: frame
+    end function frame_at
+  end interface
+
+  !> A frame that never changes: at rest, or spinning at constant speed about its own axis.
+  type, extends(motion_t) :: steady_motion_t
+    type(frame_t) :: frame
+  contains
+    procedure :: at => steady_at
+  end type steady_motion_t
+
+contains
+
+  !> The same frame at all times.
+  function steady_at(self, time) result(frame)
+    class(steady_motion_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    type(frame_t) :: frame
+    frame = self%frame
+    if (time < 0) return
+  end function steady_at
+
+  !> Velocity [m/s] in an inertial frame, with components along the wing frame, of a point at x(3)
+  !> that moves with v(3) in the wing frame.
+  pure function inertial_velocity(frame, x, v) result(w)
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: x(3), v(3)
+    real(rp) :: w(3)
+    w = frame%velocity + cross(frame%omega, x) + v
+  end function inertial_velocity
+end module solid_motion

@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Bending of a flat membrane: a quadratic form of the displacement with a constant, positive
+!> semidefinite Hessian, one term for every interior edge.
+!>
+!> E = D |q|^2/(2 (A1 + A2)), q = sum K_a u_a over the edge's ends and the two apexes, where the
+!> cotangent weights K make |q| = edge length x dihedral angle for small angles: the isometric bending
+!> model of Bergou et al. (2006), doi:10.2312/SCA/SCA06/227-230, with the coefficient that gives
+!> D kappa^2/2 per area on a regular mesh. q vanishes for every rotated flat state.
+module solid_plate
+  use base_kinds, only: rp
+  use solid_vectors, only: cross
+  implicit none
+  private
+  public :: plate_t, plate_weights, plate_energy, plate_gradient
+
+  !> The interior edges of a membrane.
+  type :: plate_t
+    integer :: n = 0
+    integer, allocatable :: nodes(:, :)    !< (4, n) ends and apexes
+    real(rp), allocatable :: weights(:, :) !< (4, n) [1/m]
+    real(rp), allocatable :: tangent(:)    !< (n_blocks) Hessian for D = 1 N m; the blocks are multiples of 1
+  end type plate_t
+
+contains
+
+  !> weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]: the energy is
+  !> D/2 |sum weights u|^2.
+  pure function plate_weights(x) result(weights)
+    real(rp), intent(in) :: x(3, 4)
+    real(rp) :: weights(4), c(2, 2), area(2)
+    integer :: t
+    do t = 1, 2
+      c(1, t) = cotangent(x(:, 2) - x(:, 1), x(:, 2 + t) - x(:, 1))
+      c(2, t) = cotangent(x(:, 1) - x(:, 2), x(:, 2 + t) - x(:, 2))
+      area(t) = 0.5_rp*norm2(cross(x(:, 2) - x(:, 1), x(:, 2 + t) - x(:, 1)))
+    end do
+    weights(1) = c(2, 1) + c(2, 2)
+    weights(2) = c(1, 1) + c(1, 2)
+    weights(3) = -c(1, 1) - c(2, 1)
+    weights(4) = -c(1, 2) - c(2, 2)
+    weights = weights/sqrt(area(1) + area(2))
+  end function plate_weights
+
+  !> Energy [J] for D = 1 N m at displacements u(3, :) [m].
+  pure real(rp) function plate_energy(self, u) result(energy)
+    type(plate_t), intent(in) :: self
+    real(rp), intent(in) :: u(:, :)
+    integer :: e
+    energy = 0
+    do e = 1, self%n
+      energy = energy + 0.5_rp*sum(bend(self, e, u)**2)
+    end do
+  end function plate_energy
+
+  !> Adds the gradient for bending stiffness d [N m] to g(3, :) [N].
+  pure subroutine plate_gradient(self, d, u, g)
+    type(plate_t), intent(in) :: self
+    real(rp), intent(in) :: d, u(:, :)
+    real(rp), intent(inout) :: g(:, :)
+    real(rp) :: q(3)
+    integer :: e, a
+    do e = 1, self%n
+      q = d*bend(self, e, u)
+      do a = 1, 4
+        g(:, self%nodes(a, e)) = g(:, self%nodes(a, e)) + self%weights(a, e)*q
+      end do
+    end do
+  end subroutine plate_gradient
+
+  pure function bend(self, e, u) result(q)
+    type(plate_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(rp), intent(in) :: u(:, :)
+    real(rp) :: q(3)
+    q = self%weights(1, e)*u(:, self%nodes(1, e)) + self%weights(2, e)*u(:, self%nodes(2, e)) &
+        + self%weights(3, e)*u(:, self%nodes(3, e)) + self%weights(4, e)*u(:, self%nodes(4, e))
+  end function bend
+
+  pure real(rp) function cotangent(a, b) result(value)
+    real(rp), intent(in) :: a(3), b(3)
+    value = dot_product(a, b)/norm2(cross(a, b))
+  end function cotangent
+end module solid_plate

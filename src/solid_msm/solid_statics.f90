@@ -1,0 +1,251 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Static equilibrium, defined as the end of the quasi-static loading path from the unloaded state.
+!>
+!> A loaded wing has many stable equilibria, so the path decides. It is followed in stages with a
+!> mixed-stress Newton corrector: the axial forces N of the springs are independent iterates, used in
+!> the geometric stiffness and updated by their linearised law, while the residual is the true one.
+!> That keeps Newton's method quadratic without being thrown off by the stiff springs. A tangent that
+!> is not positive definite marks a fold; there the wing falls to the next stable state (a snap).
+module solid_statics
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use solid_descent, only: descend
+  use solid_equilibrium, only: equilibrium_t
+  use solid_extension, only: extension_axial
+  use solid_loads, only: load_t
+  use solid_model, only: solid_model_t
+  implicit none
+  private
+  public :: solve_static, static_options_t, static_report_t
+
+  !> Choices of the algorithm.
+  type :: static_options_t
+    real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
+    real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
+    integer :: factorisation_limit = 900
+    !> a warm start that fails or snaps is repeated from the unloaded state
+    logical :: redo_cold = .true.
+  end type static_options_t
+
+  !> What happened.
+  type :: static_report_t
+    logical :: converged = .false.        !< to the tolerance, and stable
+    character(:), allocatable :: reason   !< why not
+    real(rp) :: residual = 0              !< of the load
+    real(rp) :: reciprocal_condition = 0  !< small near a snap, where sensitivities diverge
+    integer :: factorisations = 0
+    integer :: stages = 0                 !< accepted steps of the path
+    integer :: snaps = 0
+    logical :: was_redone_cold = .false.
+  end type static_report_t
+
+contains
+
+  !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result: a
+  !> cold start begins at zero whatever u is, a warm start at u, the solution for the same load with
+  !> other parameters. On success the last factorisation in `work` is that of the exact tangent, ready
+  !> for sensitivities. Failure is a report with a reason; u is then the last equilibrium of the path.
+  subroutine solve_static(work, model, load, is_warm, options, u, report)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    logical, intent(in) :: is_warm
+    type(static_options_t), intent(in) :: options
+    real(rp), intent(inout) :: u(:, :)
+    type(static_report_t), intent(out) :: report
+    integer :: begin
+    begin = work%cholesky%n_factorisations
+    if (size(model%triangles) > 0 .and. .not. model%stiffness%plate > 0) then
+      report%reason = 'a membrane without bending stiffness D has no unique equilibrium'
+      return
+    end if
+    if (.not. is_warm) u = 0
+    call follow_path(work, model, load, is_warm, options, u, report)
+    if (is_warm .and. options%redo_cold .and. (report%snaps > 0 .or. .not. report%converged)) then
+      u = 0
+      call follow_path(work, model, load, .false., options, u, report)
+      report%was_redone_cold = .true.
+    end if
+    report%factorisations = work%cholesky%n_factorisations - begin
+  end subroutine solve_static
+
+  subroutine follow_path(work, model, load, is_warm, options, u, report)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    logical, intent(in) :: is_warm
+    type(static_options_t), intent(in) :: options
+    real(rp), intent(inout) :: u(:, :)
+    type(static_report_t), intent(out) :: report
+    real(rp), parameter :: COLD_STEP = 0.05_rp, SHRINK = 0.35_rp, SMALLEST = 0.01_rp, &
+      PATH_TOLERANCE = 1.0e-3_rp
+    real(rp) :: t, dt, target, tolerance, moved, ahead, old_t, most_moved
+    integer :: begin, n_used, rejections, rejections_unstable
+    logical :: has_history, accepted, was_unstable
+
+    begin = work%cholesky%n_factorisations
+    most_moved = options%step_limit*model%size
+    call work%start(model, load, u)
+    call work%law_axial(model, u)
+    work%here_axial = work%axial
+    work%old = u
+    work%old_axial = work%axial
+    old_t = 0
+    has_history = .false.
+    rejections = 0
+    rejections_unstable = 0
+    t = 0
+    dt = merge(1.0_rp, COLD_STEP, is_warm)
+    do while (t < 1)
+      target = min(1.0_rp, t + dt)
+      if (1 - target < 0.25_rp*dt) target = 1
+      work%stage = target
+      tolerance = merge(max(options%tolerance, rounding(work, model, u)), PATH_TOLERANCE, target >= 1)
+      ahead = 0
+      if (has_history) ahead = (target - t)/(t - old_t)
+      call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, moved, &
+                   accepted, was_unstable, n_used)
+      if (accepted) then
+        work%old = u
+        work%old_axial = work%here_axial
+        u = work%trial
+        work%here_axial = work%axial
+        old_t = t
+        t = target
+        has_history = .true.
+        rejections = 0
+        rejections_unstable = 0
+        report%stages = report%stages + 1
+        dt = dt*min(2.5_rp, most_moved/max(moved, 0.1_rp*most_moved), &
+                    merge(2.5_rp, merge(1.2_rp, 0.7_rp, n_used <= 6), n_used <= 4))
+      else
+        rejections = rejections + 1
+        if (was_unstable) rejections_unstable = rejections_unstable + 1
+        dt = SHRINK*dt
+        if (rejections_unstable >= 2 .or. rejections >= 4 .or. dt < SMALLEST) then
+          target = min(1.0_rp, t + dt)
+          work%stage = target
+          tolerance = merge(max(options%tolerance, rounding(work, model, u)), PATH_TOLERANCE, target >= 1)
+          call descend(work, model, load, tolerance, 300, u, accepted)
+          report%snaps = report%snaps + 1
+          if (.not. accepted) then
+            report%reason = 'the descent from a fold of the path did not converge at '// &
+              number_text(real(nint(100*target), rp))//' % of the load'
+            exit
+          end if
+          report%stages = report%stages + 1
+          work%here_axial = work%axial
+          t = target
+          dt = max(dt, 2*SMALLEST)
+          has_history = .false.
+          rejections = 0
+          rejections_unstable = 0
+        end if
+      end if
+      if (work%cholesky%n_factorisations - begin > options%factorisation_limit) then
+        report%reason = 'the path needs more than '//number_text(options%factorisation_limit)// &
+          ' factorisations'
+        exit
+      end if
+    end do
+    call conclude(work, model, load, options, u, report)
+  end subroutine follow_path
+
+  !> Residual that the rounding of the displacements leaves, relative to the load.
+  pure real(rp) function rounding(work, model, u)
+    type(equilibrium_t), intent(in) :: work
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    rounding = 2*epsilon(u)*maxval(abs(u))*model%params%k_vein*sqrt(3.0_rp*model%n_free)/work%force_scale
+  end function rounding
+
+  !> Newton iteration at the stage of `work`, from the path's last point u, extrapolated by `ahead`
+  !> steps from the point before. If accepted, work%trial and work%axial are the new point.
+  subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, moved, accepted, &
+    was_unstable, n_used)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: ahead, tolerance, most_moved
+    integer, intent(in) :: limit
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(out) :: moved !< [m] largest movement from the last point
+    logical, intent(out) :: accepted, was_unstable
+    integer, intent(out) :: n_used !< factorisations
+    real(rp), parameter :: SHIFT = 1.0e-13_rp ! of k_e
+    real(rp) :: size_g, last_size
+    integer :: iteration, begin, growths
+    logical :: is_spd
+
+    begin = work%cholesky%n_factorisations
+    accepted = .false.
+    was_unstable = .false.
+    growths = 0
+    moved = 0
+    work%trial = u + ahead*(u - work%old)
+    work%axial = work%here_axial + ahead*(work%here_axial - work%old_axial)
+    call work%residual(model, load, work%trial, work%g)
+    size_g = norm2(work%g)
+    do iteration = 1, limit
+      call work%factorise(model, load, work%trial, .false., SHIFT*model%params%k_vein, is_spd)
+      if (.not. is_spd) then
+        if (was_unstable) exit
+        was_unstable = .true.
+        call work%factorise(model, load, work%trial, .true., SHIFT*model%params%k_vein, is_spd)
+        if (.not. is_spd) exit
+      end if
+      call work%newton_step(model, work%g)
+      if (maxval(norm2(work%du, 1)) > 3*most_moved) exit
+      call extension_axial(model%springs, model%stiffness%extension, work%trial, work%axial, work%du)
+      work%trial = work%trial + work%du
+      moved = maxval(norm2(work%trial - u, 1))
+      if (moved > 4*most_moved) exit
+      last_size = size_g
+      call work%residual(model, load, work%trial, work%g)
+      size_g = norm2(work%g)
+      accepted = size_g <= tolerance*work%force_scale
+      if (accepted) exit
+      if (iteration > 1 .and. size_g > last_size) growths = growths + 1
+      if (growths >= 2) exit
+    end do
+    n_used = work%cholesky%n_factorisations - begin
+  end subroutine correct
+
+  !> Tests the end of the path for stability with the exact tangent, whose factorisation stays, and
+  !> spends three more steps on it. Rounding u to its last bit alone changes the residual by k_e times
+  !> that bit, up to 1e-8 of a small load; so the last two corrections are kept apart from u.
+  subroutine conclude(work, model, load, options, u, report)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    type(static_options_t), intent(in) :: options
+    real(rp), intent(inout) :: u(:, :)
+    type(static_report_t), intent(inout) :: report
+    real(rp) :: size_g
+    integer :: refinement
+    logical :: is_spd
+    if (allocated(report%reason)) return
+    call work%law_axial(model, u)
+    call work%residual(model, load, u, work%g)
+    call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
+    if (.not. is_spd) then
+      report%reason = 'the path ends in an unstable equilibrium'
+      return
+    end if
+    report%reciprocal_condition = work%cholesky%reciprocal_condition()
+    call work%newton_step(model, work%g)
+    u = u + work%du
+    work%trial = 0
+    do refinement = 1, 2
+      call work%residual(model, load, u, work%g, low=work%trial)
+      call work%newton_step(model, work%g)
+      work%trial = work%trial + work%du
+    end do
+    call work%residual(model, load, u, work%g, low=work%trial)
+    size_g = norm2(work%g)
+    if (work%force_scale > 0) report%residual = size_g/work%force_scale
+    report%converged = report%residual <= options%tolerance
+    if (.not. report%converged) report%reason = 'the residual is limited by rounding at '// &
+      number_text(report%residual)
+  end subroutine conclude
+end module solid_statics

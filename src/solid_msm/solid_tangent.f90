@@ -1,0 +1,54 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The tangent stiffness of a wing, assembled in the blocks of the model's pattern.
+module solid_tangent
+  use base_kinds, only: rp
+  use solid_extension, only: extension_tangent
+  use solid_hinge, only: hinge_evaluate, HINGE_NODES
+  use solid_model, only: solid_model_t
+  implicit none
+  private
+  public :: assemble_tangent
+
+contains
+
+  !> blocks(3, 3, :) = the tangent at displacements u(3, n_all), with the geometric stiffness of the
+  !> given axial forces [N] of the springs: those of `extension_axial` at u make it the exact Hessian.
+  !> With `semidefinite` every element contributes positive semidefinitely: bending without its
+  !> indefinite part, and no compression.
+  subroutine assemble_tangent(model, u, axial, semidefinite, blocks)
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(in) :: axial(:)
+    logical, intent(in) :: semidefinite
+    real(rp), intent(out) :: blocks(:, :, :)
+    real(rp) :: local(3, HINGE_NODES), energy, h(3*HINGE_NODES, 3*HINGE_NODES), d
+    integer :: b, n, i, j
+    d = model%stiffness%plate
+    do b = 1, size(blocks, 3)
+      blocks(:, :, b) = 0
+      blocks(1, 1, b) = d*model%plate%tangent(b)
+      blocks(2, 2, b) = blocks(1, 1, b)
+      blocks(3, 3, b) = blocks(1, 1, b)
+    end do
+    call extension_tangent(model%springs, model%stiffness%extension, u, axial, semidefinite, blocks)
+    local = 0
+    do n = 1, size(model%hinges)
+      associate (hinge => model%hinges(n))
+        do i = 1, hinge%n_nodes
+          local(:, i) = u(:, hinge%nodes(i))
+        end do
+        call hinge_evaluate(hinge, model%stiffness%hinge(n), local, energy, h=h, semidefinite=semidefinite)
+        do j = 1, hinge%n_nodes
+          do i = 1, j
+            b = hinge%blocks(i, j)
+            if (b > 0) then
+              blocks(:, :, b) = blocks(:, :, b) + h(3*i - 2:3*i, 3*j - 2:3*j)
+            else if (b < 0) then
+              blocks(:, :, -b) = blocks(:, :, -b) + h(3*j - 2:3*j, 3*i - 2:3*i)
+            end if
+          end do
+        end do
+      end associate
+    end do
+  end subroutine assemble_tangent
+end module solid_tangent

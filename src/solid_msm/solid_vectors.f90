@@ -1,0 +1,40 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Products of vectors in space.
+module solid_vectors
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: cross, skew, outer
+
+  real(rp), parameter, public :: IDENTITY(3, 3) = &
+    reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
+
+contains
+
+  !> a x b.
+  pure function cross(a, b) result(c)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: c(3)
+    c(1) = a(2)*b(3) - a(3)*b(2)
+    c(2) = a(3)*b(1) - a(1)*b(3)
+    c(3) = a(1)*b(2) - a(2)*b(1)
+  end function cross
+
+  !> The matrix [a]x with [a]x b = a x b.
+  pure function skew(a) result(m)
+    real(rp), intent(in) :: a(3)
+    real(rp) :: m(3, 3)
+    m(:, 1) = [0.0_rp, a(3), -a(2)]
+    m(:, 2) = [-a(3), 0.0_rp, a(1)]
+    m(:, 3) = [a(2), -a(1), 0.0_rp]
+  end function skew
+
+  !> The dyad a b^T.
+  pure function outer(a, b) result(m)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: m(3, 3)
+    m(:, 1) = a*b(1)
+    m(:, 2) = a*b(2)
+    m(:, 3) = a*b(3)
+  end function outer
+end module solid_vectors

@@ -1,0 +1,135 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The datasets of a wing file: kind, shape, units and values, with every deviation reported.
+module solid_wing_datasets
+  use base_kinds, only: rp, i8
+  use base_text, only: number_text, quoted
+  use io_arrays, only: is_group, member_names, describe_array, read_reals, read_integers, read_text, &
+                       ARRAY_MISSING, ARRAY_REAL, ARRAY_INTEGER
+  use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use solid_wing_report, only: wing_report_t
+  implicit none
+  private
+  public :: read_names, read_real_dataset, read_index_dataset
+
+  integer, parameter :: MOST_ROWS = 10000000 !< of any array: far beyond any wing, but it fits the memory
+  integer, parameter :: MOST_NAMES = 10000   !< veins or joints
+  character(*), parameter :: NAME_CHARACTERS = &
+                             'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_+-'
+
+contains
+
+  !> Names of the members of a group that may be missing.
+  subroutine read_names(file, group, names, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    character(NAME_LENGTH), allocatable, intent(out) :: names(:)
+    type(wing_report_t), intent(inout) :: report
+    logical :: ok
+    integer :: i
+    allocate (names(0))
+    if (.not. file%has(group)) return
+    if (.not. is_group(file, group)) then
+      call report%add(group, 'is not a group')
+      return
+    end if
+    call member_names(file, group, MOST_NAMES, names, ok)
+    if (.not. ok) call report%add(group, 'the list of contents cannot be read, or is longer than '// &
+                                  number_text(MOST_NAMES))
+    call report%begin(group)
+    do i = 1, size(names)
+      if (verify(trim(names(i)), NAME_CHARACTERS) /= 0 .or. len_trim(names(i)) > 64) &
+        call report%found(quoted(trim(names(i)))// &
+                          ' is not a valid name: at most 64 letters, digits and _ + -')
+    end do
+    call report%finish()
+  end subroutine read_names
+
+  !> Rows of `columns` real numbers (0: a plain list) in metres; empty after a mistake.
+  subroutine read_real_dataset(file, name, columns, values, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: columns
+    real(rp), allocatable, intent(out) :: values(:)
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: text
+    integer :: n
+    logical :: ok
+    allocate (values(0))
+    call check_shape(file, name, columns, .false., n, report)
+    if (n < 0) return
+    call read_text(file, name, 'units', text, ok)
+    if (.not. ok) then
+      call report%add(name, 'attribute units is missing or not a text; it must be ''m''')
+    else if (text /= 'm') then
+      call report%add(name, 'attribute units is '//quoted(text)//'; it must be ''m''')
+    end if
+    deallocate (values)
+    allocate (values(n))
+    call read_reals(file, name, values, ok)
+    if (ok) return
+    call report%add(name, 'cannot be read: damaged')
+    values = values(:0)
+  end subroutine read_real_dataset
+
+  !> Rows of `columns` point numbers (0: a plain list), 1-based on return; empty after a mistake. Numbers
+  !> beyond the range of points are cut to it plus or minus one and found later.
+  subroutine read_index_dataset(file, name, columns, values, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: columns
+    integer, allocatable, intent(out) :: values(:)
+    type(wing_report_t), intent(inout) :: report
+    integer(i8), allocatable :: stored(:)
+    integer :: n
+    logical :: ok
+    allocate (values(0))
+    call check_shape(file, name, columns, .true., n, report)
+    if (n < 0) return
+    allocate (stored(n))
+    call read_integers(file, name, stored, ok)
+    if (.not. ok) then
+      call report%add(name, 'cannot be read: damaged')
+      return
+    end if
+    values = int(max(-1000000000_i8, min(1000000000_i8, stored))) - report%base + 1
+  end subroutine read_index_dataset
+
+  !> Number of values `n` of a dataset if it is there, of the right kind and shape; otherwise -1.
+  subroutine check_shape(file, name, columns, is_index, n, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: columns
+    logical, intent(in) :: is_index
+    integer, intent(out) :: n
+    type(wing_report_t), intent(inout) :: report
+    integer(i8), allocatable :: dims(:)
+    character(:), allocatable :: wanted, found
+    integer :: kind, i
+    logical :: fits
+    n = -1
+    wanted = 'a list of '
+    if (columns > 0) wanted = 'rows of '//number_text(columns)//' '
+    wanted = wanted//trim(merge('integers    ', 'real numbers', is_index))
+    call describe_array(file, name, kind, dims)
+    if (kind == ARRAY_MISSING) then
+      call report%add(name, 'missing; it must hold '//wanted)
+    else if (is_index .and. kind /= ARRAY_INTEGER .or. .not. is_index .and. kind /= ARRAY_REAL) then
+      call report%add(name, 'must hold '//wanted)
+    else
+      fits = size(dims) == merge(2, 1, columns > 0)
+      if (fits .and. columns > 0) fits = dims(1) == columns .or. dims(2) == 0
+      if (.not. fits) then
+        found = ''
+        do i = size(dims), 1, -1 ! as other programs show it: last Fortran index first
+          found = found//number_text(int(min(dims(i), int(huge(1), i8))))
+          if (i > 1) found = found//', '
+        end do
+        call report%add(name, 'must hold '//wanted//', but its shape is ('//found//')')
+      else if (dims(size(dims)) > MOST_ROWS) then
+        call report%add(name, 'has more than '//number_text(MOST_ROWS)//' rows')
+      else
+        n = int(product(dims))
+      end if
+    end if
+  end subroutine check_shape
+end module solid_wing_datasets

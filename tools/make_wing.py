@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes wing files: a blowfly wing with its veins, or a rectangular plate with spars.
+
+usage: make_wing.py calliphora FILE [--edge MM]
+       make_wing.py plate FILE [--length MM] [--chord MM] [--edge MM] [--spars N] [--diameters ROOT TIP]
+
+The same command gives the same numbers to the last bit on every machine. The wings in the folder wings are made
+by tools/make_wings. The blowfly wing is described in tools/_wing_calliphora.py.
+"""
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import _wing_calliphora as calliphora  # noqa: E402
+from _flusi_io import InputError  # noqa: E402
+from _wing_file import Wing, sorted_wing, write_wing  # noqa: E402
+
+MM = 1e-3
+
+
+def make_calliphora(edge):
+    """The blowfly wing with edges of about `edge` [mm], less between veins that are close to each other."""
+    if not 0.05 <= edge <= 0.6:
+        raise InputError(f"--edge {edge}: must lie between 0.05 and 0.6 mm")
+    drawing = calliphora.drawing()
+    points, triangles, chains, number = drawing.mesh(edge)
+    veins = {}
+    for name, (nodes, lengths) in chains.items():
+        if name not in calliphora.NOT_VEINS:
+            veins[name] = (nodes, [calliphora.diameter(name, s / lengths[-1]) for s in lengths])
+    joints = {}
+    for name, (vein, *other, place) in calliphora.JOINTS.items():
+        node = number[place]
+        if other:
+            joints[name] = (veins[vein][0][veins[vein][0].index(node) - 1], node, veins[other[0]][0][1])
+        else:
+            joints[name] = (vein, node)
+    root = chains["edge"][0]
+    space = np.zeros((len(points), 3))
+    space[:, :2] = points
+    return sorted_wing(Wing(space * MM, np.array(triangles), veins, joints, root,
+                            "Blowfly wing (Calliphora), synthetic"))
+
+
+def make_plate(length, chord, edge, spars, diameters):
+    """Rectangle 0 <= x <= length, -chord <= y <= 0 [mm] in squares of about `edge`, cut in two by diagonals of
+    alternating direction; spars along x from the leading to the trailing edge at equal distances, with diameters
+    [um] at root and tip; a joint at the middle of every spar."""
+    if not (length > 0 and chord > 0 and 0 < edge <= min(length, chord) / 2):
+        raise InputError("--length, --chord and --edge must be positive, and --edge at most half of the others")
+    if spars < 0 or spars == 1 or min(diameters) <= 0:
+        raise InputError("--spars must be 0 or at least 2, and --diameters positive")
+    columns = max(2, int(length / edge + 0.5))
+    columns += columns % 2                             # a point at the middle
+    gaps = max(1, spars - 1)
+    rows = gaps * max(1, int(chord / edge / gaps + 0.5))
+
+    def number(i, j):
+        return i * (rows + 1) + j
+
+    points = [(length * i / columns, chord * (j / rows - 1), 0.0)
+              for i in range(columns + 1) for j in range(rows + 1)]
+    triangles = []
+    for i in range(columns):
+        for j in range(rows):
+            a, b, c, d = number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)
+            triangles += [(a, b, c), (a, c, d)] if (i + j) % 2 == 0 else [(a, b, d), (b, c, d)]
+    veins, joints = {}, {}
+    for k in range(spars):
+        j, name = rows - k * rows // gaps, f"spar{k + 1}"
+        taper = [1e-6 * (diameters[0] + (diameters[1] - diameters[0]) * i / columns) for i in range(columns + 1)]
+        veins[name] = ([number(i, j) for i in range(columns + 1)], taper)
+        joints[name + "_middle"] = (name, number(columns // 2, j))
+    return sorted_wing(Wing(np.array(points) * MM, np.array(triangles), veins, joints,
+                            [number(0, j) for j in range(rows + 1)], "Rectangular plate with spars"))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    kinds = parser.add_subparsers(dest="kind", required=True)
+    fly = kinds.add_parser("calliphora", help="the wing of a blowfly")
+    fly.add_argument("--edge", type=float, default=0.183, metavar="MM", help="edge length (0.183: 1000 points)")
+    plate = kinds.add_parser("plate", help="a rectangle with spars")
+    plate.add_argument("--length", type=float, default=9.0, metavar="MM")
+    plate.add_argument("--chord", type=float, default=3.0, metavar="MM")
+    plate.add_argument("--edge", type=float, default=0.25, metavar="MM")
+    plate.add_argument("--spars", type=int, default=3, metavar="N")
+    plate.add_argument("--diameters", type=float, nargs=2, default=(100.0, 40.0), metavar=("ROOT", "TIP"),
+                       help="of the spars [um]")
+    for kind in (fly, plate):
+        kind.add_argument("file", metavar="FILE", help="wing file to write")
+    options = parser.parse_args()
+    try:
+        if options.kind == "calliphora":
+            wing = make_calliphora(options.edge)
+        else:
+            wing = make_plate(options.length, options.chord, options.edge, options.spars, options.diameters)
+        write_wing(options.file, wing)
+    except InputError as error:
+        sys.exit(f"make_wing.py: {error}")
+    print(f"{options.file}: {wing.title}\n{wing.summary()}")
+
+
+if __name__ == "__main__":
+    main()
