@@ -65,7 +65,8 @@ contains
   end subroutine fluid_start
 
   !> Advances the state by one step and leaves the integrals of its beginning in `sums`. On numerical
-  !> failure the state is unchanged and `failure` tells why. Collective.
+  !> failure `failure` tells why, time and step are not advanced, and the velocity is the one that failed:
+  !> that of the state, or of a Runge-Kutta stage. Collective.
   subroutine fluid_step(self, request, failure)
     class(fluid_t), intent(inout) :: self
     type(request_t), intent(in) :: request
@@ -84,7 +85,6 @@ contains
       end do
     end if
     if (self%rhs%failure%failed) then
-      if (self%rhs%pass > PASS_RK_FIRST) self%rhs%state%u = self%rhs%stage_base
       call failure%raise(self%rhs%failure%reason)
       return
     end if

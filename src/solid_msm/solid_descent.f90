@@ -10,6 +10,7 @@ module solid_descent
   use solid_extension, only: extension_axial
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
+  use solid_vectors, only: longest
   implicit none
   private
   public :: descend
@@ -29,7 +30,7 @@ contains
     logical, intent(out) :: converged
     integer, parameter :: CAUTION = 5 ! iterations without the exact tangent after it failed
     real(rp), parameter :: ARMIJO = 1.0e-3_rp, EXACT_BELOW = 0.3_rp, ROUNDING = 1.0e-11_rp
-    real(rp) :: potential, new_potential, size_g, new_size, slope, shift, shift_unit, longest, step, &
+    real(rp) :: potential, new_potential, size_g, new_size, slope, shift, shift_unit, largest, step, &
       limit_step
     integer :: start, since_failure, halving
     logical :: is_spd, exact, accepted
@@ -58,8 +59,8 @@ contains
         cycle
       end if
       call work%newton_step(model, work%g)
-      longest = maxval(norm2(work%du, 1))
-      if (longest > limit_step) work%du = work%du*(limit_step/longest)
+      largest = longest(work%du)
+      if (largest > limit_step) work%du = work%du*(limit_step/largest)
       slope = sum(work%g*work%du)
       accepted = .false.
       step = 1

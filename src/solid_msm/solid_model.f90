@@ -196,7 +196,11 @@ contains
     real(rp), intent(in), optional :: low(:, :)
     real(rp) :: energy, local(3, HINGE_NODES), pull(3, HINGE_NODES)
     integer :: h, i, p
-    call extension_gradient(self%springs, stiffness%extension, u, g, low)
+    if (present(low)) then
+      call extension_gradient(self%springs, stiffness%extension, u, g, low)
+    else
+      call extension_gradient(self%springs, stiffness%extension, u, g)
+    end if
     local = 0
     do h = 1, size(self%hinges)
       if (.not. abs(stiffness%hinge(h)) > 0) cycle

@@ -20,7 +20,8 @@ module solid_params
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_bending
+  public :: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_bending, &
+            membrane_note
 
   integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
                                 PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
@@ -99,30 +100,42 @@ contains
     call require(i >= 1 .and. i <= self%count(), 'solid_params_t: no such parameter')
     select case (i)
     case (PARAM_YOUNG)
-      p = parameter_t('E', 'Pa', .true., 1.0e8_rp, 1.0e11_rp)
+      call define(p, 'E', 'Pa', .true., 1.0e8_rp, 1.0e11_rp)
     case (PARAM_PLATE)
-      p = parameter_t('D', 'N m', .true., 1.0e-9_rp, 1.0e-5_rp)
+      call define(p, 'D', 'N m', .true., 1.0e-9_rp, 1.0e-5_rp)
     case (PARAM_THICKNESS)
-      p = parameter_t('thickness', 'm', .true., 1.0e-6_rp, 3.0e-5_rp)
+      call define(p, 'thickness', 'm', .true., 1.0e-6_rp, 3.0e-5_rp)
     case (PARAM_ROOT)
-      p = parameter_t('root', '1', .true., 1.0e-3_rp, 1.0e3_rp)
+      call define(p, 'root', '1', .true., 1.0e-3_rp, 1.0e3_rp)
     case (PARAM_EXPONENT)
-      p = parameter_t('diameter_exponent', '1', .false., 1.0_rp, 6.0_rp)
+      call define(p, 'diameter_exponent', '1', .false., 1.0_rp, 6.0_rp)
     case (PARAM_K_VEIN)
-      p = parameter_t('k_vein', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
+      call define(p, 'k_vein', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
     case (PARAM_K_MEMBRANE)
-      p = parameter_t('k_membrane', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
+      call define(p, 'k_membrane', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
     case (PARAM_K_CROSS)
-      p = parameter_t('k_cross', 'N/m', .true., 1.0e1_rp, 1.0e6_rp)
+      call define(p, 'k_cross', 'N/m', .true., 1.0e1_rp, 1.0e6_rp)
     case default
       if (i <= N_COMMON + n_veins) then
-        p = parameter_t('E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
+        call define(p, 'E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
       else
-        p = parameter_t('joint:'//trim(self%joint_names(i - N_COMMON - n_veins)), 'N m/rad', .true., &
+        call define(p, 'joint:'//trim(self%joint_names(i - N_COMMON - n_veins)), 'N m/rad', .true., &
                         1.0e-8_rp, 1.0e-2_rp)
       end if
     end select
   end function params_describe
+
+  pure subroutine define(p, name, unit, is_log, lower, upper)
+    type(parameter_t), intent(out) :: p
+    character(*), intent(in) :: name, unit
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: lower, upper
+    p%name = name
+    p%unit = unit
+    p%is_log = is_log
+    p%lower = lower
+    p%upper = upper
+  end subroutine define
 
   !> Number of the parameter called `name`, 0 if there is none.
   integer function params_find(self, name) result(found)
@@ -212,4 +225,20 @@ contains
     real(rp), intent(in) :: h
     plate = self%membrane_young*h**3/(12*(1 - self%membrane_poisson**2))
   end function membrane_bending
+
+  !> A sentence about D for the start of a run: what it means, and a warning if it is so small that
+  !> equilibria are not unique (`is_soft`).
+  subroutine membrane_note(self, note, is_soft)
+    class(solid_params_t), intent(in) :: self
+    character(:), allocatable, intent(out) :: note
+    logical, intent(out) :: is_soft
+    real(rp), parameter :: UNIQUE_ABOVE = 0.999e-7_rp ! [N m] by measurement: bench/static table
+    character(160) :: text
+    write (text, '(a,es9.2,a,f6.2,a,f6.2,a)') 'membrane bending stiffness D = ', self%plate, &
+      ' N m, which means ', membrane_thickness(self, self%plate)*1.0e6_rp, ' um at ', &
+      self%membrane_young*1.0e-9_rp, ' GPa; a regularising parameter, not measured'
+    note = trim(text)
+    is_soft = self%plate < UNIQUE_ABOVE
+    if (is_soft) note = note//'; so small a D leaves many wrinkled equilibria, and shapes depend on the path'
+  end subroutine membrane_note
 end module solid_params

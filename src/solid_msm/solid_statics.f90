@@ -14,6 +14,7 @@ module solid_statics
   use solid_extension, only: extension_axial
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
+  use solid_vectors, only: longest
   implicit none
   private
   public :: solve_static, static_options_t, static_report_t
@@ -43,7 +44,8 @@ contains
 
   !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result: a
   !> cold start begins at zero whatever u is, a warm start at u, the solution for the same load with
-  !> other parameters. On success the last factorisation in `work` is that of the exact tangent, ready
+  !> other parameters; only a shape reached without snaps is a start that leads where the cold path
+  !> leads. On success the last factorisation in `work` is that of the exact tangent, ready
   !> for sensitivities. Failure is a report with a reason; u is then the last equilibrium of the path.
   subroutine solve_static(work, model, load, is_warm, options, u, report)
     type(equilibrium_t), intent(inout) :: work
@@ -195,10 +197,10 @@ contains
         if (.not. is_spd) exit
       end if
       call work%newton_step(model, work%g)
-      if (maxval(norm2(work%du, 1)) > 3*most_moved) exit
+      if (longest(work%du) > 3*most_moved) exit
       call extension_axial(model%springs, model%stiffness%extension, work%trial, work%axial, work%du)
       work%trial = work%trial + work%du
-      moved = maxval(norm2(work%trial - u, 1))
+      moved = longest(work%trial, u)
       if (moved > 4*most_moved) exit
       last_size = size_g
       call work%residual(model, load, work%trial, work%g)

@@ -4,7 +4,7 @@ module solid_vectors
   use base_kinds, only: rp
   implicit none
   private
-  public :: cross, skew, outer
+  public :: cross, skew, outer, longest
 
   real(rp), parameter, public :: IDENTITY(3, 3) = &
     reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
@@ -37,4 +37,20 @@ contains
     m(:, 2) = a*b(2)
     m(:, 3) = a*b(3)
   end function outer
+
+  !> Length of the longest column of a(3, :), or of the difference of two such arrays.
+  pure real(rp) function longest(a, b) result(length)
+    real(rp), intent(in) :: a(:, :)
+    real(rp), intent(in), optional :: b(:, :)
+    integer :: i
+    length = 0
+    do i = 1, size(a, 2)
+      if (present(b)) then
+        length = max(length, sum((a(:, i) - b(:, i))**2))
+      else
+        length = max(length, sum(a(:, i)**2))
+      end if
+    end do
+    length = sqrt(length)
+  end function longest
 end module solid_vectors

@@ -8,9 +8,9 @@ module spectral_pencil
   use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t, c_null_ptr
   use base_errors, only: require
   use base_kinds, only: rp
-  use mpi_f08, only: MPI_Comm, MPI_Comm_split, MPI_Comm_free, MPI_Alltoallv, MPI_DOUBLE_COMPLEX, MPI_Wtime, &
-                     MPI_COMM_NULL, operator(/=)
+  use mpi_f08, only: MPI_Comm, MPI_Comm_split, MPI_Comm_free, MPI_COMM_NULL, operator(/=)
   use parallel_block, only: split_evenly
+  use parallel_exchange, only: exchange
   use parallel_world, only: world_t
   use spectral_copy, only: copy_kernels_t
   use spectral_fftw, only: alloc_complex, free_buffer, effort_flag, wisdom_text, learn_wisdom
@@ -318,7 +318,7 @@ contains
       stick_side(q) = self%sticks%n*self%stages%z_count(q)*n_fields
       plane_side(q) = (self%sticks%part_start(q + 1) - self%sticks%part_start(q))*self%block%count(3)*n_fields
     end do
-    call exchange(self, self%column_comm, send, stick_side, receive, plane_side, to_planes)
+    call exchange(self%column_comm, send, stick_side, receive, plane_side, to_planes, self%exchange_seconds)
   end subroutine column_exchange
 
   !> Planes to lines (`to_lines`) or back. Collective over the row.
@@ -331,38 +331,8 @@ contains
     integer :: plane_side(0:self%rows - 1), line_side(0:self%rows - 1)
     plane_side = self%stages%n_kx*self%stages%y_count*self%block%count(3)*n_fields
     line_side = self%stages%kx_count*self%block%count(2)*self%block%count(3)*n_fields
-    call exchange(self, self%row_comm, send, plane_side, receive, line_side, to_lines)
+    call exchange(self%row_comm, send, plane_side, receive, line_side, to_lines, self%exchange_seconds)
   end subroutine row_exchange
-
-  !> All-to-all with `near` counts on the sending side if `outward`, else with the roles exchanged.
-  subroutine exchange(self, comm, send, near, receive, far, outward)
-    class(pencil_t), intent(inout) :: self
-    type(MPI_Comm), intent(in) :: comm
-    complex(rp), contiguous, intent(in) :: send(:)
-    complex(rp), contiguous, intent(inout) :: receive(:)
-    integer, intent(in) :: near(0:), far(0:)
-    logical, intent(in) :: outward
-    real(rp) :: begun
-    begun = MPI_Wtime()
-    if (outward) then
-      call MPI_Alltoallv(send, near, displacements(near), MPI_DOUBLE_COMPLEX, receive, far, displacements(far), &
-                         MPI_DOUBLE_COMPLEX, comm)
-    else
-      call MPI_Alltoallv(send, far, displacements(far), MPI_DOUBLE_COMPLEX, receive, near, displacements(near), &
-                         MPI_DOUBLE_COMPLEX, comm)
-    end if
-    self%exchange_seconds = self%exchange_seconds + MPI_Wtime() - begun
-  end subroutine exchange
-
-  !> Exclusive running sums.
-  pure function displacements(counts) result(offsets)
-    integer, intent(in) :: counts(:)
-    integer :: offsets(size(counts)), i
-    offsets(1) = 0
-    do i = 2, size(counts)
-      offsets(i) = offsets(i - 1) + counts(i - 1)
-    end do
-  end function displacements
 
   subroutine allocate_buffer(buffer, words)
     type(buffer_t), intent(inout) :: buffer

@@ -83,8 +83,10 @@ def test_parameter_files(case):
         "wrong.ini": ["wrong.ini:", "Tmaxx", "Tmax", "CFL", "fast", "tsave"],
     }
     for name, words in wrong.items():
-        for arguments, ranks in (([name], 0), ([name], 2), (["--check", name], 0), (["--dry-run", name], 2),
-                                 (["--restart", name], 1)):
+        calls = [(["--check", name], 0), ([name], 2)]
+        if name == "wrong.ini":
+            calls += [([name], 0), (["--dry-run", name], 2), (["--restart", name], 1)]
+        for arguments, ranks in calls:
             done = quiet_run(case, *arguments, ranks=ranks, code=EXIT_USER)
             for word in words:
                 check(word in done.err, f"{arguments} on {ranks} ranks tells {word}:\n{done.err}")
@@ -140,7 +142,7 @@ def test_checked_is_equivalent(case):
     case.write("run.ini", sphere(MeanFlow={"iMeanFlow": None, **fixed}))
     first = quiet_run(case, "--check", "run.ini").out
     for c in "xyz":
-        check(re.search(rf"^  {c}0 = ; .* {c}l/2, worked out by the program", first, re.M), f"so is {c}0, by its formula")
+        check(re.search(rf"^  {c}0 = ; .* {c}l/2, worked out by the program", first, re.M), f"{c}0 is a formula")
     lines = [l for l in first.splitlines() if l[:1] in ("[", " ") and " = ; " not in l]
     case.write("printed.ini", re.sub(r";.*", ";", "\n".join(lines)))
     second = quiet_run(case, "--check", "printed.ini").out
@@ -164,7 +166,8 @@ def test_dry_run(case):
     case.run("run.ini", ranks=2)
     made = case.series("timesteps_info.t").rows
     # The flow accelerates around the body: up to twice the velocity of the mean flow.
-    check(made[len(made) // 2][3] <= dt <= 2.5 * made[len(made) // 2][3], f"dt is {made[len(made) // 2][3]}, about {dt}")
+    middle = made[len(made) // 2][3]
+    check(middle <= dt <= 2.5 * middle, f"dt is {middle}, about {dt}")
     check(steps <= len(made) <= 2.5 * steps, f"{len(made)} steps, about {steps}")
     listed = done.out.split("files that would be written")[1]
     for name in case.files():

@@ -46,7 +46,7 @@ def test_blow_up(case):
         steps = [int(float(part.contents(f"runtime_backup{i}.h5")["step"][0])) for i in (0, 1)]
         made = int(part.series("timesteps_info.t").rows[-1][2])
         # A step shows only in the next one: the last step made is the one that failed to be sound.
-        check(max(steps) == made - 1 and min(steps) == made - 2, f"{made} steps, the last sound ones are saved: {steps}")
+        check(max(steps) == made - 1 and min(steps) == made - 2, f"{made} steps, the last sound are saved: {steps}")
         state = part.contents(part.newest_checkpoint())
         check(all(math.isfinite(float(v)) for v in state["ux"]), "the backup holds numbers")
         for name in part.all_series():

@@ -33,7 +33,7 @@ def test_precision_and_attributes(case):
     runs = {}
     for precision, width in (("single", 4), ("double", 8)):
         part = runs[precision] = case.sub(precision)
-        part.write("run.ini", sphere(Saving={**ALL_FIELDS, "field_precision": precision}))
+        part.write("run.ini", sphere(Saving={**ALL_FIELDS, "field_precision": precision, "tsave": 0.12}))
         part.run("run.ini", ranks=2)
         part.check_index("run.xmf")
         for prefix in PREFIXES:
@@ -59,7 +59,7 @@ def test_precision_and_attributes(case):
     u = [two.field(name[p]) for p in ("ux", "uy", "uz")]
     energy = 0.5 * volume * sum(sum(v * v for v in c) for c in u) / 16**3
     last = two.series("energy.t").rows[-1]
-    check(abs(last[0] - two.attribute(name["ux"], "time")[0]) <= SERIES * last[0], "the last fields are those of the end")
+    check(abs(last[0] - two.attribute(name["ux"], "time")[0]) <= SERIES * last[0], "the last fields are of the end")
     check(abs(energy - last[9]) <= SERIES * energy, f"the energy of the saved field is that of energy.t: {energy}")
     mask = two.field(name["mask"])
     check(min(mask) >= 0 and max(mask) == 1, "the mask is between 0 and 1")
@@ -72,7 +72,7 @@ def test_striding(case):
     for stride in (1, 2):
         part = case.sub(f"stride_{stride}")
         part.write("run.ini", sphere(Resolution={"ny": 12, "nz": 20}, Geometry={"yl": 1.875, "zl": 3.125},
-                                     Saving={**ALL_FIELDS, "striding": stride}))
+                                     Saving={**ALL_FIELDS, "striding": stride, "tsave": 0.12}))
         part.run("run.ini", ranks=3)
         part.check_index("run.xmf")
     whole, part = case.folder / "stride_1", case.folder / "stride_2"
@@ -155,7 +155,7 @@ def test_intelligent_dt(case):
         steps = [r[1] for r in part.series("dt.t").rows]
         growth = [b / a for a, b in zip(steps, steps[1:])]
         check(max(growth) <= 2.0 * (1 + 1e-6), f"{name}: steps grow by a factor {max(growth):.3g}")
-        check(name != "fields" or min(growth) >= 0.5 * (1 - 1e-6), f"{name}: steps shrink by a factor {min(growth):.3g}")
+        check(name != "fields" or min(growth) >= 0.5 * (1 - 1e-6), f"{name}: steps shrink by {min(growth):.3g}")
 
 
 def test_slices(case):
@@ -180,7 +180,9 @@ def test_two_dimensions(case):
     """nx = 1: all fields, with a sponge and a cylinder, on 1 and 3 ranks."""
     ini = sphere(Resolution={"nx": 1, "ny": 24, "nz": 24}, Penalization={"iMask": "cylinder"},
                  MeanFlow={"ux": 0.0, "uy": 1.0}, Saving=ALL_FIELDS,
-                 Sponge={"iVorticitySponge": "yes", "iSpongeType": "2D_frame", "eps_sponge": 0.05, "sponge_thickness": 3})
+                 Sponge={"iVorticitySponge": "yes", "iSpongeType": "2D_frame", "eps_sponge": 0.05,
+                         "sponge_thickness": 3})
+    ini["Saving"]["tsave"] = 0.12
     for ranks in (1, 3):
         part = case.sub(f"ranks_{ranks}")
         part.write("run.ini", ini)
@@ -210,8 +212,8 @@ def test_one_period(case):
 
 
 def test_infile(case):
-    """A saved velocity is an initial condition: at t = 0 it is saved again, but for the round-off of making
-    it solenoidal."""
+    """A saved velocity is an initial condition: the run starts at its time and saves it again at once, but for
+    the round-off of making it solenoidal."""
     for precision, round_off in (("single", 2e-7), ("double", 1e-14)):
         first, second = case.sub(f"{precision}_1"), case.sub(f"{precision}_2")
         first.write("run.ini", ring(Saving={"field_precision": precision}))
@@ -220,10 +222,11 @@ def test_infile(case):
         for c in "xyz":
             shutil.copy(first.folder / f"u{c}_{last}", second.folder / f"start_{c}.h5")
         keys = {f"file_u{c}": f"start_{c}.h5" for c in "xyz"}
-        second.write("run.ini", ring(InitialCondition={"inicond": "infile", **keys}, Saving={"field_precision": precision}))
+        second.write("run.ini", ring(InitialCondition={"inicond": "infile", **keys},
+                                     Saving={"field_precision": precision}))
         second.run("run.ini", ranks=3)
         for c in "xyz":
-            close(first.field(f"u{c}_{last}"), second.field(f"u{c}_000000.h5"), round_off, f"u{c} at the start")
+            close(first.field(f"u{c}_{last}"), second.field(f"u{c}_{last}"), round_off, f"u{c} at the start")
 
 
 def test_series(case):
@@ -263,12 +266,13 @@ def test_series(case):
     check(abs(energy[-1][0] - 0.15) < 1e-9, "the last record is at Tmax")
     wanted = [0.01 * k for k in range(16)]
     every = [r[0] for r in case.series("ekin.t").rows] + [0.15]
-    check([min(t for t in every if t >= w - 1e-9) for w in wanted] == [r[0] for r in energy], "records are where they are due")
+    due = [min(t for t in every if t >= w - 1e-9) for w in wanted]
+    check(due == [r[0] for r in energy], "records are where they are due")
 
 
 def test_killed(case):
     """A run that is killed has left every record but the last step's: whole lines, whole fields."""
-    case.write("run.ini", sphere(Time={"nt": 999999}, Saving={"tsave": 0.01, **ALL_FIELDS},
+    case.write("run.ini", sphere(Time={"nt": 999999}, Saving={"tsave": 0.02, "iSavePress": "yes"},
                                  SaveSlices={"use_slicing": "yes", "slice1": 3, "itslice": 1}))
     case.start("run.ini")
     case.wait_for_steps(40)
@@ -282,14 +286,15 @@ def test_killed(case):
         width = len(series.rows[0])
         check(all(len(r) == width for r in series.rows), f"{name} holds whole records")
         steps[name] = len(series.rows)
-    check(steps["timesteps_info.t"] >= 40 and abs(steps["ekin.t"] - steps["timesteps_info.t"]) <= 1, f"nothing is lost: {steps}")
+    check(steps["timesteps_info.t"] >= 40, f"nothing is lost: {steps}")
+    check(abs(steps["ekin.t"] - steps["timesteps_info.t"]) <= 1, f"the series end with the same step: {steps}")
     case.check_index("run.xmf")
     now = case.series("ekin.t").rows[-1][0]
-    due = int(now / 0.01 - 1e-9)
+    due = int(now / 0.01 - 1e-9)  # the default of tintegral
     check(len(case.series("energy.t").rows) >= due, "the integrals are there up to the end")
-    for name in case.files():
-        if name.endswith(".h5"):
-            check(len(case.field(name)) in (16**3, 16**2), f"{name} is whole")
+    written = sorted((n for n in case.files() if n.endswith(".h5")), key=lambda n: (case.folder / n).stat().st_mtime_ns)
+    for name in written[-10:]:
+        check(len(case.field(name)) in (16**3, 16**2), f"{name} is whole")
 
 
 def test_same_label(case):

@@ -167,6 +167,7 @@ contains
     call load%init(model)
     load%couples = [couple_t([N, N + 1], [0.0_rp, -1.0_rp, 0.0_rp], 1.4_rp)]
     call solve(model, load, 1.0e-8_rp, u, report)
+    call test_couple_tangent(model, load, u)
     call t%check_below('an end moment bends a beam to an arc', maxval(abs(u - arc(model, 1.4_rp))), 1.0e-9_rp)
     g = 0*u
     u = arc(model, 2*PI)
@@ -178,6 +179,30 @@ contains
     call model%zero_clamped(g)
     call t%check_below('and the circle is an equilibrium', maxval(abs(g))/(2*PI*N), 1.0e-9_rp)
   end subroutine test_circle
+
+  !> The tangent of a couple is the derivative of its forces.
+  subroutine test_couple_tangent(model, load, u)
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: u(:, :)
+    real(rp), parameter :: H = 1.0e-6_rp
+    real(rp), dimension(3, model%n_all) :: direction, ahead, behind
+    real(rp) :: blocks(3, 3, size(model%pattern%rows)), product(3, model%n_free)
+    integer :: i, c
+    direction = reshape([((sin(1.3_rp*i + 2.1_rp*c), c=1, 3), i=1, model%n_all)], [3, model%n_all])
+    call model%zero_clamped(direction)
+    ahead = 0
+    behind = 0
+    call load%subtract_from(model, u + H*direction, ahead)
+    call load%subtract_from(model, u - H*direction, behind)
+    ahead = (ahead - behind)/(2*H)
+    blocks = 0
+    call load%subtract_tangent(model, u, blocks)
+    product = 0
+    call model%pattern%multiply(blocks, 1.0_rp, direction(:, model%movable), product)
+    call t%check_below('the tangent of a couple is the derivative of its forces', &
+                       maxval(abs(product - ahead(:, model%movable)))/maxval(abs(product)), 1.0e-7_rp)
+  end subroutine test_couple_tangent
 
   !> Displacements of a chain whose segments point at (i - 1/2) times the same angle.
   function arc(model, total_turn) result(u)

@@ -8,7 +8,7 @@ program test_solid_statics
   use solid_lapack, only: singular_values
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
-  use solid_params, only: solid_params_t, parameter_t, default_params, membrane_thickness
+  use solid_params, only: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_note
   use solid_plate, only: plate_weights
   use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
@@ -175,6 +175,8 @@ contains
     type(failure_t) :: failure
     type(static_report_t) :: report
     type(static_options_t) :: options
+    character(:), allocatable :: note
+    logical :: is_soft
     real(rp), allocatable :: u(:, :)
     call make_model(.false., model)
     call work%init(model)
@@ -182,6 +184,12 @@ contains
     call t%check_close('D = 0.2 mN mm means 7.6 um at 5 GPa', membrane_thickness(model%params, 2.0e-7_rp), &
       7.59e-6_rp, &
                        rtol=1.0e-3_rp)
+    call membrane_note(model%params, note, is_soft)
+    call t%check('the note says what D means', index(note, ' 7.59 um') > 0 .and. .not. is_soft)
+    model%params%plate = 2.0e-8_rp
+    call membrane_note(model%params, note, is_soft)
+    call t%check('a small D is warned of', is_soft)
+    model%params%plate = 2.0e-7_rp
     call load%init(model)
     call solve_static(work, model, load, .false., options, u, report)
     call t%check('without load nothing moves', report%converged .and. maxval(abs(u)) < 1.0e-15_rp)

@@ -1,0 +1,110 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The kinematic keys of [Insects], with FLUSI's names, and the loading of the files they name.
+!>
+!> Reading is in two steps, so that only one rank touches the disk: `read_mounts` tells which motion each
+!> wing has; whoever has the text of its file hands it to `read_motion`.
+module fsi_kinematics_keys
+  use base_constants, only: PI
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fsi_kinematics, only: body_rotation, body_t, wing_mount_t
+  use fsi_rotation, only: angle_t
+  use fsi_wing_motion, only: wing_motion_t
+  use fsi_wing_motion_file, only: read_motion_file
+  use fsi_wing_motion_table, only: read_motion_table
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  implicit none
+  private
+  public :: register_kinematics_keys, read_body, read_mounts, read_motion, motion_file
+
+  character(*), parameter :: SECTION = 'Insects'
+  character(*), parameter :: FILE_WORD = 'from_file::', TABLE_WORD = 'kinematics_loader::'
+  character(5), parameter, public :: SIDES(2) = ['left ', 'right']
+
+contains
+
+  !> Adds body attitude, hinges, stroke plane and motions of [Insects] to `registry`.
+  subroutine register_kinematics_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    real(rp), parameter :: ZERO(3) = 0.0_rp
+    integer :: i
+    call registry%add_word(SECTION, 'BodyMotion', 'tethered', 'tethered', 'motion of the body', &
+      unbuilt='free_flight|yawpitchroll|roll|pitch|yaw|buffeting|casting|*_param|from_file::*|command-line*')
+    call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body', unit='L', length=3)
+    call registry%add_reals(SECTION, 'yawpitchroll_0', ZERO, 'attitude of the body; positive pitch is nose down', &
+      unit='degree', length=3)
+    call registry%add_real(SECTION, 'eta0', 0.0_rp, &
+      'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and y (left)', unit='degree')
+    do i = 1, 2
+      call registry%add_word(SECTION, 'FlappingMotion_'//trim(SIDES(i)), 'none', &
+        'none|'//FILE_WORD//'*|'//TABLE_WORD//'*', 'motion of the '//trim(SIDES(i))// &
+        ' wing: series of [kinematics], table, or none (alpha = 45 degrees, at rest)', &
+        unbuilt='Drosophila_hovering_*|flapper_*|suzuki|simplified*|revolving*|debug|command-line*|from_file')
+    end do
+    call registry%add_reals(SECTION, 'x_pivot_l', ZERO, 'hinge of the left wing in the body frame', unit='L', length=3)
+    call registry%add_reals(SECTION, 'x_pivot_r', ZERO, 'hinge of the right wing in the body frame', unit='L', length=3)
+    call registry%add_real(SECTION, 'wing_frequency', 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
+    call registry%add_real(SECTION, 'wing_ramp', 0.0_rp, &
+      'the wings start at rest and reach their motion after this time; 0: at once', unit='T', min=0.0_rp)
+  end subroutine register_kinematics_keys
+
+  !> The tethered body.
+  subroutine read_body(config, body)
+    type(config_t), intent(in) :: config
+    type(body_t), intent(out) :: body
+    real(rp) :: attitude(3)
+    body%centre = config%get_reals(SECTION, 'x0')
+    attitude = config%get_reals(SECTION, 'yawpitchroll_0')*(PI/180)
+    body%rotation = body_rotation(roll=angle_t(value=attitude(3)), pitch=angle_t(value=attitude(2)), &
+                                  yaw=angle_t(value=attitude(1)))
+  end subroutine read_body
+
+  !> Left and right wing: how they hang on the body, and what all motions share. Complains if both hang at
+  !> the same point.
+  subroutine read_mounts(config, mounts, motions, errors)
+    type(config_t), intent(in) :: config
+    type(wing_mount_t), intent(out) :: mounts(2)
+    type(wing_motion_t), intent(out) :: motions(2)
+    type(message_list_t), intent(inout) :: errors
+    mounts%eta = config%get_real(SECTION, 'eta0')*(PI/180)
+    mounts(1)%hinge = config%get_reals(SECTION, 'x_pivot_l')
+    mounts(2)%hinge = config%get_reals(SECTION, 'x_pivot_r')
+    mounts(2)%is_right = .true.
+    motions%frequency = config%get_real(SECTION, 'wing_frequency')
+    motions%ramp = config%get_real(SECTION, 'wing_ramp')
+    if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
+      'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
+  end subroutine read_mounts
+
+  !> Name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.
+  function motion_file(config, wing) result(path)
+    type(config_t), intent(in) :: config
+    integer, intent(in) :: wing
+    character(:), allocatable :: path
+    path = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
+    if (index(path, '::') > 0) then
+      path = path(index(path, '::') + 2:)
+    else
+      path = ''
+    end if
+  end function motion_file
+
+  !> Fills the series of the motion of a wing from `text`, the content of its file called `name`.
+  subroutine read_motion(config, wing, text, name, motion, errors, notices)
+    type(config_t), intent(in) :: config
+    integer, intent(in) :: wing
+    character(*), intent(in) :: text, name
+    type(wing_motion_t), intent(inout) :: motion
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable :: word
+    word = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
+    if (index(word, FILE_WORD) == 1) then
+      call read_motion_file(text, name, motion, errors, notices)
+    else if (index(word, TABLE_WORD) == 1) then
+      call read_motion_table(text, name, motion, errors)
+    else
+      call motion%set_constant(phi=0.0_rp, alpha=PI/4, theta=0.0_rp)
+    end if
+  end subroutine read_motion
+end module fsi_kinematics_keys
