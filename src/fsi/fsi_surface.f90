@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A thin wing as the fluid sees it: a triangulated surface with velocities, in the global frame.
 !>
-!> Rigid and deforming wings use the same type: the first is placed by `place_rigid`, of the second the
-!> solid solver fills `points` and `velocities`. Which side is up does not matter to the mask.
+!> Rigid and deforming wings use the same type: the first is placed by `place_at`, of the second the solid
+!> solver fills `points` and `velocities`. Which side is up does not matter to the mask.
 module fsi_surface
   use base_errors, only: require
   use base_kinds, only: rp
+  use fsi_kinematics, only: wing_pose_t
+  use fsi_rotation, only: cross
   implicit none
   private
   public :: surface_t
@@ -18,6 +20,7 @@ module fsi_surface
     integer :: color = 2                      !< 2 left wing, 3 right wing, 4 and 5 second pair
   contains
     procedure :: init => surface_init
+    procedure :: place_at => surface_place_at
     procedure :: place_rigid => surface_place_rigid
     procedure :: area => surface_area
     procedure :: free_perimeter => surface_free_perimeter
@@ -41,6 +44,15 @@ contains
     self%velocities = 0
   end subroutine surface_init
 
+  !> Places the wing rigidly in the pose of the kinematics.
+  subroutine surface_place_at(self, reference, pose)
+    class(surface_t), intent(inout) :: self
+    real(rp), intent(in) :: reference(:, :) !< (3, n) points in the wing frame
+    type(wing_pose_t), intent(in) :: pose
+    call self%place_rigid(reference, transpose(pose%matrix), pose%hinge, pose%hinge_velocity, &
+                          pose%vector_to_space(pose%omega))
+  end subroutine surface_place_at
+
   !> Places the wing rigidly: x = origin + rotation X, dx/dt = velocity + omega x (x - origin).
   subroutine surface_place_rigid(self, reference, rotation, origin, velocity, omega)
     class(surface_t), intent(inout) :: self
@@ -55,8 +67,7 @@ contains
     do i = 1, size(reference, 2)
       arm = rotation(:, 1)*reference(1, i) + rotation(:, 2)*reference(2, i) + rotation(:, 3)*reference(3, i)
       self%points(:, i) = origin + arm
-      self%velocities(:, i) = velocity + [omega(2)*arm(3) - omega(3)*arm(2), omega(3)*arm(1) - omega(1)*arm(3), &
-                                          omega(1)*arm(2) - omega(2)*arm(1)]
+      self%velocities(:, i) = velocity + cross(omega, arm)
     end do
   end subroutine surface_place_rigid
 
@@ -69,7 +80,7 @@ contains
     do i = 1, size(self%triangles, 2)
       b = self%points(:, self%triangles(2, i)) - self%points(:, self%triangles(1, i))
       c = self%points(:, self%triangles(3, i)) - self%points(:, self%triangles(1, i))
-      area = area + norm2([b(2)*c(3) - b(3)*c(2), b(3)*c(1) - b(1)*c(3), b(1)*c(2) - b(2)*c(1)])/2
+      area = area + norm2(cross(b, c))/2
     end do
   end function surface_area
 

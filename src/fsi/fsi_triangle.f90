@@ -11,6 +11,7 @@
 !> which errs by less than its height. An edge of no length is its first point.
 module fsi_triangle
   use base_kinds, only: rp
+  use fsi_rotation, only: cross
   implicit none
   private
   public :: triangle_t, make_triangle
@@ -119,10 +120,4 @@ contains
       inverse = 0
     end if
   end function inverse_square
-
-  pure function cross(a, b) result(c)
-    real(rp), intent(in) :: a(3), b(3)
-    real(rp) :: c(3)
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 end module fsi_triangle

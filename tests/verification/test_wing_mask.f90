@@ -11,6 +11,7 @@ program test_wing_mask
   use fsi_mask, only: mask_t
   use fsi_planform, only: elliptic_planform, rectangular_planform
   use fsi_planform_mesh, only: triangulate_planform
+  use fsi_rotation, only: cross
   use fsi_surface, only: surface_t
   use parallel_block, only: block_t
   use spectral_grid, only: grid_t, make_grid
@@ -310,10 +311,4 @@ contains
     call kit%check('the sphere is there too', fluid%sums%solid_volume(1) > 0.01_rp)
     call fluid%free()
   end subroutine test_fluid
-
-  pure function cross(a, b) result(c)
-    real(rp), intent(in) :: a(3), b(3)
-    real(rp) :: c(3)
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 end program test_wing_mask
