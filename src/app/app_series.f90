@@ -46,10 +46,7 @@ contains
     associate (p => fluid%rhs%params, penalty => fluid%rhs%penalty)
       self%solids = p%penalized
       self%compute_forces = p%penalized .and. p%compute_forces
-      do c = 0, N_COLORS - 1
-        points(c) = 0
-        if (penalty%n_points > 0) points(c) = count(penalty%color(1:penalty%n_points) == c)
-      end do
+      points = penalty%count_colors()
       call world%sum_reals(points)
       self%has_color = points > 0.5_rp
     end associate

@@ -33,7 +33,7 @@ contains
     do z = 1, size(field, 3)
       do y = 1, size(field, 2)
         line = y + size(field, 2)*(z - 1)
-        do i = penalty%line_start(line) + 1, penalty%line_start(line + 1)
+        do i = penalty%line_first(line), penalty%line_last(line)
           field(penalty%x(i), y, z) = values(i)
         end do
       end do

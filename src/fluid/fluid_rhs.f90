@@ -170,7 +170,7 @@ contains
     real(rp) :: arm(3), box(3), wrap
     integer :: line
     line = y + self%block%count(2)*(z - 1)
-    if (self%penalty%line_start(line + 1) == self%penalty%line_start(line)) return
+    if (self%penalty%line_last(line) < self%penalty%line_first(line)) return
     box = self%params%grid%length
     arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%centre
     wrap = 0
@@ -178,8 +178,8 @@ contains
       arm(2:3) = arm(2:3) - box(2:3)*anint(arm(2:3)/box(2:3))
       wrap = box(1)
     end if
-    call self%sums%add_solid_line(self%penalty, self%penalty%line_start(line) + 1, &
-                                  self%penalty%line_start(line + 1), self%params%c_eta, arm, &
+    call self%sums%add_solid_line(self%penalty, self%penalty%line_first(line), &
+                                  self%penalty%line_last(line), self%params%c_eta, arm, &
                                   self%params%grid%spacing(1), wrap, u, v, w, out1, out2, out3)
   end subroutine penalize_line
 
@@ -200,7 +200,7 @@ contains
     end if
     if (.not. self%params%penalized) return
     line = y + self%block%count(2)*(z - 1)
-    do i = self%penalty%line_start(line) + 1, self%penalty%line_start(line + 1)
+    do i = self%penalty%line_first(line), self%penalty%line_last(line)
       q(self%penalty%x(i), :) = 0
     end do
   end subroutine sponge_line
@@ -221,7 +221,7 @@ contains
     end if
     if (self%params%penalized) then
       line = y + self%block%count(2)*(z - 1)
-      do i = self%penalty%line_start(line) + 1, self%penalty%line_start(line + 1)
+      do i = self%penalty%line_first(line), self%penalty%line_last(line)
         associate (x => self%penalty%x(i), chi => self%penalty%chi(i))
           ! The fluid's share weighs (1 - chi)^2; what is missing from 1 is taken off here.
           solid_share = 1 - (1 - chi)**2

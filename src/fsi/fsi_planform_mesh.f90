@@ -1,0 +1,109 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Triangles for a planform, structured in span and chord.
+!>
+!> Rows of points stand across the span where the longer of leading and trailing edge has advanced by one edge
+!> length, so that round tips are followed. A row has as many intervals as its chord has edge lengths, a pointed
+!> end has one point. Neighbouring rows are joined in the order in which their points come along the chord. The
+!> outline is met to second order in the edge length.
+module fsi_planform_mesh
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use fsi_planform, only: planform_t
+  implicit none
+  private
+  public :: triangulate_planform
+
+  integer, parameter :: SAMPLES = 4000          !< places where the edges are looked up
+  real(rp), parameter :: POINTED = 1.0e-2_rp    !< chord in edge lengths below which an end is a point
+
+contains
+
+  !> Points (3, n) with z = 0 and triangles (3, m), counter-clockwise seen from +z. Every x of the planform must
+  !> have one chord. Lengths in code units.
+  subroutine triangulate_planform(planform, edge, points, triangles)
+    type(planform_t), intent(in) :: planform
+    real(rp), intent(in) :: edge !< wanted length of the triangles' edges
+    real(rp), allocatable, intent(out) :: points(:, :)
+    integer, allocatable, intent(out) :: triangles(:, :)
+    real(rp), allocatable :: x(:), trailing(:), leading(:)
+    integer, allocatable :: intervals(:), first(:)
+    integer :: i, j, n_rows, filled, crossings
+    call require(edge > 0, 'triangulate_planform: the edge length must be positive')
+    call place_rows(planform, edge, x)
+    n_rows = size(x)
+    allocate (trailing(n_rows), leading(n_rows), intervals(n_rows), first(n_rows + 1))
+    first(1) = 1
+    do i = 1, n_rows
+      call planform%chord_at(x(i), trailing(i), leading(i), crossings)
+      call require(crossings == 2, 'triangulate_planform: the outline has several chords at one x')
+      intervals(i) = max(1, nint((leading(i) - trailing(i))/edge))
+      if ((i == 1 .or. i == n_rows) .and. leading(i) - trailing(i) < POINTED*edge) intervals(i) = 0
+      first(i + 1) = first(i) + intervals(i) + 1
+    end do
+    allocate (points(3, first(n_rows + 1) - 1))
+    do i = 1, n_rows
+      do j = 0, intervals(i)
+        points(:, first(i) + j) = [x(i), trailing(i) + (leading(i) - trailing(i))*j/max(1, intervals(i)), 0.0_rp]
+      end do
+    end do
+    allocate (triangles(3, sum(intervals(1:n_rows - 1) + intervals(2:n_rows))))
+    filled = 0
+    do i = 1, n_rows - 1
+      call join_rows(first(i), intervals(i), first(i + 1), intervals(i + 1), triangles, filled)
+    end do
+  end subroutine triangulate_planform
+
+  !> Where the rows stand: equal steps of the longer edge's length, both ends included.
+  subroutine place_rows(planform, edge, x)
+    type(planform_t), intent(in) :: planform
+    real(rp), intent(in) :: edge
+    real(rp), allocatable, intent(out) :: x(:)
+    real(rp) :: span(2), trailing, leading, old(2), place, wanted, dx
+    real(rp) :: advanced(0:SAMPLES)
+    integer :: i, k, n, crossings
+    span = planform%span()
+    dx = (span(2) - span(1))/SAMPLES
+    advanced(0) = 0
+    call planform%chord_at(span(1), old(1), old(2), crossings)
+    do i = 1, SAMPLES
+      call planform%chord_at(span(1) + i*dx, trailing, leading, crossings)
+      advanced(i) = advanced(i - 1) + max(hypot(dx, trailing - old(1)), hypot(dx, leading - old(2)))
+      old = [trailing, leading]
+    end do
+    n = max(1, nint(advanced(SAMPLES)/edge))
+    allocate (x(n + 1))
+    x(1) = span(1)
+    x(n + 1) = span(2)
+    i = 1
+    do k = 1, n - 1
+      wanted = advanced(SAMPLES)*k/n
+      do while (advanced(i) < wanted)
+        i = i + 1
+      end do
+      place = (wanted - advanced(i - 1))/(advanced(i) - advanced(i - 1))
+      x(k + 1) = span(1) + (i - 1 + place)*dx
+    end do
+  end subroutine place_rows
+
+  !> Joins the row of n_a intervals from point a with the next one toward the tip, of n_b intervals from b.
+  subroutine join_rows(a, n_a, b, n_b, triangles, filled)
+    integer, intent(in) :: a, n_a, b, n_b
+    integer, intent(inout) :: triangles(:, :), filled
+    integer :: i, j
+    logical :: on_a
+    i = 0
+    j = 0
+    do while (i < n_a .or. j < n_b)
+      on_a = j == n_b
+      if (i < n_a .and. j < n_b) on_a = (i + 1)*n_b <= (j + 1)*n_a
+      filled = filled + 1
+      if (on_a) then
+        triangles(:, filled) = [a + i, b + j, a + i + 1]
+        i = i + 1
+      else
+        triangles(:, filled) = [a + i, b + j, b + j + 1]
+        j = j + 1
+      end if
+    end do
+  end subroutine join_rows
+end module fsi_planform_mesh
