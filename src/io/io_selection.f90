@@ -6,6 +6,8 @@
 !> or two patterns, however many runs describe them. HDF5 takes long to join many patterns.
 module io_selection
   use base_errors, only: require
+  use base_kinds, only: i8
+  use base_sort, only: sorting_order
   use parallel_block, only: rows_t
   implicit none
   private
@@ -49,7 +51,7 @@ contains
     indices(:) = row_indices(rows)
     if (rows%n_local == 0) return
     if (any(indices(2:) <= indices(:rows%n_local - 1))) then
-      patterns%order = sorting_order(indices)
+      patterns%order = sorting_order(int(indices, i8))
       indices = indices(patterns%order)
     end if
     call require(indices(1) >= 0 .and. indices(rows%n_local) < rows%n .and. &
@@ -100,40 +102,4 @@ contains
       i = next
     end do
   end subroutine group
-
-  !> The permutation that sorts `keys`, by merging.
-  pure function sorting_order(keys) result(order)
-    integer, intent(in) :: keys(:)
-    integer, allocatable :: order(:), merged(:)
-    integer :: width, left, middle, right, i, j, k
-
-    order = [(i, i=1, size(keys))]
-    allocate (merged(size(keys)))
-    width = 1
-    do while (width < size(keys))
-      do left = 1, size(keys), 2*width
-        middle = min(left + width, size(keys) + 1)
-        right = min(left + 2*width, size(keys) + 1)
-        i = left
-        j = middle
-        do k = left, right - 1
-          if (i >= middle) then
-            merged(k) = order(j)
-            j = j + 1
-          else if (j >= right) then
-            merged(k) = order(i)
-            i = i + 1
-          else if (keys(order(i)) <= keys(order(j))) then
-            merged(k) = order(i)
-            i = i + 1
-          else
-            merged(k) = order(j)
-            j = j + 1
-          end if
-        end do
-      end do
-      order = merged
-      width = 2*width
-    end do
-  end function sorting_order
 end module io_selection

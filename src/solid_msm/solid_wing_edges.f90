@@ -3,6 +3,7 @@
 !> a pair up in O(log n).
 module solid_wing_edges
   use base_kinds, only: i8
+  use base_sort, only: sorting_order
   implicit none
   private
   public :: edge_table_t, triangle_edges, vein_segments
@@ -93,42 +94,11 @@ contains
     key = int(from, i8)*2147483648_i8 + int(to, i8)
   end function key
 
-  !> Sorts the pairs: merge sort, stable.
+  !> Sorts the pairs; equal ones keep their order.
   pure subroutine table_sort(self)
     class(edge_table_t), intent(inout) :: self
-    integer, allocatable :: order(:), merged(:)
-    integer(i8), allocatable :: keys(:)
-    integer :: n, width, left, middle, right, i, j, k
-    n = size(self%from)
-    keys = key(self%from, self%to)
-    allocate (order(n), merged(n))
-    order = [(i, i=1, n)]
-    width = 1
-    do while (width < n)
-      do left = 1, n, 2*width
-        middle = min(left + width, n + 1)
-        right = min(left + 2*width, n + 1)
-        i = left
-        j = middle
-        do k = left, right - 1
-          if (j >= right) then
-            merged(k) = order(i)
-            i = i + 1
-          else if (i >= middle) then
-            merged(k) = order(j)
-            j = j + 1
-          else if (keys(order(i)) <= keys(order(j))) then
-            merged(k) = order(i)
-            i = i + 1
-          else
-            merged(k) = order(j)
-            j = j + 1
-          end if
-        end do
-      end do
-      order = merged
-      width = 2*width
-    end do
+    integer, allocatable :: order(:)
+    order = sorting_order(key(self%from, self%to))
     self%from = self%from(order)
     self%to = self%to(order)
     self%owner = self%owner(order)

@@ -4,21 +4,22 @@
 !> printed; give another one as the first argument, and the number of files as the second.
 program test_ini_fuzz
   use base_errors, only: message_list_t
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use io_config, only: config_t
   use io_registry, only: registry_t
   use test_ini_sample, only: register_sample, sample_text
+  use test_pick, only: picker_t, argument
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10)
   type(testkit_t) :: kit
   type(registry_t) :: registry
-  integer(i8) :: random
+  type(picker_t) :: random
   integer :: seed, n_files, i, n_accepted, n_refused, n_bad, n_damages(0:11)
 
   seed = argument(1, 20240607)
   n_files = argument(2, 2000)
-  random = seed
+  random%state = seed
   write (*, '(a,i0)') 'seed ', seed
   call kit%start(parallel=.false.)
   call register_sample(registry)
@@ -39,29 +40,13 @@ program test_ini_fuzz
 
 contains
 
-  integer function argument(number, default) result(value)
-    integer, intent(in) :: number, default
-    character(20) :: text
-    value = default
-    if (command_argument_count() < number) return
-    call get_command_argument(number, text)
-    read (text, *) value
-  end function argument
-
-  !> Equally distributed in 1..n; a linear congruential generator, the same everywhere.
-  integer function pick(n)
-    integer, intent(in) :: n
-    random = modulo(1103515245_i8*random + 12345_i8, 2147483648_i8)
-    pick = 1 + int(modulo(random/65536_i8, int(n, i8)))
-  end function pick
-
   !> The sample with one to three damages.
   function damaged() result(text)
     character(:), allocatable :: text
     integer :: d
     text = sample_text()
-    do d = 1, pick(3)
-      call damage(text, pick(size(n_damages)) - 1)
+    do d = 1, random%pick(3)
+      call damage(text, random%pick(size(n_damages)) - 1)
     end do
   end function damaged
 
@@ -72,11 +57,11 @@ contains
     integer :: a, b, n, other
     n_damages(kind) = n_damages(kind) + 1
     if (len(text) < 10) return
-    a = pick(len(text) - 1)
-    b = min(len(text), a + pick(40) - 1)
+    a = random%pick(len(text) - 1)
+    b = min(len(text), a + random%pick(40) - 1)
     select case (kind)
     case (0) ! flip a byte
-      text(a:a) = char(ieor(ichar(text(a:a)), pick(255)))
+      text(a:a) = char(ieor(ichar(text(a:a)), random%pick(255)))
     case (1) ! delete a piece
       text = text(:a - 1)//text(b + 1:)
     case (2) ! say a piece twice
@@ -84,17 +69,17 @@ contains
     case (3) ! cut off
       text = text(:a)
     case (4) ! swap two lines
-      other = pick(len(text) - 1)
+      other = random%pick(len(text) - 1)
       call swap_lines(text, min(a, other), max(a, other))
     case (5) ! binary
-      text = text(:a)//binary(pick(30))//text(a + 1:)
+      text = text(:a)//binary(random%pick(30))//text(a + 1:)
     case (6) ! a huge number where a number stands
       n = scan(text(a:), DIGITS)
-      if (n > 0) text = text(:a + n - 1)//repeat('9', pick(400))//'e'//repeat('9', pick(9))//text(a + n:)
+      if (n > 0) text = text(:a + n - 1)//repeat('9', random%pick(400))//'e'//repeat('9', random%pick(9))//text(a + n:)
     case (7) ! a very long line
-      text = text(:a)//repeat(text(a:b), 10 + pick(30000)/(b - a + 1))//text(a + 1:)
+      text = text(:a)//repeat(text(a:b), 10 + random%pick(30000)/(b - a + 1))//text(a + 1:)
     case (8) ! a bracket or another sign of the syntax
-      n = pick(12)
+      n = random%pick(12)
       text = text(:a)//'[](/)=;#*%.'//char(13)//text(a + 1:)
       text = text(:a)//text(a + n:)
     case (9) ! a bracket is not closed
@@ -102,7 +87,7 @@ contains
       if (n > 0) text = text(:a + n - 2)//text(a + n:)
     case (10) ! other line ends
       n = index(text(a:), NL)
-      if (n > 0) text = text(:a + n - 2)//merge(achar(13)//NL, achar(11)//' ', pick(2) == 1)//text(a + n:)
+      if (n > 0) text = text(:a + n - 2)//merge(achar(13)//NL, achar(11)//' ', random%pick(2) == 1)//text(a + n:)
     case (11) ! one line out of its place
       n = index(text(a:), NL)
       if (n > 0) text = text(a + n:)//text(:a + n - 1)
@@ -126,7 +111,7 @@ contains
     character(n) :: bytes
     integer :: k
     do k = 1, n
-      bytes(k:k) = char(pick(256) - 1)
+      bytes(k:k) = char(random%pick(256) - 1)
     end do
   end function binary
 
@@ -136,7 +121,7 @@ contains
     type(message_list_t) :: errors, notices
     integer :: e
     logical :: is_good
-    call c%load_text(text, 'f.ini', registry, errors, notices, flusi_compat=pick(2) == 1)
+    call c%load_text(text, 'f.ini', registry, errors, notices, flusi_compat=random%pick(2) == 1)
     is_good = .true.
     do e = 1, errors%count()
       if (.not. names_place(errors%text(e))) is_good = .false.

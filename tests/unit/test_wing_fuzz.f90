@@ -9,18 +9,19 @@ program test_wing_fuzz
   use base_kinds, only: rp, i8
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
+  use test_pick, only: picker_t, argument
   use testkit, only: testkit_t
   use wing_writer, only: wing_writer_t
   implicit none
   character(*), parameter :: PATH = 'fuzz.h5', WHOLE = 'whole.h5', WHOLE_NEW = 'whole_new.h5'
   type(testkit_t) :: t
-  integer(i8) :: random
+  type(picker_t) :: random
   integer :: n_files, with_old, i, n_accepted, n_refused, n_bad
 
-  random = argument(1, 20260101)
+  random%state = argument(1, 20260101)
   n_files = argument(2, 200)
   with_old = argument(3, 0)
-  write (*, '(a,i0)') 'seed ', random
+  write (*, '(a,i0)') 'seed ', random%state
   call t%start(parallel=.false.)
   call make_whole(WHOLE, .false.)
   call make_whole(WHOLE_NEW, .true.)
@@ -42,22 +43,6 @@ program test_wing_fuzz
   call t%finish()
 
 contains
-
-  integer function argument(number, default) result(value)
-    integer, intent(in) :: number, default
-    character(20) :: text
-    value = default
-    if (command_argument_count() < number) return
-    call get_command_argument(number, text)
-    read (text, *) value
-  end function argument
-
-  !> Equally distributed in 1..n; a linear congruential generator, the same everywhere.
-  integer function pick(n)
-    integer, intent(in) :: n
-    random = modulo(1103515245_i8*random + 12345_i8, 2147483648_i8)
-    pick = 1 + int(modulo(random/65536_i8, int(n, i8)))
-  end function pick
 
   subroutine make_whole(name, is_new)
     character(*), intent(in) :: name
@@ -88,17 +73,17 @@ contains
     character(20) :: lists(7) = [character(20) :: '/triangles', '/veins/A/nodes', '/veins/B/nodes', &
                                  '/veins/C/nodes', '/joints/at_B', '/joints/A-C', '/root/nodes']
     call w%sample(PATH)
-    do k = 1, pick(3)
-      if (pick(3) > 1) then
-        n = pick(6) - 1
+    do k = 1, random%pick(3)
+      if (random%pick(3) > 1) then
+        n = random%pick(6) - 1
         numbers = [(strange_integer(), m=1, 3*n)]
-        m = pick(size(lists))
+        m = random%pick(size(lists))
         if (m == 1) call w%integers(trim(lists(m)), [3, n], numbers(:3*n))
         if (m > 1) call w%integers(trim(lists(m)), [n], numbers(:n))
       else
         values = [(strange_real(), m=1, 27)]
-        if (pick(2) == 1) call w%reals('/points', [3, 9], values, is_single=pick(2) == 1)
-        if (pick(2) == 1) call w%reals('/veins/A/diameters', [3], values(:3))
+        if (random%pick(2) == 1) call w%reals('/points', [3, 9], values, is_single=random%pick(2) == 1)
+        if (random%pick(2) == 1) call w%reals('/veins/A/diameters', [3], values(:3))
       end if
     end do
     call w%close()
@@ -106,16 +91,16 @@ contains
 
   integer function strange_integer() result(value)
     integer, parameter :: STRANGE(6) = [0, -1, 10, huge(1), -huge(1), 65536]
-    value = pick(9)
-    if (pick(6) == 1) value = STRANGE(pick(size(STRANGE)))
+    value = random%pick(9)
+    if (random%pick(6) == 1) value = STRANGE(random%pick(size(STRANGE)))
   end function strange_integer
 
   !> Mostly numbers of the right size.
   real(rp) function strange_real() result(value)
     integer(i8), parameter :: BITS(6) = [int(z'7FF0000000000001', i8), int(z'7FF8000000000000', i8), &
                                          int(z'7FF0000000000000', i8), 1_i8, int(z'7FEFFFFFFFFFFFFF', i8), 0_i8]
-    value = pick(1000)*1e-5_rp
-    if (pick(100) == 1) value = transfer(BITS(pick(size(BITS))), value)
+    value = random%pick(1000)*1e-5_rp
+    if (random%pick(100) == 1) value = transfer(BITS(random%pick(size(BITS))), value)
   end function strange_real
 
   !> A copy of a file with bytes changed, swapped or zeroed, or the end cut off.
@@ -128,18 +113,18 @@ contains
     open (newunit=unit, file=source, access='stream', form='unformatted', status='old')
     read (unit) bytes
     close (unit)
-    do k = 1, pick(4)
-      at = pick(length)
-      to = min(length, at + pick(40) - 1)
-      select case (pick(5))
+    do k = 1, random%pick(4)
+      at = random%pick(length)
+      to = min(length, at + random%pick(40) - 1)
+      select case (random%pick(5))
       case (1, 2)
-        bytes(at) = char(pick(256) - 1)
+        bytes(at) = char(random%pick(256) - 1)
       case (3)
         bytes(at:to) = char(0)
       case (4)
         bytes(at:to) = bytes(to:at:-1)
       case (5)
-        if (pick(4) == 1) length = at
+        if (random%pick(4) == 1) length = at
       end select
       length = max(1, min(length, size(bytes)))
     end do
