@@ -68,11 +68,13 @@ contains
     do i = 1, size(settings%loads)
       call solve_one(settings, i, work, u, row)
       call print_row(output_unit, settings, i, row)
-      call remove_shape(settings, i)
-      if (.not. row%report%converged) then
-        n_failed = n_failed + 1
-      else if (settings%save_shapes) then
-        call write_shape(settings, i, u, row, failure)
+      if (.not. row%report%converged) n_failed = n_failed + 1
+      if (settings%save_shapes) then
+        if (row%report%converged) then
+          call write_shape(settings, i, u, row, failure)
+        else
+          call remove_shape(settings, i)
+        end if
       end if
       call table%add(settings, i, row, failure)
       if (failure%failed) exit
