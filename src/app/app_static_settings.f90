@@ -226,6 +226,12 @@ contains
     if (size(loads) == 0) call s%config%complain(errors, 'Loads', 'forces', &
                                                  'there are no loads; give rows of x y force, or point_forces')
     problems = ''
+    if (n > 0 .and. size(s%wing%triangles) == 0) then
+      problems = '; this wing has no membrane; use point_forces'
+      n = 0
+      deallocate (loads)
+      allocate (loads(size(points, 1)))
+    end if
     do i = 1, n
       call loads(i)%load%init(s%model)
       loads(i)%place = rows(i, 1:2)

@@ -242,6 +242,11 @@ def test_mistakes(case):
     case.write("run.ini", two_loads(Saving={"name": "no/such/folder"}))
     done = case.run("--static", "run.ini", ranks=0, code=EXIT_FAILURE)
     check("no/such/folder_loads.t: cannot be written" in done.err, done.err)
+    (case.folder / "static_01.h5").mkdir()
+    case.write("run.ini", two_loads())
+    done = case.run("--static", "run.ini", ranks=0, code=EXIT_FAILURE)
+    check("static_01.h5" in done.err and case.files() == ["run.ini", "static_01.h5", "static_loads.t"],
+          f"a file in the way: {case.files()}\n{done.err}")
 
 
 def test_check(case):
