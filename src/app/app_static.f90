@@ -4,7 +4,7 @@
 module app_static
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: command_t, ACTION_STATIC_CHECK
-  use app_static_output, only: remove_shape, shape_file, static_row_t, static_table_t, write_shape
+  use app_static_output, only: remove_shape, static_row_t, static_table_t, write_shape
   use app_static_settings, only: load_static_settings, static_settings_t
   use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_VERSION
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
@@ -84,7 +84,7 @@ contains
     write (output_unit, '(i0,a,i0,a)') size(settings%loads) - n_failed, ' of ', size(settings%loads), &
       ' loads converged; '//settings%name//'_loads.t lists them'
     if (settings%save_shapes .and. n_failed < size(settings%loads)) write (output_unit, '(a)') &
-      'deformed wings in '//shape_file(settings, 1)//'.xmf and so on, for ParaView'
+      'deformed wings in '//settings%name//'_NN.xmf, NN the number of the load, for ParaView'
   end subroutine solve_all
 
   !> The equilibrium u(3, n_all) [m] under load i, and what is to be told about it.
@@ -101,6 +101,7 @@ contains
       call solve_static(work, model, l%load, .false., settings%options, u, row%report)
       call cpu_time(t1)
       row%seconds = t1 - t0
+      if (.not. row%report%converged) return ! u belongs to a part of the load only
       n = model%n_points
       row%at_load = sum(l%load%force*u)/norm2(l%force)
       row%tip = u(:, tip_point(settings))
@@ -166,10 +167,15 @@ contains
     type(static_row_t), intent(in) :: row
     real(rp), parameter :: MM = 1.0e3_rp
     associate (l => settings%loads(i), r => row%report)
-      write (unit, '(i4,2f10.4,es12.3,a11,es10.1,i9,i7,f14.5,f13.5,f10.1)') i, MM*l%place, &
-        merge(l%force(3), norm2(l%force), all(abs(l%force(:2)) <= 0)), merge('yes', 'NO ', r%converged), r%residual, &
-        r%factorisations, r%snaps, MM*row%at_load, MM*row%tip(3), 1000*row%seconds
-      if (.not. r%converged) write (unit, '(a)') '     failed: '//r%reason
+      write (unit, '(i4,2f10.4,es12.3,a11)', advance='no') i, MM*l%place, &
+        merge(l%force(3), norm2(l%force), all(abs(l%force(:2)) <= 0)), merge('yes', 'NO ', r%converged)
+      if (r%converged) then
+        write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &
+          MM*row%tip(3), 1000*row%seconds
+      else
+        write (unit, '(a10,i9,i7,a14,a13,f10.1)') '-', r%factorisations, r%snaps, '-', '-', 1000*row%seconds
+        write (unit, '(a)') '     failed: '//r%reason
+      end if
     end associate
     flush (unit)
   end subroutine print_row

@@ -18,9 +18,10 @@ module app_static_output
   use io_hdf5, only: hdf5_file_t
   use solid_statics, only: static_report_t
   use solid_wing, only: wing_t
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none
   private
-  public :: static_table_t, static_row_t, write_shape, remove_shape, shape_file
+  public :: static_table_t, static_row_t, write_shape, remove_shape
 
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: POLYLINE = 2 !< XDMF's number of this kind of cell
@@ -28,7 +29,7 @@ module app_static_output
     'fz [N]', 'converged [-]', 'residual [-]', 'factors [-]', 'snaps [-]', 'stages [-]', 'rcond [-]', 'at_load [m]', &
     'tip_x [m]', 'tip_y [m]', 'tip_z [m]', 'largest [m]', 'R [m]', 'CPU [s]']
 
-  !> What came out for one load.
+  !> What came out for one load; the shape is defined if it converged.
   type :: static_row_t
     type(static_report_t) :: report
     real(rp) :: at_load = 0  !< [m] movement of the loaded place along the force
@@ -62,7 +63,7 @@ contains
     call save(self, failure)
   end subroutine table_start
 
-  !> Adds the row of load number `number`.
+  !> Adds the row of load number `number`; what a failed load leaves unknown is NaN.
   subroutine table_add(self, settings, number, row, failure)
     class(static_table_t), intent(inout) :: self
     type(static_settings_t), intent(in) :: settings
@@ -70,10 +71,18 @@ contains
     type(static_row_t), intent(in) :: row
     type(failure_t), intent(inout) :: failure
     character(17*size(COLUMNS)) :: line
+    real(rp) :: residual, condition, shape(5)
+    residual = row%report%residual
+    condition = row%report%reciprocal_condition
+    shape = [row%at_load, row%tip, row%largest]
+    if (.not. row%report%converged) then
+      residual = ieee_value(residual, ieee_quiet_nan)
+      condition = residual
+      shape = residual
+    end if
     associate (l => settings%loads(number), r => row%report)
       write (line, '(es16.8,*(es17.8))') real(number, rp), l%place, l%force, merge(1.0_rp, 0.0_rp, r%converged), &
-        r%residual, real([r%factorisations, r%snaps, r%stages], rp), r%reciprocal_condition, row%at_load, row%tip, &
-        row%largest, settings%model%size, row%seconds
+        residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%model%size, row%seconds
     end associate
     self%text = self%text//NL//trim(line)
     call save(self, failure)

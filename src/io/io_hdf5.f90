@@ -189,7 +189,7 @@ contains
     character(*), intent(in) :: path
     logical, intent(in) :: durable
     type(failure_t), intent(inout) :: failure
-    logical :: ok
+    logical :: ok, ignored
     ok = .true.
     if (durable) call self%flush(failure)
     call self%close(failure)
@@ -198,6 +198,7 @@ contains
         call remove_file(self%path, ok)
       else
         call replace_file(self%path, path, durable, ok)
+        if (.not. ok) call remove_file(self%path, ignored)
       end if
     end if
     if (.not. failure%failed) call self%agree(ok, 'cannot be renamed to '//path, failure)
