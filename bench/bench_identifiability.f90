@@ -21,7 +21,7 @@ program identifiability
   integer, parameter :: N_PARAMETERS = 11
   real(rp), parameter :: NOISE = 1.0e-5_rp ! [m]
   real(rp), parameter :: FORCES(N_LOADS) = 1.0e-4_rp* &
-    [15.0_rp, 8.0_rp, 6.0_rp, 3.0_rp, 1.5_rp, 8.0_rp, 5.0_rp, 3.0_rp, 5.0_rp, 3.0_rp] ! [N]
+                         [15.0_rp, 8.0_rp, 6.0_rp, 3.0_rp, 1.5_rp, 8.0_rp, 5.0_rp, 3.0_rp, 5.0_rp, 3.0_rp] ! [N]
   type(wing_t) :: wing
   type(solid_params_t) :: params
   type(parameter_t) :: parameter

@@ -14,9 +14,10 @@ module bench_places
   public :: wing_of_argument, place_on_wing, load_at
 
   integer, parameter, public :: N_LOADS = 10
+  !> Places of the loads as fractions of the span and of the chord there.
   real(rp), parameter :: FRACTIONS(2, N_LOADS) = reshape([0.25_rp, 0.9_rp, 0.45_rp, 0.9_rp, 0.6_rp, 0.75_rp, &
-    0.8_rp, 0.7_rp, 0.95_rp, 0.6_rp, 0.35_rp, 0.5_rp, 0.55_rp, 0.45_rp, 0.75_rp, 0.35_rp, 0.3_rp, 0.25_rp, &
-    0.55_rp, 0.15_rp], [2, N_LOADS]) ! of the span and of the chord there
+                0.8_rp, 0.7_rp, 0.95_rp, 0.6_rp, 0.35_rp, 0.5_rp, 0.55_rp, 0.45_rp, 0.75_rp, 0.35_rp, 0.3_rp, 0.25_rp, &
+                                                          0.55_rp, 0.15_rp], [2, N_LOADS])
 
 contains
 

@@ -133,7 +133,7 @@ contains
       if (.not. report%converged .or. abs(w/target - 1) < 0.15_rp) exit
       next = force*min(8.0_rp, max(0.125_rp, target/w))
       if (last_w > 0) next = force*min(8.0_rp, max(0.125_rp, &
-        (target/w)**(log(force/last_force)/log(w/last_w))))
+                                                   (target/w)**(log(force/last_force)/log(w/last_w))))
       last_force = force
       last_w = w
       force = next

@@ -7,10 +7,11 @@ module app_command_line
   private
   public :: command_t, parse_command_line, print_usage, print_version
   public :: ACTION_RUN, ACTION_CHECK, ACTION_DRY_RUN, ACTION_VERSION, ACTION_HELP, ACTION_KEYVALUES, &
-            ACTION_COMPARE_KEYS, ACTION_PARAMETERS
+            ACTION_COMPARE_KEYS, ACTION_PARAMETERS, ACTION_STATIC, ACTION_STATIC_CHECK
 
   integer, parameter :: ACTION_RUN = 1, ACTION_CHECK = 2, ACTION_DRY_RUN = 3, ACTION_VERSION = 4, ACTION_HELP = 5, &
-                        ACTION_KEYVALUES = 6, ACTION_COMPARE_KEYS = 7, ACTION_PARAMETERS = 8
+                        ACTION_KEYVALUES = 6, ACTION_COMPARE_KEYS = 7, ACTION_PARAMETERS = 8, ACTION_STATIC = 9, &
+                        ACTION_STATIC_CHECK = 10
 
   !> What the user wants.
   type :: command_t
@@ -31,11 +32,13 @@ contains
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: argument
     integer :: i, n_files
+    logical :: is_static
     command%ini = ''
     command%restart_file = ''
     command%file = ''
     command%other_file = ''
     n_files = 0
+    is_static = .false.
     do i = 1, command_argument_count()
       argument = argument_text(i)
       select case (argument)
@@ -48,6 +51,8 @@ contains
       case ('--parameters')
         command%action = ACTION_PARAMETERS
         return
+      case ('--static')
+        is_static = .true.
       case ('--check')
         call choose(ACTION_CHECK)
       case ('--dry-run')
@@ -76,6 +81,7 @@ contains
         end if
       end select
     end do
+    if (is_static) call choose_static(command, errors)
     call check_files(command, n_files, errors)
 
   contains
@@ -87,6 +93,20 @@ contains
       command%action = action
     end subroutine choose
   end subroutine parse_command_line
+
+  !> --static changes what is run or checked.
+  subroutine choose_static(command, errors)
+    type(command_t), intent(inout) :: command
+    type(message_list_t), intent(inout) :: errors
+    select case (command%action)
+    case (ACTION_RUN)
+      command%action = ACTION_STATIC
+    case (ACTION_CHECK)
+      command%action = ACTION_STATIC_CHECK
+    case default
+      call errors%add('--static goes with --check and --flusi-compat only')
+    end select
+  end subroutine choose_static
 
   subroutine check_files(command, n_files, errors)
     type(command_t), intent(inout) :: command
@@ -121,25 +141,26 @@ contains
   !> Writes how the program is called.
   subroutine print_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(18) = [character(84) :: &
-      'usage: mpirun -n RANKS flusi FILE.ini [options]', &
-      '', &
-      '  --check             print every effective value and where it comes from', &
-      '  --dry-run           print memory, time step, steps and output files; run nothing', &
-      '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
-      '  --flusi-compat      where a key stands twice, the first wins, as in FLUSI', &
-      '  --parameters        print the reference of all parameters (Markdown)', &
-      '  --version           print version, commit, compiler and flags', &
-      '  --help              print this', &
-      '', &
-      '       flusi [--postprocess] --keyvalues FIELD.h5', &
-      '       flusi [--postprocess] --compare-keys A.key B.key', &
-      '', &
-      'exit codes: 0 the run reached its end       3 numerical failure, checkpoint kept', &
-      '            1 defect of program or machine  4 stopped early with a checkpoint:', &
-      '            2 mistake in the input            start again with --restart', &
-      '', &
-      'parameters: docs/parameters.md, examples: ini/']
+    character(*), parameter :: LINES(19) = [character(84) :: &
+                                            'usage: mpirun -n RANKS flusi FILE.ini [options]', &
+                                            '', &
+                                          '  --check             print every effective value and where it comes from', &
+                                 '  --dry-run           print memory, time step, steps and output files; run nothing', &
+                                            '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
+                                        '  --flusi-compat      where a key stands twice, the first wins, as in FLUSI', &
+                                            '  --parameters        print the reference of all parameters (Markdown)', &
+                                            '  --version           print version, commit, compiler and flags', &
+                                            '  --help              print this', &
+                                            '', &
+                               '       flusi --static FILE.ini [--check]           shape of a wing under given loads', &
+                                            '       flusi [--postprocess] --keyvalues FIELD.h5', &
+                                            '       flusi [--postprocess] --compare-keys A.key B.key', &
+                                            '', &
+                                   'exit codes: 0 the run reached its end       3 numerical failure, checkpoint kept', &
+                                     '            1 defect of program or machine  4 stopped early with a checkpoint:', &
+                                           '            2 mistake in the input            start again with --restart', &
+                                            '', &
+                                            'parameters: docs/parameters.md, examples: ini/']
     integer :: i
     do i = 1, size(LINES)
       write (unit, '(a)') trim(LINES(i))

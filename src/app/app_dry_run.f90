@@ -41,7 +41,7 @@ contains
       dt = next_step_length(endless, speed, 0.0_rp, 0.0_rp, [0.0_rp])
       steps = min(p%t_max/dt, real(p%nt, rp))
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
-      if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
+  if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
       call print_files(unit, settings, min(p%t_max, p%nt*dt))
     end associate
     flush (output_unit)
@@ -100,7 +100,7 @@ contains
         ! One save at the start, one at the end, and one at each multiple between.
         times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1
         bytes = n*times*product(real(p%grid%n, rp)/o%stride)*merge(4, 8, o%single_precision)
-        write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
+       write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
           bytes/1.0e9_rp, ' GB, and one .xmf index'
       end if
       if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'

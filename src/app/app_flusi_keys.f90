@@ -37,27 +37,27 @@ contains
     call registry%add_inert('Saving', 'itkine', 'kinematics are written with the integrals')
     call registry%add_inert_section('DryRun', 'Drawing the mask without a flow.')
     call registry%add_switch('DryRun', 'dry_run_without_fluid', .false., 'draw the mask without a flow', &
-      unbuilt='a dry run of the mask')
+                             unbuilt='a dry run of the mask')
   end subroutine register_dead_keys
 
   subroutine register_unbuilt_flow_physics(registry)
     type(registry_t), intent(inout) :: registry
     call registry%add_section('FSI-equation', 'Which equations govern the flow.')
     call registry%add_word('FSI-equation', 'equation', 'navier-stokes', 'navier-stokes', &
-      'equations of the flow: incompressible Navier-Stokes', unbuilt='artificial-compressibility')
+                           'equations of the flow: incompressible Navier-Stokes', unbuilt='artificial-compressibility')
     call registry%add_inert_section('artificial-compressibility', 'Only for the equation of this name.')
     call registry%add_inert_section('Forcing', 'Forcing of isotropic turbulence.')
     call registry%add_word('Forcing', 'forcing_type', 'none', 'none', 'forcing of isotropic turbulence', &
-      unbuilt='machiels|kaneda')
+                           unbuilt='machiels|kaneda')
     call registry%add_inert_section('TurbulentInlet', 'Turbulence read from a file and imposed at an inlet.')
     call registry%add_switch('TurbulentInlet', 'use_turbulent_inlet', .false., 'turbulent inflow', &
-      unbuilt='a turbulent inlet')
+                             unbuilt='a turbulent inlet')
     call registry%add_inert_section('Averaging', 'Averages over time, computed while running.')
     call registry%add_switch('Averaging', 'time_avg', .false., 'averages over time', &
-      unbuilt='averaging over time')
+                             unbuilt='averaging over time')
     call registry%add_inert_section('PassiveScalar', 'Transported scalars.')
     call registry%add_switch('PassiveScalar', 'use_passive_scalar', .false., 'transport scalars', &
-      unbuilt='transport of passive scalars')
+                             unbuilt='transport of passive scalars')
     call registry%add_inert_section('Scalar*', 'One transported scalar.')
   end subroutine register_unbuilt_flow_physics
 
@@ -67,10 +67,10 @@ contains
     call registry%add_inert_section('Insects', 'Rigid insects.')
     call registry%add_inert_section('SolidModel', 'The elastic beam.')
     call registry%add_switch('SolidModel', 'use_solid_model', .false., 'an elastic beam in the flow', &
-      unbuilt='the elastic beam')
+                             unbuilt='the elastic beam')
     call registry%add_inert_section('Flexible_wing', 'FLUSI''s mass-spring wing.')
     call registry%add_switch('Flexible_wing', 'use_flexible_wing_model', .false., &
-      'a flexible wing in the flow', &
-      unbuilt='FLUSI''s flexible wing')
+                             'a flexible wing in the flow', &
+                             unbuilt='FLUSI''s flexible wing')
   end subroutine register_unbuilt_solids
 end module app_flusi_keys

@@ -2,6 +2,7 @@
 !> The register of all ini keys of `flusi`, and those that concern output and running.
 module app_keys
   use app_flusi_keys, only: register_flusi_legacy
+  use app_static_keys, only: write_static_reference
   use base_kinds, only: rp
   use fluid_keys, only: register_fluid_keys
   use io_registry, only: registry_t
@@ -29,6 +30,7 @@ contains
     call register_all_keys(registry)
     write (unit, '(a)') '# Parameters', '', '<!-- Written by `flusi --parameters`; a test compares. -->', ''
     call registry%write_markdown(unit)
+    call write_static_reference(unit)
   end subroutine write_reference
 
   subroutine register_units(r)

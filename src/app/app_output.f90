@@ -157,7 +157,7 @@ contains
       call fluid%transform%backward(state%u, u)
       do c = 1, 3
         call write_field(fluid%rhs%world, '.', 'failed-u'//AXES(c:c), label_of(self%params, state%time, state%step, &
-                                                                     self%params%t_save), b, &
+                                                                               self%params%t_save), b, &
                          u(:, :, :, c), meta_of(fluid, state%time), PRECISION_DOUBLE, 1, writing)
       end do
     end associate

@@ -47,7 +47,8 @@ contains
     if (unread == 0) then
       call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices)
       ! A dry run tells which numbers of ranks would do.
-      if (present(world) .and. errors%count() == 0 .and. command%action /= ACTION_DRY_RUN) call check_ranks(world, settings, errors)
+      if (present(world) .and. errors%count() == 0 .and. command%action /= ACTION_DRY_RUN) &
+        call check_ranks(world, settings, errors)
     end if
     if (speaks .and. errors%count() > 0) call errors%print(error_unit, '')
     if (errors%count() > 0 .or. unread > 0) code = EXIT_USER
@@ -69,9 +70,10 @@ contains
     m = estimate_memory(settings%fluid, settings%output%needs_fields(), world%size)
     if (m%possible .and. m%largest_buffer <= huge(1)) return
     if (m%possible) then
-      write (text, '(a,i0,a)') 'the grid is too large for ', world%size, ' ranks: an exchange buffer would exceed 2^31 numbers'
+      write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &
+        ' ranks: an exchange buffer would exceed 2^31 numbers'
     else
-      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
+     write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
         'rows must divide the ranks and not exceed ny'
     end if
     call settings%config%complain(errors, 'Resolution', 'process_rows', trim(text))

@@ -88,7 +88,7 @@ contains
     end if
     if (settings%fluid%intelligent_dt) self%fluid%rhs%intervals = &
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
-                                                                  settings%output%slices), 0.0_rp]
+                                                                 settings%output%slices), 0.0_rp]
     call self%stop_rules%listen(world)
     call self%series%open(world, self%fluid, restart_time, self%failure)
     call self%output%init(world, settings%output, self%fluid, run_name(command%ini), restart_time, self%failure)

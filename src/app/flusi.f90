@@ -4,13 +4,14 @@ program flusi
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: command_t, parse_command_line, print_usage, print_version, ACTION_CHECK, &
                               ACTION_COMPARE_KEYS, ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
-                              ACTION_PARAMETERS, ACTION_RUN, ACTION_VERSION
+                              ACTION_PARAMETERS, ACTION_RUN, ACTION_STATIC, ACTION_STATIC_CHECK, ACTION_VERSION
   use app_dry_run, only: print_dry_run
   use app_keys, only: write_reference
   use app_parameters, only: read_parameters
   use app_postprocess, only: run_keyvalues, run_compare_keys
   use app_settings, only: settings_t
   use app_simulation, only: simulation_t
+  use app_static, only: run_static
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
   use base_process, only: exit_with, launched_rank
@@ -46,6 +47,8 @@ program flusi
     call run_keyvalues(command, code)
   case (ACTION_COMPARE_KEYS)
     call run_compare_keys(command, code)
+  case (ACTION_STATIC, ACTION_STATIC_CHECK)
+    call run_static(command, code)
   case (ACTION_CHECK)
     call read_parameters(command, settings, code)
     if (code == EXIT_OK) call settings%config%print_effective(output_unit)

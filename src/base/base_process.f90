@@ -54,7 +54,7 @@ contains
   !> The rank that a launcher gave this process, also before MPI is started; 0 without a launcher.
   integer function launched_rank() result(rank)
     character(20), parameter :: NAMES(4) = [character(20) :: 'OMPI_COMM_WORLD_RANK', 'PMIX_RANK', 'PMI_RANK', &
-                                            'SLURM_PROCID']
+                                                                                                     'SLURM_PROCID']
     character(:), allocatable :: value
     integer :: i, status
     do i = 1, size(NAMES)

@@ -190,7 +190,7 @@ contains
     ! The library would raise a floating-point exception here, which may be trapped.
     if (exponent < -400) return
     if (exponent > LARGEST_EXPONENT .or. &
-      (exponent == LARGEST_EXPONENT .and. kept(:len(LARGEST_DIGITS)) > LARGEST_DIGITS)) then
+        (exponent == LARGEST_EXPONENT .and. kept(:len(LARGEST_DIGITS)) > LARGEST_DIGITS)) then
       problem = quoted(text)//' is too large for a number'
       return
     end if

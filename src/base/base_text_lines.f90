@@ -35,7 +35,7 @@ contains
     integer :: unit, status
     ended = .false.
     open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', &
-        iostat=status)
+          iostat=status)
     if (status /= 0) return
     inquire (unit=unit, size=bytes)
     if (bytes > 0) then

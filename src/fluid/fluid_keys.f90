@@ -43,7 +43,7 @@ contains
     call r%add_length('Geometry', 'x0', 'xl/2', 'centre of body or vortex, x', unit='L')
     call r%add_length('Geometry', 'y0', 'yl/2', 'centre of body or vortex, y', unit='L')
     call r%add_length('Geometry', 'z0', 'zl/2', 'centre of body or vortex, z', unit='L')
-    call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
+call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                       unit='L', min=0.0_rp)
     call r%add_real('Geometry', 'alpha', 0.0_rp, 'turning of the plate about the z axis', unit='degree')
     call r%add_real('Geometry', 'r1', 1.0_rp, 'inner radius of the couette body', unit='L', above=0.0_rp)
@@ -97,8 +97,8 @@ contains
     type(registry_t), intent(inout) :: r
     call r%add_section('Penalization', 'solid bodies by volume penalization')
     call r%add_switch('Penalization', 'iPenalization', .false., 'whether there are solids at all')
-    call r%add_word('Penalization', 'iMask', 'none', 'none|empty|sphere|cylinder|cylinder_x|plate|couette|from_file::*', &
-                    'body: sphere; cylinder along z (2-D: along x); cylinder along x; square plate; Couette device; file', &
+  call r%add_word('Penalization', 'iMask', 'none', 'none|empty|sphere|cylinder|cylinder_x|plate|couette|from_file::*', &
+                'body: sphere; cylinder along z (2-D: along x); cylinder along x; square plate; Couette device; file', &
                     unbuilt='Insect|insect|Flexible_wing|Flexibility|Flapper|moving_cylinder|cylinder_asym_z|'// &
                     'rotating_cylinder|oscillating_cylinder_2D|turek_wan|noncircular_cylinder|romain_open_cavity|'// &
                     'floor_yz|active_grid|fractal_tree')
@@ -129,7 +129,7 @@ contains
     call r%add_switch('Sponge', 'iVorticitySponge', .false., 'damp the vorticity in a frame of the box')
     call r%add_word('Sponge', 'iSpongeType', 'top_cover', SPONGES, 'which faces of the box', &
                     unbuilt='moving_insect|moving_insect_vertical')
-    call r%add_real('Sponge', 'eps_sponge', 0.0_rp, 'damping time C_sp; has no default when the sponge is on', unit='T', &
+  call r%add_real('Sponge', 'eps_sponge', 0.0_rp, 'damping time C_sp; has no default when the sponge is on', unit='T', &
                     min=0.0_rp)
     call r%add_integer('Sponge', 'sponge_thickness', 0, 'thickness of the sponge', unit='points', min=0)
     call r%add_section('MeanFlow', 'velocity of the mean (0,0,0) mode')

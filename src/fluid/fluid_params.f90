@@ -76,7 +76,8 @@ contains
                         nearby_sizes(n(i)))
       if (n(i) < 4) call c%complain(errors, 'Resolution', KEYS(i), 'at least 4 points, or nx = 1 for a 2-D flow')
     end do
-    p%grid = make_grid(max(n, 1), [c%get_real('Geometry', 'xl'), c%get_real('Geometry', 'yl'), c%get_real('Geometry', 'zl')])
+    p%grid = make_grid(max(n, 1), [c%get_real('Geometry', 'xl'), c%get_real('Geometry', 'yl'), &
+                                   c%get_real('Geometry', 'zl')])
     p%process_rows = c%get_integer('Resolution', 'process_rows')
     p%planner = c%get_word('Resolution', 'planner')
     select case (c%get_word('Dealiasing', 'iDealias'))
@@ -142,7 +143,7 @@ contains
     if (p%inicond == 'taylor_green_2d' .and. .not. p%grid%is_2d) &
       call c%complain(errors, 'InitialCondition', 'inicond', 'taylor_green_2d is a flow in the y-z plane: set nx = 1')
     if (p%inicond == 'taylor_green' .and. p%grid%is_2d) &
-      call c%complain(errors, 'InitialCondition', 'inicond', 'taylor_green is three-dimensional; valid with nx = 1: '// &
+     call c%complain(errors, 'InitialCondition', 'inicond', 'taylor_green is three-dimensional; valid with nx = 1: '// &
                       'taylor_green_2d')
   end subroutine read_initial_condition
 

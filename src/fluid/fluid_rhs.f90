@@ -296,7 +296,7 @@ contains
         call self%advance_stick(s, c, fields(:, i, c))
       end do
       if (s == self%sticks%zero) self%state%u(1, s, :) = imposed_mean_flow(self%params, self%stage_time(), &
-                                                                          self%state%u(1, s, :))
+                                                                           self%state%u(1, s, :))
     end do
   end subroutine rhs_spectral_out
 

@@ -38,7 +38,7 @@ contains
       speed = u_max
       ! A swinging mean flow passes through rest; its largest velocity comes within the next steps.
       if (any(p%mean_flow == 'sinusoidal')) speed = max(speed, &
-                                                        norm2(merge(p%mean_velocity, 0.0_rp, p%mean_flow == 'sinusoidal')))
+                                                     norm2(merge(p%mean_velocity, 0.0_rp, p%mean_flow == 'sinusoidal')))
       if (speed >= 1.0e-8_rp) dt = two_digits(p%cfl*p%grid%min_spacing()/speed)
       if (p%dt_max > 0) dt = min(dt, p%dt_max)
       if (p%penalized) dt = min(dt, p%cfl_eta*p%c_eta)

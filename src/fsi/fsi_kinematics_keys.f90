@@ -30,23 +30,23 @@ contains
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
     call registry%add_word(SECTION, 'BodyMotion', 'tethered', 'tethered', 'motion of the body', &
-      unbuilt='free_flight|yawpitchroll|roll|pitch|yaw|buffeting|casting|*_param|from_file::*|command-line*')
+                 unbuilt='free_flight|yawpitchroll|roll|pitch|yaw|buffeting|casting|*_param|from_file::*|command-line*')
     call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body', unit='L', length=3)
     call registry%add_reals(SECTION, 'yawpitchroll_0', ZERO, 'attitude of the body; positive pitch is nose down', &
-      unit='degree', length=3)
+                            unit='degree', length=3)
     call registry%add_real(SECTION, 'eta0', 0.0_rp, &
-      'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and y (left)', unit='degree')
+           'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and y (left)', unit='degree')
     do i = 1, 2
       call registry%add_word(SECTION, 'FlappingMotion_'//trim(SIDES(i)), 'none', &
-        'none|'//FILE_WORD//'*|'//TABLE_WORD//'*', 'motion of the '//trim(SIDES(i))// &
-        ' wing: series of [kinematics], table, or none (alpha = 45 degrees, at rest)', &
-        unbuilt='Drosophila_hovering_*|flapper_*|suzuki|simplified*|revolving*|debug|command-line*|from_file')
+                             'none|'//FILE_WORD//'*|'//TABLE_WORD//'*', 'motion of the '//trim(SIDES(i))// &
+                             ' wing: series of [kinematics], table, or none (alpha = 45 degrees, at rest)', &
+                  unbuilt='Drosophila_hovering_*|flapper_*|suzuki|simplified*|revolving*|debug|command-line*|from_file')
     end do
     call registry%add_reals(SECTION, 'x_pivot_l', ZERO, 'hinge of the left wing in the body frame', unit='L', length=3)
     call registry%add_reals(SECTION, 'x_pivot_r', ZERO, 'hinge of the right wing in the body frame', unit='L', length=3)
     call registry%add_real(SECTION, 'wing_frequency', 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
     call registry%add_real(SECTION, 'wing_ramp', 0.0_rp, &
-      'the wings start at rest and reach their motion after this time; 0: at once', unit='T', min=0.0_rp)
+                     'the wings start at rest and reach their motion after this time; 0: at once', unit='T', min=0.0_rp)
   end subroutine register_kinematics_keys
 
   !> The tethered body.
@@ -74,7 +74,7 @@ contains
     motions%frequency = config%get_real(SECTION, 'wing_frequency')
     motions%ramp = config%get_real(SECTION, 'wing_ramp')
     if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
-      'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
+                                            'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
   end subroutine read_mounts
 
   !> Name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.

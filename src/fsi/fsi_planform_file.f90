@@ -85,7 +85,7 @@ contains
     character(*), parameter :: HARMONICS = 'coefficients of the outline R(theta), one for each harmonic'
     integer :: i
     call registry%add_section(W, 'The planform of a wing, x from root to tip, y toward the leading edge.')
-    call registry%add_word(W, 'type', 'fourier', 'fourier|polygon|curve|rectangular|ellipse', 'how the outline is given', &
+ call registry%add_word(W, 'type', 'fourier', 'fourier|polygon|curve|rectangular|ellipse', 'how the outline is given', &
                            unbuilt='linear|bristled', required=.true.)
     call registry%add_real(W, 'length', 0.0_rp, 'largest x, to which the outline is scaled; 0: as it is', &
                            unit='length', min=0.0_rp)

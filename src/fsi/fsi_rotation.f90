@@ -16,7 +16,7 @@ module fsi_rotation
   public :: angle_t, rotation_t, cross
 
   real(rp), parameter :: IDENTITY(3, 3) = &
-    reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
+                         reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
 
   !> An angle and its derivatives in time.
   type :: angle_t

@@ -48,7 +48,7 @@ contains
     type(angle_t), intent(out) :: phi, alpha, theta
     real(rp), parameter :: BEYOND = 0.1_rp !< cycles
     call require(t*self%frequency <= self%phi%last() + BEYOND, &
-      'fsi_wing_motion: time behind the end of the table, see check_span')
+                 'fsi_wing_motion: time behind the end of the table, see check_span')
     phi = angle_at(self, self%phi, t)
     alpha = angle_at(self, self%alpha, t)
     theta = angle_at(self, self%theta, t)
@@ -84,7 +84,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     if (t_end*self%frequency <= self%phi%last()) return
     call errors%add(name//': the table ends after '//number_text(self%phi%last())//' cycles, the run after '// &
-      number_text(t_end*self%frequency)//'; valid: a shorter run or a longer table')
+                    number_text(t_end*self%frequency)//'; valid: a shorter run or a longer table')
   end subroutine motion_check_span
 
   !> Smallest and largest position angle phi (rad) of the motion without ramp: over one cycle, or over

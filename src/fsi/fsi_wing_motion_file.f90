@@ -33,11 +33,11 @@ contains
     call registry%add_section(SECTION, 'motion of one wing over one cycle')
     call registry%add_inert(SECTION, 'format', 'version of the format; there is one')
     call registry%add_word(SECTION, 'type', 'fourier', TYPES, &
-      'fourier: a0/2 + sum ai cos(2 pi i t) + bi sin(2 pi i t); hermite: ai = values, bi = slopes at (i-1)/nfft', &
-      required=.true.)
+           'fourier: a0/2 + sum ai cos(2 pi i t) + bi sin(2 pi i t); hermite: ai = values, bi = slopes at (i-1)/nfft', &
+                           required=.true.)
     call registry%add_word(SECTION, 'units', 'degree', UNITS, 'of all angles; time is in cycles')
     call registry%add_word(SECTION, 'convention', 'flusi', CONVENTIONS, &
-      'flusi: deviation theta positive downwards; SISC: positive upwards')
+                           'flusi: deviation theta positive downwards; SISC: positive upwards')
     do i = 1, 3
       call register_angle(registry, trim(ANGLES(i)), trim(NAMES(i)))
     end do
@@ -48,12 +48,12 @@ contains
     character(*), intent(in) :: angle, name
     real(rp), parameter :: NOTHING(0) = [real(rp) ::]
     call registry%add_integer(SECTION, 'nfft_'//angle, 0, 'number of coefficients of the '//name//' angle', min=0, &
-      max=MOST_COEFFICIENTS, required=.true.)
+                              max=MOST_COEFFICIENTS, required=.true.)
     call registry%add_real(SECTION, 'a0_'//angle, 0.0_rp, 'twice the mean of the '//name//' angle, fourier only', &
-      unit='units')
+                           unit='units')
     call registry%add_reals(SECTION, 'ai_'//angle, NOTHING, 'cosine coefficients or values', unit='units')
     call registry%add_reals(SECTION, 'bi_'//angle, NOTHING, 'sine coefficients or slopes', &
-      unit='units or units/cycle')
+                            unit='units or units/cycle')
   end subroutine register_angle
 
   !> Fills the three series of `motion` from `text`, the content of the file called `name`. Every mistake is
@@ -99,9 +99,9 @@ contains
     call read_coefficients(config, 'bi_'//angle, n, b, errors)
     if (is_hermite) then
       if (n == 0) call config%complain(errors, SECTION, 'nfft_'//angle, &
-        'is 0, but hermite needs a value; valid: integer >= 1')
+                                       'is 0, but hermite needs a value; valid: integer >= 1')
       if (abs(a0) > 0) call config%complain(notices, SECTION, 'a0_'//angle, &
-        'has no effect with type=hermite, as in FLUSI')
+                                            'has no effect with type=hermite, as in FLUSI')
     end if
     if (size(a) /= n .or. size(b) /= n .or. (is_hermite .and. n == 0)) return
     if (is_hermite) then

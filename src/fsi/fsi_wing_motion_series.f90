@@ -61,7 +61,7 @@ contains
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: values(:), slopes(:)
     call require(size(values) == size(slopes) .and. size(values) > 0, &
-      'fsi_wing_motion_series: as many values as slopes, at least one')
+                 'fsi_wing_motion_series: as many values as slopes, at least one')
     call clear(self, HERMITE)
     self%a = values
     self%b = slopes
@@ -72,7 +72,7 @@ contains
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: x(:), values(:), slopes(:)
     call require(size(values) == size(slopes) .and. size(values) == size(x) .and. size(x) > 1, &
-      'fsi_wing_motion_series: a table has two or more times, values and slopes')
+                 'fsi_wing_motion_series: a table has two or more times, values and slopes')
     call require(all(x(2:) > x(:size(x) - 1)), 'fsi_wing_motion_series: the times of a table increase')
     call clear(self, TABLE)
     self%x = x
@@ -120,7 +120,7 @@ contains
       s = n*modulo(x, 1.0_rp)
       i = min(int(s), n - 1)
       call evaluate_cubic(s - i, 1.0_rp/n, self%a(i + 1), self%a(modulo(i + 1, n) + 1), &
-        self%b(i + 1), self%b(modulo(i + 1, n) + 1), f)
+                          self%b(i + 1), self%b(modulo(i + 1, n) + 1), f)
     case (TABLE)
       i = interval_of(self%x, x)
       s = self%x(i + 1) - self%x(i)

@@ -72,7 +72,7 @@ contains
         if (.not. allocated(problem) .and. header <= 0) problem = number_text(header)//' is not positive'
         if (n_read == 1 .and. .not. allocated(problem)) period = header
         if (allocated(problem)) call errors%add(place//trim(merge('period     ', 'wing length', n_read == 1))// &
-          ': '//problem//'; valid: a real > 0')
+                                                ': '//problem//'; valid: a real > 0')
       case (3)
         call parse_integer(content, n, problem)
         ! A row takes 26 characters at least: a larger count is wrong and must not be allocated.
@@ -112,7 +112,7 @@ contains
     n = count_words(content, BLANKS)
     if (n /= COLUMNS) then
       problem = number_text(n)//trim(merge(' number ', ' numbers', n == 1))//' in a row, not '//number_text(COLUMNS)// &
-        ': t phi alpha theta pitch vert horz and their derivatives'
+                ': t phi alpha theta pitch vert horz and their derivatives'
       return
     end if
     position = 1

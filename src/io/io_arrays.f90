@@ -251,7 +251,7 @@ contains
     if (.not. ok) return
     deallocate (text)
     allocate (character(int(length)) :: text)
-    call h5aread_f(attribute, stored, text, [1_HSIZE_T], error)
+    call h5aread_f(attribute, stored, text, [1_hsize_t], error)
     ok = error >= 0
     if (.not. ok) text = ''
   end subroutine read_fixed_text

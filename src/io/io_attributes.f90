@@ -127,7 +127,7 @@ contains
     call h5screate_f(merge(H5S_SCALAR_F, H5S_NULL_F, len(text) > 0), space, error)
     call h5acreate_by_name_f(file%id, object, name, kind, space, attribute, error)
     if (error >= 0) then
-      if (len(text) > 0) call h5awrite_f(attribute, kind, text, [1_HSIZE_T], error)
+      if (len(text) > 0) call h5awrite_f(attribute, kind, text, [1_hsize_t], error)
       call h5aclose_f(attribute, ignored)
     end if
     call h5sclose_f(space, ignored)
@@ -244,7 +244,7 @@ contains
       call h5tget_size_f(kind, length, error)
       deallocate (text)
       allocate (character(int(length)) :: text)
-      call h5aread_f(attribute, kind, text, [1_HSIZE_T], error)
+      call h5aread_f(attribute, kind, text, [1_hsize_t], error)
       call h5tclose_f(kind, ignored)
       call h5aclose_f(attribute, ignored)
     end if

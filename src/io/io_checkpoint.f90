@@ -186,7 +186,7 @@ contains
     call verify_values(self%file, total, failure)
     call verify_tables(self%file, total, failure)
     if (.not. failure%failed) call self%file%agree(total == stored, &
-        'is damaged: the checksum of its contents differs', &
+                                                   'is damaged: the checksum of its contents differs', &
                                                    failure)
     if (failure%failed) call self%file%close(failure)
   end subroutine reader_open

@@ -10,7 +10,7 @@ module io_config
   use base_text, only: number_text, printable
   use io_ini, only: ini_document_t, ini_entry_t, read_text_file
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
-    KEY_TEXT, KEY_WORD
+                    KEY_TEXT, KEY_WORD
   use io_lookup, only: report_unknown_key, report_unknown_section
   use io_registry, only: registry_t
   use io_value, only: read_value, value_t, value_text
@@ -183,7 +183,7 @@ contains
     meant = name
     if (s == 0 .and. len(name) > 0) &
       call report_unknown_section(self%registry, document%name, document%sections(i)%line, name, meant, &
-        errors)
+                                  errors)
     is_inert = .false.
     if (s > 0) is_inert = self%registry%sections(s)%is_inert
     do while (e <= document%n_entries)
@@ -215,7 +215,7 @@ contains
     associate (key => self%registry%keys(k)%key, value => self%values(k))
       if (key%kind == KEY_INERT) then
         call note_inert(inert, '['//key%section//'] '//printable(entry%key, 60), &
-          ' (line '//number_text(entry%line)//')')
+                        ' (line '//number_text(entry%line)//')')
         return
       end if
       place = self%name//':'//number_text(entry%line)//': ['//key%section//'] '//entry%key//': '
@@ -389,9 +389,9 @@ contains
     i = find(self, section, key)
     associate (its_kind => self%registry%keys(i)%key%kind)
       call require(its_kind == kind .or. its_kind == or_kind, 'io_config: ['//section//'] '//key// &
-        ' is asked for as another type than it was registered with')
+                   ' is asked for as another type than it was registered with')
     end associate
     call require(self%values(i)%is_known, 'io_config: ['//section//'] '//key// &
-      ' has no value: its default is worked out by the program, ask is_given first')
+                 ' has no value: its default is worked out by the program, ask is_given first')
   end function slot
 end module io_config

@@ -18,8 +18,8 @@ module io_control
   character(*), parameter :: CONTROL_FILE = 'runtime_control.ini', STOP_FILE = 'STOP'
   character(*), parameter :: NL = new_line('a')
   character(*), parameter :: IDLE = &
-    '; Write save_stop in the place of nothing to save a checkpoint and end the run.'//NL// &
-    '[runtime_control]'//NL//'runtime_control=nothing;'
+                             '; Write save_stop in the place of nothing to save a checkpoint and end the run.'//NL// &
+                             '[runtime_control]'//NL//'runtime_control=nothing;'
 
 contains
 

@@ -5,7 +5,7 @@
 !> transfer, sticky failures, empty parts allowed. Numbers are converted here and not by the library,
 !> which would fall back to independent transfers.
 module io_datasets
-  use base_kinds, only: rp, sp, i8
+  use base_kinds, only: rp, sp, i4, i8
   use base_errors, only: failure_t, require
   use parallel_block, only: block_t, rows_t
   use io_hdf5, only: hdf5_file_t
@@ -13,6 +13,7 @@ module io_datasets
   use hdf5, only: HID_T, HSIZE_T, SIZE_T, H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, &
                   H5D_FILL_TIME_NEVER_F, H5FD_MPIO_COLLECTIVE_F, H5S_SELECT_SET_F, H5S_SELECT_OR_F, &
                   H5T_NATIVE_DOUBLE, H5T_NATIVE_REAL, H5T_IEEE_F32LE, H5T_IEEE_F64LE, H5T_FLOAT_F, &
+                  H5T_STD_I32LE, H5_INTEGER_KIND, h5kind_to_type, &
                   h5pcreate_f, h5pclose_f, h5pset_fill_time_f, h5pset_dxpl_mpio_f, &
                   h5dcreate_f, h5dopen_f, h5dclose_f, h5dwrite_f, h5dread_f, h5dget_type_f, &
                   h5tget_size_f, h5tget_class_f, h5tclose_f, &
@@ -20,7 +21,7 @@ module io_datasets
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
   implicit none
   private
-  public :: write_slab, read_slab, write_box, read_box, write_rows, read_rows
+  public :: write_slab, read_slab, write_box, read_box, write_rows, read_rows, write_integers
 
 contains
 
@@ -133,6 +134,30 @@ contains
       data(:, row_in_file_order(patterns, i)) = values((i - 1)*n + 1:i*n)
     end do
   end subroutine read_rows
+
+  !> Creates the dataset `name` of shape `dims` from integers, first index fastest, in 32 bits each. For a
+  !> file of one process.
+  subroutine write_integers(file, name, dims, values, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer(i8), intent(in) :: dims(:)
+    integer(i4), contiguous, target, intent(in) :: values(:)
+    type(failure_t), intent(inout) :: failure
+    integer(HID_T) :: space, dataset
+    integer :: error, ignored
+    if (failure%failed) return
+    call require(.not. file%is_parallel .and. size(values) > 0 .and. size(values, kind=i8) == product(dims), &
+                 'io_datasets: integers of another number than the shape, or on a parallel file')
+    call h5screate_simple_f(size(dims), int(dims, HSIZE_T), space, error)
+    call h5dcreate_f(file%id, name, H5T_STD_I32LE, space, dataset, error)
+    if (error >= 0) then
+      call h5dwrite_f(dataset, h5kind_to_type(i4, H5_INTEGER_KIND), c_loc(values), error)
+      call h5dclose_f(dataset, ignored)
+      error = min(error, ignored)
+    end if
+    call file%agree(error >= 0, 'dataset '''//name//''' cannot be written; is the disk full?', failure)
+    call h5sclose_f(space, error)
+  end subroutine write_integers
 
   pure integer function row_in_file_order(patterns, i) result(row)
     type(row_patterns_t), intent(in) :: patterns
@@ -282,7 +307,7 @@ contains
                                  int([0, patterns%start(k)], HSIZE_T), int([1, patterns%count(k)], HSIZE_T), &
                                  error, &
                                  int([ncol, patterns%stride(k)], HSIZE_T), int([ncol, patterns%length(k)], &
-                                 HSIZE_T))
+                                                                               HSIZE_T))
     end do
   end function rows_space
 

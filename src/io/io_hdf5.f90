@@ -31,6 +31,7 @@ module io_hdf5
     logical, private :: is_new = .false. !< created by us
   contains
     procedure :: create => file_create
+    procedure :: create_serial => file_create_serial
     procedure :: open => file_open
     procedure :: open_serial => file_open_serial
     procedure :: flush => file_flush
@@ -59,16 +60,32 @@ contains
     character(*), intent(in) :: path
     type(failure_t), intent(inout) :: failure
     logical, intent(in), optional :: checked
+    self%world = world
+    self%is_parallel = .true.
+    self%path = path
+    call create_new(self, failure, checked)
+  end subroutine file_create
+
+  !> Creates a file by this process alone, replacing an existing one; MPI need not run.
+  subroutine file_create_serial(self, path, failure)
+    class(hdf5_file_t), intent(out) :: self
+    character(*), intent(in) :: path
+    type(failure_t), intent(inout) :: failure
+    self%path = path
+    call create_new(self, failure)
+  end subroutine file_create_serial
+
+  subroutine create_new(self, failure, checked)
+    class(hdf5_file_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    logical, intent(in), optional :: checked
     integer(HID_T) :: access
     integer :: error
     logical :: ok
 
-    self%world = world
-    self%is_parallel = .true.
-    self%path = path
     if (failure%failed) return
     ok = .true.
-    if (world%is_root) call reserve_space(path//RESERVE, RESERVED_KILOBYTES, ok)
+    if (self%world%is_root) call reserve_space(self%path//RESERVE, RESERVED_KILOBYTES, ok)
     call self%agree(ok, 'cannot be created: is the folder missing or the disk full?', failure)
     if (failure%failed) return
     self%is_new = .true.
@@ -76,11 +93,11 @@ contains
     if (present(checked)) then
       if (checked) call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V18_F, error)
     end if
-    call h5fcreate_f(path, H5F_ACC_TRUNC_F, self%id, error, access_prp=access)
+    call h5fcreate_f(self%path, H5F_ACC_TRUNC_F, self%id, error, access_prp=access)
     call self%agree(error >= 0, 'cannot be created', failure)
     call h5pclose_f(access, error)
     if (failure%failed) call self%close(failure)
-  end subroutine file_create
+  end subroutine create_new
 
   !> Opens an existing file for reading, on all ranks of `world`. Collective.
   subroutine file_open(self, world, path, failure)
@@ -130,7 +147,7 @@ contains
     call h5eset_auto_f(0, error) ! errors are reported once, by us
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, error)
     if (self%is_parallel) call h5pset_fapl_mpio_f(access, self%world%comm%mpi_val, MPI_INFO_NULL%mpi_val, &
-        error)
+                                                  error)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, error)
   end function access_list
 
@@ -156,7 +173,7 @@ contains
         call remove_file(self%path//RESERVE, ok)
         if (failure%failed) call empty_file(self%path, ok)
       end if
-      call self%world%barrier()
+      if (self%is_parallel) call self%world%barrier()
       self%is_new = .false.
     end if
     if (self%id < 0) return
@@ -172,7 +189,7 @@ contains
     character(*), intent(in) :: path
     logical, intent(in) :: durable
     type(failure_t), intent(inout) :: failure
-    logical :: ok
+    logical :: ok, ignored
     ok = .true.
     if (durable) call self%flush(failure)
     call self%close(failure)
@@ -181,6 +198,7 @@ contains
         call remove_file(self%path, ok)
       else
         call replace_file(self%path, path, durable, ok)
+        if (.not. ok) call remove_file(self%path, ignored)
       end if
     end if
     if (.not. failure%failed) call self%agree(ok, 'cannot be renamed to '//path, failure)

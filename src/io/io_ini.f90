@@ -41,7 +41,7 @@ module io_ini
     procedure :: parse => ini_document_parse
   end type ini_document_t
 
-  character(*), parameter :: NEWLINE = achar(10), RETURN = achar(13)
+  character(*), parameter :: NEWLINE = achar(10), return = achar(13)
   character(*), parameter :: BYTE_ORDER_MARK = char(239)//char(187)//char(191)
   character(*), parameter :: COMMENT_SIGNS = ';#!%'
   integer, parameter :: MAX_BROKEN_LINES = 50 ! more than that is not an ini file
@@ -59,7 +59,7 @@ contains
     integer :: unit, status
     text = ''
     open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
-      iostat=status, iomsg=reason)
+          iostat=status, iomsg=reason)
     if (status /= 0) then
       problem = path//': cannot be opened: '//trim(reason)
       return
@@ -135,7 +135,7 @@ contains
     if (step == 0) step = len(text) - position + 2
     last = position + step - 2
     position = position + step
-    call trim_range(text, first, last, BLANKS//RETURN)
+    call trim_range(text, first, last, BLANKS//return)
   end subroutine next_line
 
   !> Shrinks text(first:last) by the characters of `set` on both sides; possibly to nothing.

@@ -8,7 +8,7 @@ module io_key
   public :: key_t, matches_pattern, matches_any, spaced_choices
 
   integer, parameter, public :: KEY_INTEGER = 1, KEY_REAL = 2, KEY_LENGTH = 3, KEY_SWITCH = 4, KEY_WORD = 5, &
-    KEY_TEXT = 6, KEY_REALS = 7, KEY_MATRIX = 8, KEY_INERT = 9
+                                KEY_TEXT = 6, KEY_REALS = 7, KEY_MATRIX = 8, KEY_INERT = 9
 
   type :: key_t
     integer :: kind = KEY_INERT

@@ -18,8 +18,8 @@ module io_keyvalues
 
   integer, parameter :: N_KEYS = 6
   character(*), parameter :: KEY_NAMES(N_KEYS) = [character(16) :: 'time', 'max', 'min', 'mean', &
-      'mean square', &
-                                                  'mean (x+y+z)f']
+                                                                                                        'mean square', &
+                                                                                                        'mean (x+y+z)f']
   real(rp), parameter :: KEY_TOLERANCE = 1.0e-4_rp   !< relative
   real(rp), parameter :: SMALL_REFERENCE = 1.0e-7_rp !< below it the tolerance is absolute
 

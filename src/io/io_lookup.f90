@@ -32,7 +32,7 @@ contains
     meant = ''
     if (allocated(suggestion%best)) meant = suggestion%best
     call errors%add(file//':'//number_text(line)//': ['//printable(name, 60)//']: '// &
-      what_is_wrong('section', name, meant)//'; valid: '//choices(4:)//suggestion%hint())
+                    what_is_wrong('section', name, meant)//'; valid: '//choices(4:)//suggestion%hint())
   end subroutine report_unknown_section
 
   !> Adds the mistake that `key` is unknown in the known section `section`. `meant` becomes the index
@@ -72,7 +72,7 @@ contains
     if (len(elsewhere) > 0) text = text//', it belongs to '//elsewhere(5:)
     if (len(choices) > 0) text = text//'; valid: '//choices(4:)
     call errors%add(file//':'//number_text(line)//': ['//section//'] '//printable(key, 60)//': '//text// &
-      suggestion%hint())
+                    suggestion%hint())
   end subroutine report_unknown_key
 
   function what_is_wrong(thing, name, meant) result(text)

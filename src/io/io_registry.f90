@@ -6,7 +6,7 @@ module io_registry
   use base_kinds, only: rp
   use base_text, only: number_text
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
-    KEY_TEXT, KEY_WORD, key_t, matches_pattern
+                    KEY_TEXT, KEY_WORD, key_t, matches_pattern
   use io_key_table, only: key_slot_t, section_t, write_key_tables
   use io_value, only: is_length, read_value, value_t
   implicit none
@@ -106,7 +106,7 @@ contains
   !> A real that may also be written N*dx. A default that is not such a number, 'xl/2', describes what
   !> the program works out itself; get_real may then be asked only if the key is given.
   subroutine registry_add_length(self, section, key, default_text, help, unit, min, max, above, below, &
-    required)
+                                 required)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, default_text, help
     character(*), intent(in), optional :: unit
@@ -215,7 +215,7 @@ contains
     integer :: i
     call require(self%find(section, key) > 0, 'io_registry: alias of the unknown key ['//section//'] '//key)
     call require(self%find(section, old_name) == 0, 'io_registry: ['//section//'] '//old_name// &
-      ' is declared twice')
+                 ' is declared twice')
     if (.not. allocated(self%aliases)) allocate (self%aliases(8))
     if (self%n_aliases == size(self%aliases)) then
       allocate (larger(2*self%n_aliases))
@@ -241,7 +241,7 @@ contains
     self%length_key = self%find(length_section, length_key)
     call require(self%points_key > 0 .and. self%length_key > 0, 'io_registry: the lattice has unknown keys')
     call require(self%keys(self%points_key)%key%kind == KEY_INTEGER, &
-      'io_registry: '//points_key//' is no integer')
+                 'io_registry: '//points_key//' is no integer')
     associate (kind => self%keys(self%length_key)%key%kind)
       call require(kind == KEY_REAL .or. kind == KEY_LENGTH, 'io_registry: '//length_key//' is no real')
     end associate
@@ -357,7 +357,7 @@ contains
     type(key_slot_t), allocatable :: larger(:)
     integer :: i
     call require(self%find(new%section, new%name) == 0, 'io_registry: ['//new%section//'] '//new%name// &
-      ' is declared twice')
+                 ' is declared twice')
     call check_default(new)
     call self%add_section(new%section, '')
     if (.not. allocated(self%keys)) allocate (self%keys(64))
@@ -382,6 +382,6 @@ contains
     if (new%is_computed) return
     call read_value(new, new%default_text, .false., 0, 1.0_rp, unused, problem)
     call require(.not. allocated(problem), 'io_registry: ['//new%section//'] '//new%name// &
-      ' has a default that it would refuse: '//new%default_text)
+                 ' has a default that it would refuse: '//new%default_text)
   end subroutine check_default
 end module io_registry

@@ -4,7 +4,7 @@ module io_value
   use base_kinds, only: rp
   use base_text, only: BLANKS, count_words, next_word, number_text, parse_integer, parse_real, quoted
   use io_key, only: KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, KEY_TEXT, &
-    KEY_WORD, key_t, matches_any
+                    KEY_WORD, key_t, matches_any
   use io_suggest, only: suggestion_t
   implicit none
   private
@@ -171,7 +171,7 @@ contains
     if (matches_any(raw, key%allowed)) return
     if (matches_any(raw, key%unbuilt)) then
       problem = quoted(raw)//' is known from FLUSI, but this physics is not built here; valid: '// &
-        key%choices_text()
+                key%choices_text()
       return
     end if
     call suggestion%start(raw)
@@ -202,7 +202,7 @@ contains
     n = count_words(raw, BLANKS//',')
     if (key%length > 0 .and. n /= key%length) then
       problem = number_text(n)//trim(merge(' number is  ', ' numbers are', n == 1))//' given, not '// &
-        number_text(key%length)
+                number_text(key%length)
     else
       allocate (x(n))
       call read_list(key, raw, x, problem)
@@ -253,7 +253,7 @@ contains
           n_rows = n_rows + 1
           if (n /= n_columns) then
             problem = 'the row in line '//number_text(at_line)//' has '//number_text(n)// &
-              trim(merge(' number ', ' numbers', n == 1))//', not '//number_text(n_columns)
+                      trim(merge(' number ', ' numbers', n == 1))//', not '//number_text(n_columns)
           else if (pass == 2) then
             call read_list(key, raw(first:last), row, problem)
             if (allocated(problem)) then

@@ -20,9 +20,9 @@ module io_xdmf
 
   character(*), parameter :: NL = new_line('a')
   character(*), &
-      parameter :: HEAD = '<?xml version="1.0" ?>'//NL//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//NL// &
-    '<Xdmf Version="3.0">'//NL//'<Domain>'//NL// &
-    '<Grid Name="fields" GridType="Collection" CollectionType="Temporal">'//NL
+    parameter :: HEAD = '<?xml version="1.0" ?>'//NL//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//NL// &
+                 '<Xdmf Version="3.0">'//NL//'<Domain>'//NL// &
+                 '<Grid Name="fields" GridType="Collection" CollectionType="Temporal">'//NL
   character(*), parameter :: TAIL = '</Grid>'//NL//'</Domain>'//NL//'</Xdmf>'
   ! How one grid begins and ends in the index; reading an index back relies on it.
   character(*), parameter :: GRID_HEAD = '<Grid GridType="Uniform" Name="', GRID_TAIL = '</Grid>'
@@ -149,7 +149,7 @@ contains
       character(:), allocatable :: xml
       xml = '<DataItem Format="HDF" NumberType="Float" Precision="'//achar(iachar('0') + precision)// &
             '" Dimensions="'//size_text//'">'//field_file(prefix, &
-            label)//':/'//trim(prefix)//'</DataItem>'//NL
+                                                          label)//':/'//trim(prefix)//'</DataItem>'//NL
     end function item
   end subroutine index_add
 

@@ -41,10 +41,10 @@ contains
     if (.not. world%is_root) return
     whole = max(mean(total), tiny(whole))
     write (unit, '(a24,a12,3a12,a9)') 'region                  ', 'calls', 'min [s]', 'mean [s]', 'max [s]', &
-        'share'
+      'share'
     do i = 1, n
       write (unit, '(a24,i12,3f12.3,f8.1,a1)') timers%name(i)//repeat(' ', 24), timers%calls(i), least(i), &
-          mean(i), &
+        mean(i), &
         largest(i), 100*mean(i)/whole, '%'
     end do
     flush (unit)

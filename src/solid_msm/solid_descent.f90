@@ -31,7 +31,7 @@ contains
     integer, parameter :: CAUTION = 5 ! iterations without the exact tangent after it failed
     real(rp), parameter :: ARMIJO = 1.0e-3_rp, EXACT_BELOW = 0.3_rp, ROUNDING = 1.0e-11_rp
     real(rp) :: potential, new_potential, size_g, new_size, slope, shift, shift_unit, largest, step, &
-      limit_step
+                limit_step
     integer :: start, since_failure, halving
     logical :: is_spd, exact, accepted
 
@@ -49,7 +49,7 @@ contains
       if (converged .or. work%cholesky%n_factorisations - start >= limit) exit
       exact = size_g < EXACT_BELOW*work%force_scale .and. since_failure >= CAUTION
       since_failure = since_failure + 1
-      call work%factorise(model, load, u, .not. exact, shift, is_spd)
+      call work%factorise(model, load, u,.not. exact, shift, is_spd)
       if (.not. is_spd .and. exact) then
         since_failure = 0
         call work%factorise(model, load, u, .true., shift, is_spd)

@@ -228,7 +228,7 @@ contains
           do i = 1, 3
             if (abs(dot_product(normal, x(:, tri(i, t)) - x(:, tri(1, 1)))) > FLAT*extent) then
               call failure%raise('the unloaded membrane must be flat, point '//number_text(tri(i, t))// &
-                ' is not in its plane')
+                                 ' is not in its plane')
               return
             end if
           end do
@@ -242,7 +242,7 @@ contains
       turn = cross(e, f)/(norm2(e)*norm2(f))
       if (norm2(turn - dot_product(turn, normal)*normal) > FLAT) then
         call failure%raise('the veins at point '//number_text(plans(h)%nodes(2))// &
-          ' bend out of the plane of the wing')
+                           ' bend out of the plane of the wing')
         return
       end if
     end do

@@ -76,7 +76,7 @@ contains
       call elongation(self, s, u, dl, l, direction)
       call law(self, s, dl, e, force, slope)
       if (present(step)) force = force + slope* &
-        dot_product(direction, step(:, self%nodes(2, s)) - step(:, self%nodes(1, s)))
+                                 dot_product(direction, step(:, self%nodes(2, s)) - step(:, self%nodes(1, s)))
       axial(s) = k(s)*force
     end do
   end subroutine extension_axial

@@ -67,7 +67,7 @@ contains
     wq(:, :, 2) = IDENTITY
     wq(:, :, 3) = 0
     if (has_normal) wq(:, :, 3) = self%sin0*skew(te) &
-      - (1 - self%cos0)*(outer(n, te) + dot_product(n, te)*IDENTITY)
+                                  - (1 - self%cos0)*(outer(n, te) + dot_product(n, te)*IDENTITY)
     sq = 0
     do i = 1, n_q
       sq(:, i) = 0.5_rp*matmul(w, wq(:, :, i))
@@ -117,7 +117,7 @@ contains
     end do
     if (exact .and. has_normal) then
       hq(:, :, 3, 1) = hq(:, :, 3, 1) + 0.5_rp*law(1)*(self%sin0*skew(w) &
-        - (1 - self%cos0)*(outer(w, n) + dot_product(w, n)*IDENTITY))
+                                                       - (1 - self%cos0)*(outer(w, n) + dot_product(w, n)*IDENTITY))
       hq(:, :, 1, 3) = transpose(hq(:, :, 3, 1))
       hq(:, :, 3, 3) = hq(:, :, 3, 3) - 0.5_rp*law(1)*(1 - self%cos0)*(outer(w, te) + outer(te, w))
     end if

@@ -77,7 +77,7 @@ contains
       p = model%movable(i)
       b = model%pattern%start(i + 1) - 1
       blocks(:, :, b) = blocks(:, :, b) + self%mass(p)*centrifugal + &
-        (rate_of*(self%mass(p)*(rate_of + self%rayleigh_mass) + self%nodal(p)))*IDENTITY
+                        (rate_of*(self%mass(p)*(rate_of + self%rayleigh_mass) + self%nodal(p)))*IDENTITY
     end do
   end subroutine add_inertia_tangent
 

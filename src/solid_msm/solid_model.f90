@@ -76,7 +76,7 @@ contains
     call plan_hinges(wing, self%plans, ghosts, stray)
     if (stray > 0) then
       call failure%raise("joint '"//wing%joints(stray)%name// &
-        "' fits no two vein segments that meet in one point")
+                         "' fits no two vein segments that meet in one point")
       return
     end if
     call find_flatness(wing, self%plans, normal, failure)

@@ -50,7 +50,7 @@ contains
     root_mass = [(sqrt(masses(model%movable((i + 2)/3))), i=1, n)]
     do i = 1, p
       q(:, i) = root_mass*sin([(1.0_rp + 0.37_rp*i*iteration + 0.011_rp*real(iteration, rp)**2, &
-                            iteration=1, n)])
+                                iteration=1, n)])
     end do
     call orthonormalise(q)
     values = 0

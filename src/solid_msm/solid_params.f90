@@ -120,7 +120,7 @@ contains
         call define(p, 'E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
       else
         call define(p, 'joint:'//trim(self%joint_names(i - N_COMMON - n_veins)), 'N m/rad', .true., &
-                        1.0e-8_rp, 1.0e-2_rp)
+                    1.0e-8_rp, 1.0e-2_rp)
       end if
     end select
   end function params_describe

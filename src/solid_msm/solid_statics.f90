@@ -80,7 +80,7 @@ contains
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
     real(rp), parameter :: COLD_STEP = 0.05_rp, SHRINK = 0.35_rp, SMALLEST = 0.01_rp, &
-      PATH_TOLERANCE = 1.0e-3_rp
+                           PATH_TOLERANCE = 1.0e-3_rp
     real(rp) :: t, dt, target, tolerance, moved, ahead, old_t, most_moved
     integer :: begin, n_used, rejections, rejections_unstable
     logical :: has_history, accepted, was_unstable
@@ -132,7 +132,7 @@ contains
           report%snaps = report%snaps + 1
           if (.not. accepted) then
             report%reason = 'the descent from a fold of the path did not converge at '// &
-              number_text(real(nint(100*target), rp))//' % of the load'
+                            number_text(real(nint(100*target), rp))//' % of the load'
             exit
           end if
           report%stages = report%stages + 1
@@ -146,7 +146,7 @@ contains
       end if
       if (work%cholesky%n_factorisations - begin > options%factorisation_limit) then
         report%reason = 'the path needs more than '//number_text(options%factorisation_limit)// &
-          ' factorisations'
+                        ' factorisations'
         exit
       end if
     end do
@@ -164,7 +164,7 @@ contains
   !> Newton iteration at the stage of `work`, from the path's last point u, extrapolated by `ahead`
   !> steps from the point before. If accepted, work%trial and work%axial are the new point.
   subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, moved, accepted, &
-    was_unstable, n_used)
+                     was_unstable, n_used)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
@@ -248,6 +248,6 @@ contains
     if (work%force_scale > 0) report%residual = size_g/work%force_scale
     report%converged = report%residual <= options%tolerance
     if (.not. report%converged) report%reason = 'the residual is limited by rounding at '// &
-      number_text(report%residual)
+                                                number_text(report%residual)
   end subroutine conclude
 end module solid_statics

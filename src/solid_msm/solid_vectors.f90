@@ -7,7 +7,7 @@ module solid_vectors
   public :: cross, skew, outer, longest
 
   real(rp), parameter, public :: IDENTITY(3, 3) = &
-    reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
+                               reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
 
 contains
 

@@ -224,7 +224,7 @@ contains
       else if (size(nodes) == 1) then
         call report%add(object, 'one point needs the text attribute vein, the name of the vein it lies on')
       else if (size(nodes) == 3) then
-       call report%add(object, 'holds three points and the attribute vein; valid: three without, or one with')
+        call report%add(object, 'holds three points and the attribute vein; valid: three without, or one with')
       else
         call report%add(object, 'holds '//number_text(size(nodes))// &
                         ' points; valid: three, or one with the attribute vein')

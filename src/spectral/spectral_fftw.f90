@@ -3,8 +3,8 @@
 !> allocated (so that the alignment a plan was made for always holds).
 module spectral_fftw
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t, c_double, c_double_complex, c_f_pointer, &
-                                         c_null_ptr, c_associated, c_char, c_int32_t, c_intptr_t, c_funptr, &
-                                         c_float, c_float_complex, c_null_char
+                                                    c_null_ptr, c_associated, c_char, c_int32_t, c_intptr_t, c_funptr, &
+                                                                            c_float, c_float_complex, c_null_char
   use base_kinds, only: rp
   implicit none
   private

@@ -22,6 +22,9 @@ EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED = range(5)
 CRASH_MARKS = ("Backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
                "internal error", "AddressSanitizer", "runtime error:")
 
+# Where the keys of `flusi --static` begin in the reference of parameters.
+STATIC_REFERENCE = "# Parameters of `flusi --static`"
+
 Finished = namedtuple("Finished", "code out err")
 Series = namedtuple("Series", "header lines rows")
 
@@ -168,6 +171,9 @@ class Case:
     def files(self):
         return sorted(p.name for p in self.folder.iterdir())
 
+    def sub_files(self, folder):
+        return sorted(p.name for p in (self.folder / folder).iterdir())
+
     def series(self, name):
         return series(self.folder / name)
 
@@ -251,6 +257,18 @@ def series(path):
     header = [line for line in lines if line.startswith("%")]
     lines = [line for line in lines if not line.startswith("%")]
     return Series(header, lines, [[float(x) for x in line.split()] for line in lines])
+
+
+def live_keys(reference):
+    """Section and key of every row of the tables that has a type, that is, of every key with an effect."""
+    keys, section = set(), ""
+    for line in reference.splitlines():
+        if line.startswith("## ["):
+            section = line[4:].split("]")[0]
+        found = re.match(r"\| `([^`]+)` \| (\w+)", line)
+        if found:
+            keys.add((section, found.group(1)))
+    return keys
 
 
 def no_crash(done):

@@ -78,7 +78,7 @@ contains
     call writer%put_rows('state', reshape(transfer(words, [0.0_rp]), [NCOL, rows%n_local]), rows)
     call writer%put_rows('no_rows', reshape([real(rp) ::], [4, 0]), empty)
     call writer%commit(failure)
-    call t%check('a checkpoint is written', .not. failure%failed)
+    call t%check('a checkpoint is written',.not. failure%failed)
     if (failure%failed) call t%check(failure%reason, .false.)
     call t%check('and nothing else', file_exists(path) .and. .not. file_exists(path//'.part'))
   end subroutine write_example
@@ -256,7 +256,7 @@ contains
     call file%close(failure)
     call read_example(t%world, 'forged.h5', same, refused, reason)
     call t%check('another HDF5 file is refused: '//reason, refused .and. index(reason, &
-                 'not a checkpoint') > 0)
+                                                                               'not a checkpoint') > 0)
 
     call writer%begin(t%world, 'no/such/folder', 'x.h5', failure)
     call writer%put_real('time', 0.0_rp)

@@ -14,7 +14,7 @@ program test_checksum
   values = [(sin(real(i, rp)), i=1, 1000)]
   whole = checksum_reals(values, 5000000000_i8)
   parts = checksum_add(checksum_reals(values(701:), 5000000700_i8), checksum_reals(values(:700), &
-                       5000000000_i8))
+                                                                                   5000000000_i8))
   call t%check('parts in any order add up to the whole', whole == parts)
   n_same = 0
   do i = 0, 63
@@ -33,12 +33,12 @@ program test_checksum
   call t%check('the position counts, in all its bits', checksum_reals(values, 705032704_i8) /= whole)
   changed = 0
   call t%check('zeros have a checksum that counts them', checksum_reals(changed, &
-               0_i8) /= checksum_reals(changed(:999), 0_i8))
+                                                                        0_i8) /= checksum_reals(changed(:999), 0_i8))
   call t%check('sums wrap at 2**64', checksum_add(-1_i8, 1_i8) == 0 .and. &
                checksum_add(huge(1_i8), 1_i8) == -huge(1_i8) - 1 .and. checksum_add(-5_i8, 3_i8) == -2)
   call t%check('texts: content and length count', checksum_text('ab') /= checksum_text('ba') .and. &
                checksum_text('ab') /= checksum_text('ab ') .and. checksum_text('') /= checksum_text(' '))
   call t%check('integers are words too', checksum_integers([transfer(1.5_rp, 0_i8)], &
-               3_i8) == checksum_reals([1.5_rp], 3_i8))
+                                                           3_i8) == checksum_reals([1.5_rp], 3_i8))
   call t%finish()
 end program test_checksum

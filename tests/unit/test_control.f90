@@ -40,7 +40,7 @@ contains
     call t%check('no file asks for nothing', poll_control('.', messages) == CONTROL_NOTHING)
     call write_file('STOP', '')
     call t%check('a file STOP asks to save and stop', poll_control('.', messages) == CONTROL_SAVE_STOP)
-    call t%check('and is removed', .not. file_exists('STOP'))
+    call t%check('and is removed',.not. file_exists('STOP'))
     call t%check('so that it asks once', poll_control('.', messages) == CONTROL_NOTHING)
     call t%check('no messages', messages%count() == 0)
   end subroutine test_stop_file

@@ -102,8 +102,8 @@ contains
     block = cut(N, 3)
     call write_field(t%world, '.', 'ux', '000333', block, filled(block), want, PRECISION_DOUBLE, 1, failure)
     call write_field(t%world, '', 'p', '000333', block, filled(block), want, PRECISION_SINGLE, 1, failure)
-    call t%check('fields are written', .not. failure%failed)
-    call t%check('no temporary file is left', .not. file_exists('ux_000333.h5.part'))
+    call t%check('fields are written',.not. failure%failed)
+    call t%check('no temporary file is left',.not. file_exists('ux_000333.h5.part'))
 
     do direction = 1, 3
       block = cut(N, direction)
@@ -130,7 +130,7 @@ contains
     call get_attribute(file, 'p', 'nxyz', nxyz, failure)
     call get_attribute(file, 'p', 'time', time, failure)
     call t%check('nxyz is stored x first', all(nxyz == N) .and. .not. failure%failed)
-    call t%check('missing attributes are seen', .not. has_attribute(file, 'p', 'pressure'))
+    call t%check('missing attributes are seen',.not. has_attribute(file, 'p', 'pressure'))
     call file%close(failure)
   end subroutine test_round_trip
 
@@ -157,7 +157,7 @@ contains
           do j = 1, coarse%n(2)
             do i = 1, coarse%n(1)
               ok = ok .and. abs(data(i, j, k) - place_value((i - 1)*stride, (j - 1)*stride, &
-                  (k - 1)*stride)) <= 0
+                                                            (k - 1)*stride)) <= 0
             end do
           end do
         end do
@@ -179,8 +179,8 @@ contains
     allocate (data(1, block%count(2), block%count(3)))
     call read_field(t%world, 'vorx_000000.h5', block, data, meta, failure)
     call t%check('two-dimensional fields have nx = 1', same(data, filled(block)) .and. all(meta%nxyz == [1, &
-                 6, 3]))
-    call t%check('and do not fail', .not. failure%failed)
+                                                                                                         6, 3]))
+    call t%check('and do not fail',.not. failure%failed)
   end subroutine test_plane_runs
 
   subroutine test_slices()

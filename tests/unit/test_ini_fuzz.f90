@@ -32,7 +32,7 @@ program test_ini_fuzz
   end do
   write (*, '(i0,a,i0,a)') n_accepted, ' accepted, ', n_refused, ' refused'
   call kit%check('every file is accepted or refused with messages that name it', &
-    n_bad == 0 .and. n_accepted + n_refused == n_files)
+                 n_bad == 0 .and. n_accepted + n_refused == n_files)
   call kit%check('every kind of damage was done', n_files < 2000 .or. all(n_damages > 50))
   call kit%check('some damage is harmless', n_files < 2000 .or. n_accepted > 50)
   call kit%check('most damage is found', n_refused >= n_accepted)
@@ -157,11 +157,11 @@ contains
   logical function values_are_sound(c) result(holds)
     type(config_t), intent(in) :: c
     holds = c%get_integer('Resolution', 'nx') >= 1 .and. c%get_integer('Resolution', 'nx') <= 4096 .and. &
-      c%get_real('Geometry', 'yl') > 0 .and. c%get_real('Time', 'CFL') > 0 .and. &
-      c%get_real('Time', 'CFL') <= 1 .and. c%get_real('Geometry', 'thickness') >= 0 .and. &
-      size(c%get_reals('Penalization', 'us_fixed')) == 3 .and. &
-      size(c%get_matrix('Wing', 'profile'), 2) == 3 .and. &
-      all(abs(c%get_matrix('Wing', 'profile')) <= huge(1.0_rp)) .and. &
-      all(c%get_reals('Penalization', 'weights') >= 0)
+            c%get_real('Geometry', 'yl') > 0 .and. c%get_real('Time', 'CFL') > 0 .and. &
+            c%get_real('Time', 'CFL') <= 1 .and. c%get_real('Geometry', 'thickness') >= 0 .and. &
+            size(c%get_reals('Penalization', 'us_fixed')) == 3 .and. &
+            size(c%get_matrix('Wing', 'profile'), 2) == 3 .and. &
+            all(abs(c%get_matrix('Wing', 'profile')) <= huge(1.0_rp)) .and. &
+            all(c%get_reals('Penalization', 'weights') >= 0)
   end function values_are_sound
 end program test_ini_fuzz

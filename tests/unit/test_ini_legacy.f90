@@ -33,27 +33,27 @@ contains
     type(config_t) :: c
     type(message_list_t) :: errors, notices
     character(*), parameter :: TEXT = '[Time]'//NL//'itdrag=10;'//NL//'tstart=0;'//NL//'M_krylov_max=20;'// &
-      NL// &
-      '[Penalization]'//NL//'iSmoothing=cos;'//NL//'pseudoeps=1.0;'//NL//'pseuderrmin=1;'//NL// &
-      '[MeanFlow]'//NL//'ax=0.0;'//NL//'ay=0.0;'//NL//'az=0.0;'//NL// &
-      '[Saving]'//NL//'iSaveXMF=0;'//NL//'iDrag=1;'//NL//'iKinDiss=1;'//NL//'itbeam=2;'//NL// &
-      '[FSI-equation]'//NL//'equation=navier-stokes; artificial-compressibility'//NL// &
-      '[artificial-compressibility]'//NL//'c_0=20.0;'//NL//'acm_sponge=0;'//NL// &
-      '[Forcing]'//NL//'forcing_type=none; machiels'//NL//'kf=0;'//NL// &
-      '[PassiveScalar]'//NL//'use_passive_scalar=0;'//NL//'n_scalars=1;'//NL//'[Scalar1]'//NL// &
-      'kappa=0.1;'//NL// &
-      '[DryRun]'//NL//'dry_run_without_fluid=no;'//NL// &
-      '[Insects]'//NL//'L_chord=1.0;'//NL//'HasDetails=all; legs; no;'//NL//'x_eye_r=; (vector)'//NL// &
-      'pointcloudfile=cloud.txt'//NL//'[SolidModel]'//NL//'use_solid_model=no;'//NL//'ns=32;'//NL// &
-      '[Flexible_wing]'//NL//'x0= 2.0;'//NL//'EIy= 1e-5; 1e-5;'//NL// &
-      '[TurbulentInlet]'//NL//'use_turbulent_inlet=no;'//NL//'rescale=1.d0;'//NL// &
-      '[Averaging]'//NL//'time_avg=no;'//NL//'vel_avg=yes;'
+                               NL// &
+                             '[Penalization]'//NL//'iSmoothing=cos;'//NL//'pseudoeps=1.0;'//NL//'pseuderrmin=1;'//NL// &
+                               '[MeanFlow]'//NL//'ax=0.0;'//NL//'ay=0.0;'//NL//'az=0.0;'//NL// &
+                               '[Saving]'//NL//'iSaveXMF=0;'//NL//'iDrag=1;'//NL//'iKinDiss=1;'//NL//'itbeam=2;'//NL// &
+                               '[FSI-equation]'//NL//'equation=navier-stokes; artificial-compressibility'//NL// &
+                               '[artificial-compressibility]'//NL//'c_0=20.0;'//NL//'acm_sponge=0;'//NL// &
+                               '[Forcing]'//NL//'forcing_type=none; machiels'//NL//'kf=0;'//NL// &
+                             '[PassiveScalar]'//NL//'use_passive_scalar=0;'//NL//'n_scalars=1;'//NL//'[Scalar1]'//NL// &
+                               'kappa=0.1;'//NL// &
+                               '[DryRun]'//NL//'dry_run_without_fluid=no;'//NL// &
+                      '[Insects]'//NL//'L_chord=1.0;'//NL//'HasDetails=all; legs; no;'//NL//'x_eye_r=; (vector)'//NL// &
+                         'pointcloudfile=cloud.txt'//NL//'[SolidModel]'//NL//'use_solid_model=no;'//NL//'ns=32;'//NL// &
+                               '[Flexible_wing]'//NL//'x0= 2.0;'//NL//'EIy= 1e-5; 1e-5;'//NL// &
+                               '[TurbulentInlet]'//NL//'use_turbulent_inlet=no;'//NL//'rescale=1.d0;'//NL// &
+                               '[Averaging]'//NL//'time_avg=no;'//NL//'vel_avg=yes;'
     call c%load_text(TEXT, 'f.ini', registry, errors, notices, flusi_compat=.true.)
     call errors%print(0, 'but: ')
     call kit%check('what stands in FLUSI files is accepted', errors%count() == 0)
     call kit%check('with one notice', notices%count() == 1)
     if (notices%count() > 0) call kit%check('which names the keys', &
-      index(notices%text(1), '[MeanFlow] ay (line 11)') > 0 .and. index(notices%text(1), '[Insects]') > 0)
+                    index(notices%text(1), '[MeanFlow] ay (line 11)') > 0 .and. index(notices%text(1), '[Insects]') > 0)
   end subroutine check_harmless
 
   subroutine refuses(kit, section, line, key)
@@ -65,7 +65,7 @@ contains
     call c%load_text('['//section//']'//NL//line, 'f.ini', registry, errors, notices)
     holds = errors%count() == 1
     if (holds) holds = index(errors%text(1), 'f.ini:2: ['//section//'] '//key//': ') == 1 .and. &
-      index(errors%text(1), 'not built here') > 0
+                       index(errors%text(1), 'not built here') > 0
     call kit%check('refused: ['//section//'] '//line, holds)
   end subroutine refuses
 end program test_ini_legacy

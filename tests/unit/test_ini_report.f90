@@ -58,28 +58,28 @@ contains
     call kit%check('a default', has_line(text, ' thickness = 0.125; L, default'))
     call kit%check('a switch under its own name', has_line(text, ' use_slicing = yes; f.ini:30'))
     call kit%check('a word and a text', has_line(text, ' iTimeMethodFluid = RK4; f.ini:17') .and. &
-      has_line(text, ' file_ux = my file.h5; f.ini:22'))
+                   has_line(text, ' file_ux = my file.h5; f.ini:22'))
     call kit%check('a list', has_line(text, ' us_fixed = 0.0 -1.5 3.0; L/T, f.ini:26'))
     call kit%check('a matrix', has_line(text, ' profile = (/ 0.0 1.0 2.0') .and. &
-      has_line(text, ' 6.0 7.0 8.0 /); f.ini:33'))
+                   has_line(text, ' 6.0 7.0 8.0 /); f.ini:33'))
     call kit%check('keys without effect are not shown', index(text, 'iSaveXMF') == 0)
     call again%load_text(text, 'e.ini', registry, errors, more_notices)
     call kit%check('it is an ini file without mistakes', errors%count() == 0 .and. more_notices%count() == 0)
     call errors%print(0, 'but: ')
     call kit%check('with the same values', &
-      .not. abs(again%get_real('Geometry', 'thickness') - 0.125_rp) > 0 .and. &
-      again%get_text('InitialCondition', 'file_ux') == 'my file.h5' .and. &
-      .not. any(abs(again%get_matrix('Wing', 'profile') - c%get_matrix('Wing', 'profile')) > 0))
+                   .not. abs(again%get_real('Geometry', 'thickness') - 0.125_rp) > 0 .and. &
+                   again%get_text('InitialCondition', 'file_ux') == 'my file.h5' .and. &
+                   .not. any(abs(again%get_matrix('Wing', 'profile') - c%get_matrix('Wing', 'profile')) > 0))
 
     call c%load_text('[Resolution]'//NL//'ny=4;'//NL//'[Time]'//NL//'Tmax=1', 'f.ini', registry, errors, &
-      notices)
+                     notices)
     text = effective(c, 'effective.ini')
     call kit%check('a value that the program works out', &
-      has_line(text, ' y0 = ; L, yl/2, worked out by the program'))
+                   has_line(text, ' y0 = ; L, yl/2, worked out by the program'))
     call kit%check('a matrix that is not given', has_line(text, ' profile = ; default'))
     call again%load_text(text, 'e.ini', registry, errors, notices)
     call kit%check('defaults can be read again', errors%count() == 0 .and. .not. again%is_given('Geometry', &
-      'y0'))
+                                                                                                'y0'))
   end subroutine check_effective
 
   subroutine check_markdown(kit)
@@ -92,23 +92,23 @@ contains
     call read_text_file('keys.md', text, problem)
     call kit%check('a heading and its help', has_line(text, '## [Resolution]'//NL//NL//'Points of the grid.'))
     call kit%check('an integer', has_line(text, &
-      '| `nx` | integer | points | `8` | >= 1 and <= 4096 | points in x |'))
+                                          '| `nx` | integer | points | `8` | >= 1 and <= 4096 | points in x |'))
     call kit%check('a required key', has_line(text, &
-      '| `ny` | integer | points | required | >= 1 | points in y |'))
+                                              '| `ny` | integer | points | required | >= 1 | points in y |'))
     call kit%check('a default that is worked out', has_line(text, &
-      '| `y0` | real or N*dx | L | yl/2 | | centre |'))
+                                                            '| `y0` | real or N*dx | L | yl/2 | | centre |'))
     call kit%check('words', has_line(text, &
-      '| `inicond` | word | | `quiescent` | quiescent \| backup::* | initial flow |'))
+                                     '| `inicond` | word | | `quiescent` | quiescent \| backup::* | initial flow |'))
     call kit%check('switches', has_line(text, &
-      '| `intelligent_dt` | switch | | `no` | yes \| no | meet output times |') &
-      .and. has_line(text, '| `iMoving` | switch | | `no` | no | moving body |'))
+                                        '| `intelligent_dt` | switch | | `no` | yes \| no | meet output times |') &
+                   .and. has_line(text, '| `iMoving` | switch | | `no` | no | moving body |'))
     call kit%check('a bar in the help', has_line(text, &
-      '| `file_ux` | text | | `none` | | file \| with u_x |'))
+                                                 '| `file_ux` | text | | `none` | | file \| with u_x |'))
     call kit%check('lists and matrices', &
-      has_line(text, '| `us_fixed` | 3 reals | L/T | `0.0 0.5 0.0` | | velocity |') .and. &
-      has_line(text, '| `profile` | matrix (/ rows of 3 /) | | none | | rows of x y z |'))
+                   has_line(text, '| `us_fixed` | 3 reals | L/T | `0.0 0.5 0.0` | | velocity |') .and. &
+                   has_line(text, '| `profile` | matrix (/ rows of 3 /) | | none | | rows of x y z |'))
     call kit%check('keys without effect', has_line(text, &
-      'Accepted from FLUSI files, without effect: `iSaveXMF`, `pseud*`.'))
+                                                   'Accepted from FLUSI files, without effect: `iSaveXMF`, `pseud*`.'))
     call kit%check('sections without effect', has_line(text, '## [Scalar*]'//NL//NL//'Not built.'))
     call kit%check('aliases', has_line(text, 'Older name of `use_slicing`: `save_slices`.'))
   end subroutine check_markdown

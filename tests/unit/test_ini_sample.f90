@@ -47,18 +47,18 @@ contains
   function sample_text() result(text)
     character(:), allocatable :: text
     text = '; ------- a run ---------'//NL// &
-      '[Resolution]'//NL//'nx=32;'//NL//'ny = 64 ; points'//NL//NL// &
-      '[Geometry]'//NL//'; size of the box'//NL//'yl=2.0; new: default value is 2*pi'//NL//'y0=16*dx;'//NL// &
-      'thickness=; default thickness is 4*dx'//NL//NL// &
-      '[Time]'//NL//'# final time'//NL//'Tmax=20.0d0;'//NL//'; nt=;'//NL//'CFL=0.5 % number'//NL// &
-      'iTimeMethodFluid=RK4; AB2, RK4'//NL//'intelligent_dt=yes;'//NL//NL// &
-      '[InitialCondition]'//NL//'inicond=backup::file.h5'//NL//'file_ux=my file.h5;'//NL//NL// &
-      '[Penalization]'//NL//'iMoving=0;'//NL//'us_fixed=0 -1.5e0 +3;'//NL//'weights=1,2,3,4'//NL//NL// &
-      '[SaveSlices]'//NL//'save_slices=.true.;'//NL//NL// &
-      '[Wing]'//NL//'profile=(/ 0 1 2'//NL//'3  4 5 ; second'//NL//'6 7 8 /);'//NL//'table=(/ 1 2 /)'//NL// &
-      NL// &
-      '[Saving]'//NL//'iSaveXMF=0;'//NL//'pseudoeps=1;'//NL//NL// &
-      '[Insects]'//NL//'BodyType=drosophila'//NL//'HasDetails=all; legs; no;'//NL//NL// &
-      '[Scalar1]'//NL//'kappa=0.01;'//NL
+           '[Resolution]'//NL//'nx=32;'//NL//'ny = 64 ; points'//NL//NL// &
+           '[Geometry]'//NL//'; size of the box'//NL//'yl=2.0; new: default value is 2*pi'//NL//'y0=16*dx;'//NL// &
+           'thickness=; default thickness is 4*dx'//NL//NL// &
+           '[Time]'//NL//'# final time'//NL//'Tmax=20.0d0;'//NL//'; nt=;'//NL//'CFL=0.5 % number'//NL// &
+           'iTimeMethodFluid=RK4; AB2, RK4'//NL//'intelligent_dt=yes;'//NL//NL// &
+           '[InitialCondition]'//NL//'inicond=backup::file.h5'//NL//'file_ux=my file.h5;'//NL//NL// &
+           '[Penalization]'//NL//'iMoving=0;'//NL//'us_fixed=0 -1.5e0 +3;'//NL//'weights=1,2,3,4'//NL//NL// &
+           '[SaveSlices]'//NL//'save_slices=.true.;'//NL//NL// &
+           '[Wing]'//NL//'profile=(/ 0 1 2'//NL//'3  4 5 ; second'//NL//'6 7 8 /);'//NL//'table=(/ 1 2 /)'//NL// &
+           NL// &
+           '[Saving]'//NL//'iSaveXMF=0;'//NL//'pseudoeps=1;'//NL//NL// &
+           '[Insects]'//NL//'BodyType=drosophila'//NL//'HasDetails=all; legs; no;'//NL//NL// &
+           '[Scalar1]'//NL//'kappa=0.01;'//NL
   end function sample_text
 end module test_ini_sample

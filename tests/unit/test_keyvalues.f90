@@ -40,7 +40,7 @@ contains
     meta%time = 0.5_rp
     meta%domain_size = domain
     call write_field(t%world, '.', name, '000500', block, data, meta, PRECISION_DOUBLE, stride, failure)
-    call t%check('the example is written', .not. failure%failed)
+    call t%check('the example is written',.not. failure%failed)
   end subroutine write_example
 
   !> A grid of 2 x 2 x 2 points with spacings 1, 2 and 3: f = i - 2 j + 4 k takes the values
@@ -50,7 +50,7 @@ contains
     type(failure_t) :: failure
     call write_example('ux', [2, 2, 2], 1, [2.0_rp, 4.0_rp, 6.0_rp])
     call field_keys('ux_000500.h5', keys, failure)
-    call t%check('the key of a field can be had', .not. failure%failed)
+    call t%check('the key of a field can be had',.not. failure%failed)
     call t%check_close('time', keys(1), 0.5_rp, atol=0.0_rp)
     call t%check_close('maximum', keys(2), 5.0_rp, atol=0.0_rp)
     call t%check_close('minimum', keys(3), -2.0_rp, atol=0.0_rp)
@@ -67,12 +67,12 @@ contains
     call write_example('uy', [4, 4, 4], 2, [2.0_rp, 4.0_rp, 6.0_rp])
     call field_keys('uy_000500.h5', keys, failure)
     call t%check('a strided field has its own spacing', all(abs(keys - [0.5_rp, 2*want(2:4), 4*want(5), &
-                 2*want(6)]) &
+                                                                        2*want(6)]) &
                                                             < 1.0e-13_rp))
     call write_example('vorx', [1, 4, 3], 1, [1.0_rp, 4.0_rp, 3.0_rp])
     call field_keys('vorx_000500.h5', keys, failure)
     call t%check_close('a plane has a key too', keys(4), (-12.0_rp*3 + 12*4)/12, rtol=1.0e-14_rp)
-    call t%check('without failure', .not. failure%failed)
+    call t%check('without failure',.not. failure%failed)
   end subroutine test_strided
 
   subroutine test_files()
@@ -90,26 +90,26 @@ contains
                  ' 5.00000000E-01  5.00000000E+00 -2.00000000E+00'// &
                  '  1.50000000E+00  7.50000000E+00  6.75000000E+00')
     call read_keys('ux_000500.key', keys, failure)
-    call t%check('and written beside the field', .not. failure%failed .and. abs(keys(6) - 6.75_rp) <= 0)
+    call t%check('and written beside the field',.not. failure%failed .and. abs(keys(6) - 6.75_rp) <= 0)
 
     call compare('ok.key', [1.00009_rp, 1.0_rp, 1.0_rp, 0.99991_rp, 9.0e-5_rp, -1.0_rp], &
                  [1.0_rp, 1.0_rp, 1.0_rp, 1.0_rp, 0.9e-7_rp, -1.0_rp], unit, ok)
     call t%check('differences within the tolerance are accepted', ok)
     call compare('off.key', [1.0_rp, 1.0_rp, 1.0_rp, 1.0_rp, 1.0_rp, 1.00011_rp], spread(1.0_rp, 1, 6), &
                  unit, ok)
-    call t%check('a relative difference of 1.1e-4 is not', .not. ok)
+    call t%check('a relative difference of 1.1e-4 is not',.not. ok)
     call compare('tiny.key', [1.0_rp, 1.0_rp, 1.0_rp, 1.0_rp, 1.2e-7_rp, 1.0_rp], &
                  [1.0_rp, 1.0_rp, 1.0_rp, 1.0_rp, 1.1e-7_rp, 1.0_rp], unit, ok)
-    call t%check('relative from a reference of 1e-7 on', .not. ok)
+    call t%check('relative from a reference of 1e-7 on',.not. ok)
     call compare('zero.key', [1.0_rp, 1.0_rp, 1.0_rp, 1.0_rp, 1.1e-4_rp, 1.0_rp], &
                  [1.0_rp, 1.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 1.0_rp], unit, ok)
-    call t%check('absolute below', .not. ok)
+    call t%check('absolute below',.not. ok)
     open (newunit=unit, file='nan.key', status='replace')
     write (unit, '(a)') '0.0 NaN 0.0 0.0 0.0 0.0'
     close (unit)
     open (newunit=unit, status='scratch', action='readwrite')
     call compare_keys('nan.key', 'nan.key', unit, ok, failure)
-    call t%check('NaN agrees with nothing', .not. ok)
+    call t%check('NaN agrees with nothing',.not. ok)
     call compare_keys('absent.key', 'nan.key', unit, ok, missing)
     call t%check('a missing key is a failure', missing%failed .and. .not. ok)
     close (unit)
@@ -137,7 +137,7 @@ contains
     call save(name, keys)
     call save(name//'.ref', reference)
     call compare_keys(name, name//'.ref', unit, ok, failure)
-    call t%check('keys can be compared', .not. failure%failed)
+    call t%check('keys can be compared',.not. failure%failed)
   end subroutine compare
 
   subroutine save(name, keys)

@@ -59,25 +59,25 @@ contains
     call read_series(FOURIER//SERIES, motion, errors, notices)
     call kit%check('FLUSI''s format, with the defaults degree and flusi', errors%count() == 0)
     call kit%check_below('Fourier: half of a0 and the cosines at t = 0', &
-      maxval(abs(degrees(motion, 0.0_rp) - [66.0_rp, 45.0_rp, 7.0_rp])), 1.0e-12_rp)
+                         maxval(abs(degrees(motion, 0.0_rp) - [66.0_rp, 45.0_rp, 7.0_rp])), 1.0e-12_rp)
     call kit%check_below('Fourier: sines', &
-      maxval(abs(degrees(motion, 1.125_rp) - [5 + 60*sqrt(0.5_rp) - 2, 45.0_rp, 2 + 5*sqrt(0.5_rp)])), 1.0e-12_rp)
+            maxval(abs(degrees(motion, 1.125_rp) - [5 + 60*sqrt(0.5_rp) - 2, 45.0_rp, 2 + 5*sqrt(0.5_rp)])), 1.0e-12_rp)
     call read_series(FOURIER//'convention=SISC;'//NL//SERIES, motion, errors, notices)
     call kit%check_below('SISC: theta has the other sign', &
-      maxval(abs(degrees(motion, 0.0_rp) - [66.0_rp, 45.0_rp, -7.0_rp])), 1.0e-12_rp)
+                         maxval(abs(degrees(motion, 0.0_rp) - [66.0_rp, 45.0_rp, -7.0_rp])), 1.0e-12_rp)
     call read_series(FOURIER//'units=radian;'//NL//SERIES, motion, errors, notices)
     call kit%check_below('radian', maxval(abs(degrees(motion, 0.0_rp)*PI/180 - [66.0_rp, 45.0_rp, 7.0_rp])), 1.0e-12_rp)
     call read_series('[kinematics]'//NL//'type=hermite; units=degree'//NL//'nfft_phi=2; ai_phi'//NL// &
-      'ai_phi=1 2;'//NL//'bi_phi=10 -20;'//NL//'nfft_alpha=1; '//NL//'ai_alpha=3;'//NL//'bi_alpha=0;'//NL// &
-      'nfft_theta=1;'//NL//'ai_theta=4;'//NL//'bi_theta=7;'//NL, motion, errors, notices)
+                 'ai_phi=1 2;'//NL//'bi_phi=10 -20;'//NL//'nfft_alpha=1; '//NL//'ai_alpha=3;'//NL//'bi_alpha=0;'//NL// &
+                     'nfft_theta=1;'//NL//'ai_theta=4;'//NL//'bi_theta=7;'//NL, motion, errors, notices)
     call kit%check('a Hermite file', errors%count() == 0 .and. notices%count() == 0)
     call motion%evaluate(1.5_rp, phi, alpha, theta)
     call kit%check_below('Hermite: value, and slope per cycle, at t = 3/2', maxval(abs([phi%value, phi%rate, &
-      alpha%value, theta%value, theta%rate]*180/PI - [2.0_rp, -20.0_rp, 3.0_rp, 4.0_rp, -3.5_rp])), 1.0e-12_rp)
+               alpha%value, theta%value, theta%rate]*180/PI - [2.0_rp, -20.0_rp, 3.0_rp, 4.0_rp, -3.5_rp])), 1.0e-12_rp)
     call read_series('[kinematics]'//NL//'type=hermite;'//NL//'a0_phi=3;'//NL//hermite_ones(), motion, errors, notices)
     call kit%check('Hermite: a0 is noticed', errors%count() == 0 .and. notices%count() == 1)
     if (notices%count() == 1) call kit%check('with its line and key', notices%text(1) == &
-      'k.ini:3: [kinematics] a0_phi: has no effect with type=hermite, as in FLUSI')
+                                           'k.ini:3: [kinematics] a0_phi: has no effect with type=hermite, as in FLUSI')
   end subroutine check_meaning
 
   function hermite_ones() result(text)
@@ -118,30 +118,30 @@ contains
     character(*), parameter :: ALPHA_THETA = 'nfft_alpha=0;'//NL//'nfft_theta=0;'//NL
     call expect(kit, '[kinematics]'//NL//SERIES, 'k.ini: [kinematics] type: is missing; valid: fourier')
     call expect(kit, '[kinematics]'//NL//'type=spline;'//NL//SERIES, &
-      'k.ini:2: [kinematics] type: ''spline'' is unknown')
+                'k.ini:2: [kinematics] type: ''spline'' is unknown')
     call expect(kit, FOURIER//'convention=english;'//NL//SERIES, &
-      'k.ini:4: [kinematics] convention: ''english'' is unknown')
+                'k.ini:4: [kinematics] convention: ''english'' is unknown')
     call expect(kit, FOURIER//'units=grad;'//NL//SERIES, 'k.ini:4: [kinematics] units: ''grad'' is unknown')
     call expect(kit, FOURIER//SERIES//'ai_psi=3;'//NL, 'k.ini:14: [kinematics] ai_psi: unknown key')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=3;'//NL//'ai_phi=1 2;'//NL//'bi_phi=1 2 3;'//NL, &
-      'k.ini:7: [kinematics] ai_phi: has 2 numbers, but nfft_phi asks for 3 numbers')
+                'k.ini:7: [kinematics] ai_phi: has 2 numbers, but nfft_phi asks for 3 numbers')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=1;'//NL//'ai_phi=1;'//NL, &
-      'k.ini: [kinematics] bi_phi: is missing; nfft_phi asks for 1 number')
+                'k.ini: [kinematics] bi_phi: is missing; nfft_phi asks for 1 number')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=0;'//NL//'ai_phi=1;'//NL, &
-      'k.ini:7: [kinematics] ai_phi: has 1 number, but nfft_phi is 0')
+                'k.ini:7: [kinematics] ai_phi: has 1 number, but nfft_phi is 0')
     call expect(kit, FOURIER//ALPHA_THETA//'ai_phi=1;'//NL, 'k.ini: [kinematics] nfft_phi: is missing')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=-1;'//NL//'ai_phi=1;'//NL, 'k.ini:6: [kinematics] nfft_phi: ')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=2;'//NL//'ai_phi=1 x;'//NL//'bi_phi=1 2;'//NL, &
-      'k.ini:7: [kinematics] ai_phi: ''x'' is not a number')
+                'k.ini:7: [kinematics] ai_phi: ''x'' is not a number')
     call expect(kit, '[kinematics]'//NL//'type=hermite;'//NL//'nfft_alpha=1;'//NL//hermite_ones(), &
-      'k.ini:7: [kinematics] nfft_alpha: is given twice, first in line 3')
+                'k.ini:7: [kinematics] nfft_alpha: is given twice, first in line 3')
     call read_series('[kinematics]'//NL//'type=hermite;'//NL//'nfft_phi=0;'//NL//ALPHA_THETA, motion, errors, notices)
     call kit%check('Hermite without values: a mistake for each angle', errors%count() == 3)
     call motion%set_constant(1.0_rp, 2.0_rp, 3.0_rp)
     call read_series(FOURIER//ALPHA_THETA//'nfft_phi=2;'//NL, motion, errors, notices)
     call kit%check('two missing keys are two mistakes', errors%count() == 2)
     call kit%check_below('an angle with mistakes keeps what it had', &
-      maxval(abs(degrees(motion, 0.3_rp)*PI/180 - [1.0_rp, 0.0_rp, 0.0_rp])), 1.0e-15_rp)
+                         maxval(abs(degrees(motion, 0.3_rp)*PI/180 - [1.0_rp, 0.0_rp, 0.0_rp])), 1.0e-15_rp)
   end subroutine check_file_mistakes
 
   subroutine check_table_meaning(kit)
@@ -150,15 +150,15 @@ contains
     type(message_list_t) :: errors
     type(angle_t) :: phi, alpha, theta
     call read_motion_table('4.0  ; period in ms'//NL//' 2.83 '//NL//'3 '//NL//NL// &
-      '0.0e+00  10 20 30 0 0 0  1 2 3 0 0 0'//achar(13)//NL//'0.5d0 11 21 31 0 0 0  -1 -2 -3 0 0 0'//NL// &
-      '1.0 12'//achar(9)//'22 32 0 0 0 0 0 0 0 0 0', 't.dat', motion, errors)
+                   '0.0e+00  10 20 30 0 0 0  1 2 3 0 0 0'//achar(13)//NL//'0.5d0 11 21 31 0 0 0  -1 -2 -3 0 0 0'//NL// &
+                           '1.0 12'//achar(9)//'22 32 0 0 0 0 0 0 0 0 0', 't.dat', motion, errors)
     call kit%check('a table', errors%count() == 0)
     motion%frequency = 0.25_rp ! so that t is in the unit of the table
     call motion%evaluate(0.5_rp, phi, alpha, theta)
     call kit%check_below('table: phi, alpha, -theta in degrees', maxval(abs([phi%value, alpha%value, theta%value] &
-      *180/PI - [11.0_rp, 21.0_rp, -31.0_rp])), 1.0e-12_rp)
+                                                                   *180/PI - [11.0_rp, 21.0_rp, -31.0_rp])), 1.0e-12_rp)
     call kit%check_below('table: rates are per unit of its time', maxval(abs([phi%rate, alpha%rate, theta%rate] &
-      *180/PI - [-1.0_rp, -2.0_rp, 3.0_rp])), 1.0e-12_rp)
+                                                                     *180/PI - [-1.0_rp, -2.0_rp, 3.0_rp])), 1.0e-12_rp)
   end subroutine check_table_meaning
 
   subroutine expect_table(kit, text, want)
@@ -183,7 +183,7 @@ contains
     call expect_table(kit, '1'//NL//'-9'//NL//'2'//NL//ROW_0//ROW_1, 't.dat:2: wing length: -9.0 is not positive')
     call expect_table(kit, '1'//NL//'1'//NL//'1'//NL//ROW_0, 't.dat:3: number of rows: 1 is too small')
     call expect_table(kit, '1'//NL//'1'//NL//'999999999'//NL//ROW_0, &
-      't.dat:3: number of rows: 999999999 rows do not fit into this file')
+                      't.dat:3: number of rows: 999999999 rows do not fit into this file')
     call expect_table(kit, '1'//NL//'1'//NL//'2.5'//NL//ROW_0, 't.dat:3: number of rows: ''2.5''')
     call expect_table(kit, '1'//NL//'1', 't.dat: ends before the three header lines')
     call expect_table(kit, '', 't.dat: ends before the three header lines')
@@ -212,30 +212,30 @@ contains
     type(wing_pose_t) :: pose
     call register_kinematics_keys(registry)
     call config%load_text('[Insects]'//NL//'BodyMotion=tethered;'//NL//'x0=18 18 9;'//NL// &
-      'yawpitchroll_0=180 0 0;'//NL//'eta0=-70;'//NL//'x_pivot_l=0 4.5 0;'//NL//'x_pivot_r=0 -4.5 0;'//NL// &
-      'FlappingMotion_left=from_file::a/k.ini;'//NL//'FlappingMotion_right=kinematics_loader::t.dat;'//NL// &
-      'wing_frequency=158;'//NL, 'run.ini', registry, errors, notices)
+                 'yawpitchroll_0=180 0 0;'//NL//'eta0=-70;'//NL//'x_pivot_l=0 4.5 0;'//NL//'x_pivot_r=0 -4.5 0;'//NL// &
+                 'FlappingMotion_left=from_file::a/k.ini;'//NL//'FlappingMotion_right=kinematics_loader::t.dat;'//NL// &
+                          'wing_frequency=158;'//NL, 'run.ini', registry, errors, notices)
     call read_body(config, body)
     call read_mounts(config, mounts, motions, errors)
     call kit%check('[Insects] without mistakes', errors%count() == 0)
     call kit%check('the files of both wings', motion_file(config, 1) == 'a/k.ini' .and. &
-      motion_file(config, 2) == 't.dat')
+                   motion_file(config, 2) == 't.dat')
     call read_motion(config, 1, FOURIER//SERIES, 'a/k.ini', motions(1), errors, notices)
     call read_motion(config, 2, '1'//NL//'1'//NL//'2'//NL//'0 1 2 3 '//REST//NL//'1 1 2 3 '//REST//NL, 't.dat', &
-      motions(2), errors, notices)
+                     motions(2), errors, notices)
     call kit%check('are read by their kind', errors%count() == 0 .and. motions(1)%phi%is_periodic() &
-      .and. .not. motions(2)%phi%is_periodic())
+                   .and. .not. motions(2)%phi%is_periodic())
     call pose_wing(body, mounts(1), motions(1), 0.0_rp, pose)
     call kit%check_below('the left hinge of an insect that faces -x is at smaller y', &
-      maxval(abs(pose%hinge - [18.0_rp, 13.5_rp, 9.0_rp])), 1.0e-14_rp)
+                         maxval(abs(pose%hinge - [18.0_rp, 13.5_rp, 9.0_rp])), 1.0e-14_rp)
     call kit%check_close('rates use wing_frequency', motions(1)%frequency, 158.0_rp, atol=0.0_rp)
     call config%load_text('[Insects]'//NL//'x_pivot_l=1 2 3;'//NL//'x_pivot_r=1 2 3;'//NL, 'run.ini', registry, &
-      errors, notices)
+                          errors, notices)
     call read_mounts(config, mounts, motions, errors)
     call report(kit, errors, 'run.ini:3: [Insects] x_pivot_r: is the same point as x_pivot_l')
     call read_motion(config, 1, '', '', motions(1), errors, notices)
     call kit%check_below('none: at rest with alpha = 45 degrees', &
-      maxval(abs(degrees(motions(1), 0.3_rp) - [0.0_rp, 45.0_rp, 0.0_rp])), 1.0e-13_rp)
+                         maxval(abs(degrees(motions(1), 0.3_rp) - [0.0_rp, 45.0_rp, 0.0_rp])), 1.0e-13_rp)
   end subroutine check_insects
 
   !> Stroke amplitude, downstroke first, mean tip velocity, fast rotations, as the paper states.
@@ -252,7 +252,7 @@ contains
     integer, parameter :: N = 2000
     call get_command_argument(1, path)
     call read_text_file(trim(path), text, problem)
-    call kit%check('the blowfly''s file is there', .not. allocated(problem))
+    call kit%check('the blowfly''s file is there',.not. allocated(problem))
     if (allocated(problem)) return
     call read_motion_file(text, 'calliphora.ini', motion, errors, notices)
     call kit%check('the blowfly''s file has no mistakes', errors%count() == 0)

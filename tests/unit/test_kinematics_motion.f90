@@ -39,7 +39,7 @@ contains
     call motion%set_constant(1.0_rp, 2.0_rp, 3.0_rp)
     call motion%evaluate(17.3_rp, phi, alpha, theta)
     call kit%check_below('constant angles do not move', &
-      maxval(abs([phi%value - 1, alpha%value - 2, theta%value - 3, phi%rate, theta%acceleration])), 0.0_rp)
+                   maxval(abs([phi%value - 1, alpha%value - 2, theta%value - 3, phi%rate, theta%acceleration])), 0.0_rp)
   end subroutine check_constant
 
   !> The sum with complex argument, without reduction to one period.
@@ -207,7 +207,7 @@ contains
     call kit%check_below('table: values and slopes are those given', worst(1), 1.0e-14_rp)
     call kit%check_below('table: rate is the derivative', worst(2), 1.0e-12_rp)
     call kit%check_below('table: acceleration is the second derivative', worst(3), 1.0e-11_rp)
-    call kit%check('a table has no period', .not. series%is_periodic())
+    call kit%check('a table has no period',.not. series%is_periodic())
     motion%phi = series
     motion%frequency = 2
     call motion%check_span(1.25_rp, 'motion of the left wing', errors)
@@ -215,7 +215,7 @@ contains
     call motion%check_span(1.5_rp, 'motion of the left wing', errors)
     call kit%check('a run longer than the table is a mistake', errors%count() == 1)
     if (errors%count() == 1) call kit%check('which says how long both are', errors%text(1) == 'motion of the left '// &
-      'wing: the table ends after 2.5 cycles, the run after 3.0; valid: a shorter run or a longer table')
+                     'wing: the table ends after 2.5 cycles, the run after 3.0; valid: a shorter run or a longer table')
   end subroutine check_table
 
   !> Largest distance of the table from y1 (1 + 2 s) r^2 + d1 h s r^2 + y2 s^2 (1 + 2 r) - d2 h s^2 r, r = 1 - s.
@@ -229,7 +229,7 @@ contains
       do j = 1, 19
         s = j/20.0_rp
         call series%evaluate(TIMES(i) + s*h, f)
-        want = (1 - s)**2*(VALUES(i)*(1 + 2*s) + SLOPES(i)*h*s) + s**2*(VALUES(i + 1)*(3 - 2*s) - SLOPES(i + 1)*h*(1 - s))
+      want = (1 - s)**2*(VALUES(i)*(1 + 2*s) + SLOPES(i)*h*s) + s**2*(VALUES(i + 1)*(3 - 2*s) - SLOPES(i + 1)*h*(1 - s))
         worst = max(worst, abs(f(0) - want))
       end do
     end do
@@ -286,11 +286,11 @@ contains
     call motion%evaluate(RAMP*(1 - 1.0e-9_rp), p, alpha, theta)
     call free%evaluate(RAMP, q, alpha, theta)
     call kit%check_below('ramp: it joins the motion with value, rate and acceleration', &
-      max(abs(p%value - q%value), abs(p%rate - q%rate), abs(p%acceleration - q%acceleration)), 1.0e-4_rp)
+                     max(abs(p%value - q%value), abs(p%rate - q%rate), abs(p%acceleration - q%acceleration)), 1.0e-4_rp)
     call motion%evaluate(1.7_rp, p, alpha, theta)
     call free%evaluate(1.7_rp, q, alpha, theta)
     call kit%check_below('ramp: afterwards it is the motion', max(abs(p%value - q%value), abs(p%rate - q%rate), &
-      abs(p%acceleration - q%acceleration)), 0.0_rp)
+                                                                  abs(p%acceleration - q%acceleration)), 0.0_rp)
   end subroutine check_ramp
 
   subroutine check_extremes(kit)

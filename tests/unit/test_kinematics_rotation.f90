@@ -5,7 +5,7 @@ program test_kinematics_rotation
   use base_constants, only: PI
   use base_kinds, only: rp
   use fsi_kinematics, only: body_rotation, body_t, mirror_wing, pose_wing, swap_flusi_wing, wing_mount_t, &
-    wing_pose_t, wing_rotation
+                            wing_pose_t, wing_rotation
   use fsi_rotation, only: angle_t, cross, rotation_t
   use fsi_wing_motion, only: wing_motion_t
   use testkit, only: testkit_t
@@ -379,11 +379,11 @@ contains
     call kit%check('the left wing points to the left', same(l%vector_to_space(X), Y))
     call kit%check('the right wing points to the right', same(r%vector_to_space(X), -Y))
     call kit%check('with all angles 0 the leading edges are in front', &
-      same(l%vector_to_space(Y), X) .and. same(r%vector_to_space(Y), X))
+                   same(l%vector_to_space(Y), X) .and. same(r%vector_to_space(Y), X))
     call kit%check('the normals are x cross y: down on the left, up on the right', &
-      same(l%vector_to_space(Z), -Z) .and. same(r%vector_to_space(Z), Z))
+                   same(l%vector_to_space(Z), -Z) .and. same(r%vector_to_space(Z), Z))
     call kit%check('(y, x, -z) leads to FLUSI''s wing frame and back', &
-      same(swap_flusi_wing([1.0_rp, 2.0_rp, 3.0_rp]), [2.0_rp, 1.0_rp, -3.0_rp]))
+                   same(swap_flusi_wing([1.0_rp, 2.0_rp, 3.0_rp]), [2.0_rp, 1.0_rp, -3.0_rp]))
     call still(l, r, 0.0_rp, 0.0_rp, SMALL, 0.0_rp, 0.0_rp)
     call kit%check('eta = 0: phi > 0 raises both tips', up(l) > 0.09_rp .and. up(r) > 0.09_rp)
     call still(l, r, 0.0_rp, -PI/2, SMALL, 0.0_rp, 0.0_rp)
@@ -392,10 +392,10 @@ contains
     call kit%check('eta = -90: theta > 0 lowers both tips', up(l) < -0.09_rp .and. up(r) < -0.09_rp)
     call still(l, r, 0.0_rp, -PI/2, 0.0_rp, 0.0_rp, 0.0_rp)
     call kit%check('eta = -90, alpha = 0: the leading edges are on top', &
-      same(l%vector_to_space(Y), Z) .and. same(r%vector_to_space(Y), Z))
+                   same(l%vector_to_space(Y), Z) .and. same(r%vector_to_space(Y), Z))
     call still(l, r, 0.0_rp, -PI/2, 0.0_rp, PI/2, 0.0_rp)
     call kit%check('eta = -90, alpha = 90: the leading edges are in front', &
-      same(l%vector_to_space(Y), X) .and. same(r%vector_to_space(Y), X))
+                   same(l%vector_to_space(Y), X) .and. same(r%vector_to_space(Y), X))
     call still(l, r, -SMALL, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp)
     call kit%check('pitch < 0 lifts the nose', dot_product(l%vector_to_space(Y), Z) > 0.09_rp)
   end subroutine check_directions
@@ -427,8 +427,8 @@ contains
     call kit%check('an upward force pushes both wings to their dorsal side', lifts)
     call still(l, r, 0.0_rp, -PI/2, 0.0_rp, PI/2, 0.0_rp)
     call kit%check('the dorsal side of a wing that lies flat is up, on both sides', &
-      same(l%vector_to_space([0.0_rp, 0.0_rp, left%dorsal_sign()]), [0.0_rp, 0.0_rp, 1.0_rp]) .and. &
-      same(r%vector_to_space([0.0_rp, 0.0_rp, right%dorsal_sign()]), [0.0_rp, 0.0_rp, 1.0_rp]))
+                   same(l%vector_to_space([0.0_rp, 0.0_rp, left%dorsal_sign()]), [0.0_rp, 0.0_rp, 1.0_rp]) .and. &
+                   same(r%vector_to_space([0.0_rp, 0.0_rp, right%dorsal_sign()]), [0.0_rp, 0.0_rp, 1.0_rp]))
   end subroutine check_up
 
   !> Both wings at rest with these angles on a body with this pitch.
@@ -469,7 +469,7 @@ contains
     omega = pose%vector_to_body(pose%omega)
     relative = pose%vector_to_body(pose%omega_relative)
     call kit%check_below('relative to space = relative to the body + body', &
-      maxval(abs(omega - relative - body%omega)), 1.0e-14_rp)
+                         maxval(abs(omega - relative - body%omega)), 1.0e-14_rp)
     call kit%check_close('the pose keeps phi', pose%phi%value, 0.2_rp + 1.1_rp*sin(0.8_rp), atol=1.0e-15_rp)
     call kit%check_close('the pose keeps the rate of alpha', pose%alpha%rate, 0.9_rp*cos(0.8_rp), atol=1.0e-15_rp)
   end subroutine check_angles_of_pose

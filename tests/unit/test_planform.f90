@@ -34,7 +34,7 @@ program test_planform
   call kit%check_close('b_1 > 0 moves the outline to the root', span(1), 0.5_rp - 0.32_rp, atol=1e-5_rp)
   call kit%check_close('and away from the tip', span(2), 0.5_rp + 0.28_rp, atol=1e-5_rp)
   planform = planform_of(FOURIER//'ai_wings=0.01 0.002 0.001 0.0'//NL//'bi_wings=0.0 0.01 0.0 0.003')
-  other = planform_of(FOURIER//'ai_wings=(/ 0.01 0.002'//NL//'0.001 0.0/)'//NL//'bi_wings=(/0.0 0.01'//NL//'0.0 0.003/)')
+ other = planform_of(FOURIER//'ai_wings=(/ 0.01 0.002'//NL//'0.001 0.0/)'//NL//'bi_wings=(/0.0 0.01'//NL//'0.0 0.003/)')
   call kit%check('coefficients may stand in a matrix, row by row', all(abs(planform%outline - other%outline) <= 0))
 
   planform = planform_of('[Wing]'//NL//'type=rectangular'//NL//'root=0.1'//NL//'length=1'//NL//'mean_chord=0.3'// &
@@ -84,7 +84,7 @@ contains
     smallest = huge(smallest)
     longest = 0
     do i = 1, size(triangles, 2)
-      associate (a => points(1:2, triangles(1, i)), b => points(1:2, triangles(2, i)), c => points(1:2, triangles(3, i)))
+     associate (a => points(1:2, triangles(1, i)), b => points(1:2, triangles(2, i)), c => points(1:2, triangles(3, i)))
         smallest = min(smallest, ((b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1)))/2)
       end associate
       do k = 1, 3

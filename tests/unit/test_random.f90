@@ -20,13 +20,13 @@ contains
   !> Vectors that come with the Random123 library of the authors.
   subroutine test_vectors()
     call t%check('zeros', all(philox([0_i8, 0_i8], [0_i8, 0_i8, 0_i8, 0_i8]) == &
-                 [int(z'6627E8D5', i8), int(z'E169C58D', i8), int(z'BC57AC4C', i8), int(z'9B00DBD8', i8)]))
+                              [int(z'6627E8D5', i8), int(z'E169C58D', i8), int(z'BC57AC4C', i8), int(z'9B00DBD8', i8)]))
     call t%check('ones', all(philox([ONES, ONES], [ONES, ONES, ONES, ONES]) == &
-                 [int(z'408F276D', i8), int(z'41C83B0E', i8), int(z'A20BC7C6', i8), int(z'6D5451FD', i8)]))
+                             [int(z'408F276D', i8), int(z'41C83B0E', i8), int(z'A20BC7C6', i8), int(z'6D5451FD', i8)]))
     call t%check('digits of pi', all(philox([int(z'A4093822', i8), int(z'299F31D0', i8)], &
-                 [int(z'243F6A88', i8), int(z'85A308D3', i8), int(z'13198A2E', i8), int(z'03707344', &
-                 i8)]) == &
-                 [int(z'D16CFE09', i8), int(z'94FDCCEB', i8), int(z'5001E420', i8), int(z'24126EA1', i8)]))
+                                   [int(z'243F6A88', i8), int(z'85A308D3', i8), int(z'13198A2E', i8), int(z'03707344', &
+                                                                                                              i8)]) == &
+                              [int(z'D16CFE09', i8), int(z'94FDCCEB', i8), int(z'5001E420', i8), int(z'24126EA1', i8)]))
   end subroutine test_vectors
 
   subroutine test_uniform()

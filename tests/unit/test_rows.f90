@@ -58,7 +58,7 @@ contains
     logical :: mine(n)
     mine = [(mod(shiftr(i*i*i + 7*i, 2), t%world%size) == t%world%rank, i=0, n - 1)]
     rows = runs(n, pack([(i, i=0, n - 1)], mine), pack([(1, i=0, n - 1)], mine), pack([(1, i=0, n - 1)], &
-                mine))
+                                                                                      mine))
   end function scattered_rows
 
   subroutine test_patterns()
@@ -117,7 +117,7 @@ contains
       allocate (data(4, other%n_local))
       call read_rows(file, 'comb', data, other, failure)
       call t%check('rows written in any order are read in global order', all(abs(data - filled(other, &
-                   4)) <= 0))
+                                                                                               4)) <= 0))
       call read_rows(file, 'scattered', data, other, failure)
       call t%check('scattered rows are written in global order', all(abs(data - filled(other, 4)) <= 0))
       deallocate (data)
@@ -130,7 +130,7 @@ contains
       call t%check('rows written in order are read in any order', all(abs(data - filled(rows, 4)) <= 0))
       deallocate (data)
       call file%close(failure)
-      call t%check('without failure', .not. failure%failed)
+      call t%check('without failure',.not. failure%failed)
     end do
   end subroutine test_tables
 
@@ -168,7 +168,7 @@ contains
     call attribute_names(file, '/', names, failure)
     call t%check('attributes are listed', size(names) == 7)
     if (size(names) == 7) call t%check('by name', names(1) == 'array' .and. names(7) == 'text')
-    call t%check('nothing failed', .not. failure%failed)
+    call t%check('nothing failed',.not. failure%failed)
     call get_attribute(file, '/', 'text', x, wrong)
     call t%check('another type is a failure', wrong%failed)
     call file%close(failure)

@@ -31,11 +31,11 @@ contains
     call series%write([0.2_rp, ieee_value(0.0_rp, ieee_quiet_nan), 1.0_rp])
     call t%check('records are on the disk at once', last_line('layout.t', 4) .and. lines('layout.t') == 4)
     call series%close(failure)
-    call t%check('writing succeeds', .not. failure%failed)
+    call t%check('writing succeeds',.not. failure%failed)
     line = line_of('layout.t', 1)
     call t%check('the header begins with % and names the columns', line(1:1) == '%' .and. &
                  index(line, 'time [-]') > 0 .and. index(line, 'force x [-]') > 0 .and. index(line, &
-                 'power [-]') > 0)
+                                                                                              'power [-]') > 0)
     line = line_of('layout.t', 2)
     call t%check('records are es15.8, one blank apart', &
                  line == ' 0.00000000E+00 -3.33333333E-01  1.50000000E-07')
@@ -78,7 +78,7 @@ contains
     call series%close(failure)
     if (t%world%is_root) then ! as a kill in the middle of a record would leave it
       open (newunit=unit, file='parts.t', access='stream', form='unformatted', status='old', &
-          position='append')
+            position='append')
       write (unit) ' 5.00000000E+00  1.00'
       close (unit)
     end if
@@ -88,7 +88,7 @@ contains
       call series%write(record(i))
     end do
     call series%close(failure)
-    call t%check('a restart succeeds', .not. failure%failed)
+    call t%check('a restart succeeds',.not. failure%failed)
     same = lines('parts.t') == lines('whole.t') .and. lines('whole.t') == 22
     do i = 1, 22
       if (same) same = line_of('parts.t', i) == line_of('whole.t', i)
@@ -100,7 +100,7 @@ contains
     call t%check('a late restart keeps everything', lines('parts.t') == 22)
     if (t%world%is_root) then ! cut off, but looking like a record
       open (newunit=unit, file='parts.t', access='stream', form='unformatted', status='old', &
-          position='append')
+            position='append')
       write (unit) ' 6.00000000E+00  1.00000000E+00  1.0'
       close (unit)
     end if

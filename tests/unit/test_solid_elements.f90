@@ -45,7 +45,7 @@ contains
     below = turning_law(0.01_rp*(1 - 1.0e-13_rp))
     above = turning_law(0.01_rp*(1 + 1.0e-13_rp))
     call t%check_below('series and closed form agree where they meet', maxval(abs(below - above)/above), &
-      1.0e-11_rp)
+                       1.0e-11_rp)
   end subroutine test_turning_law
 
   !> A hinge with two triangles on each side and rest angle theta0 in a strongly deformed state.
@@ -119,14 +119,14 @@ contains
         if (n == 0 .and. a > 1) cycle ! a fixed normal does not turn with the structure
         call hinge_evaluate(hinge, K, v, e2, g2)
         call t%check_below('a rotated hinge has the same energy'//trim(label), abs(e2 - energy)/energy, &
-          1.0e-13_rp)
+                           1.0e-13_rp)
         call t%check_below('its forces turn with it'//trim(label), &
                            maxval(abs(g2 - turned(g)))/maxval(abs(g)), 1.0e-12_rp)
         v = cross_sum(hinge%x0 + u, g)
         call t%check_below('a hinge exerts no net force'//trim(label), &
                            maxval(abs(sum(g, 2)))/maxval(abs(g)), 1.0e-13_rp)
         call t%check_below('a hinge exerts no net moment'//trim(label), maxval(abs(v))/maxval(abs(g)), &
-          1.0e-13_rp)
+                           1.0e-13_rp)
       end do
     end do
   end subroutine test_hinges
@@ -149,7 +149,7 @@ contains
       u(:, 3) = cos(PHI)*f + sin(PHI)*cross(axis, f) - f
       call hinge_evaluate(hinge, K, u, energy)
       call t%check_close('swinging out of the plane costs k phi^2/2', energy, 0.5_rp*K*PHI**2, &
-        rtol=1.0e-13_rp)
+                         rtol=1.0e-13_rp)
       call t%check_close('the angle is the turning angle', hinge_angle(hinge, u), PHI, rtol=1.0e-13_rp)
     end do
   end subroutine test_hinge_directions
@@ -175,7 +175,7 @@ contains
     params%diameter_exponent = 3.5_rp
     params%root_factor = 0.6_rp
     call model%init(wing, params, failure)
-    call t%check('the model of a wing is built', .not. failure%failed)
+    call t%check('the model of a wing is built',.not. failure%failed)
     if (failure%failed) return
     allocate (u(3, model%n_all), direction(3, model%n_all), g(3, model%n_all), gp(3, model%n_all), &
               gm(3, model%n_all), axial(model%springs%n), blocks(3, 3, size(model%pattern%rows)))
@@ -205,7 +205,7 @@ contains
     allocate (hv(3, model%n_free), source=0.0_rp)
     call model%pattern%multiply(blocks, 1.0_rp, direction(:, model%movable), hv)
     call t%check_below('the assembled tangent is the derivative of the gradient', &
-      maxval(abs(hv - fd(:, model%movable)))/maxval(abs(hv)), merge(1.0e-9_rp, 1.0e-6_rp, slack >= 1))
+                       maxval(abs(hv - fd(:, model%movable)))/maxval(abs(hv)), merge(1.0e-9_rp, 1.0e-6_rp, slack >= 1))
     call t%check_below('the tangent of the stiffnesses is positive semidefinite without compression', &
                        -quadratic_minimum(model, u, axial, blocks), 1.0e-12_rp)
     if (slack < 1) return
@@ -275,18 +275,18 @@ contains
     v = rotate(model%points + u) - model%points + spread(shift, 2, model%n_all)
     call model%gradient(v, gv)
     call t%check_close('the energy of a wing is invariant under rigid motion', model%energy(v), energy, &
-      rtol=1.0e-11_rp)
+                       rtol=1.0e-11_rp)
     call t%check_below('its forces turn with it', maxval(abs(gv - turned(g)))/maxval(abs(g)), 1.0e-11_rp)
     call t%check_below('a wing exerts no net force', maxval(abs(sum(g, 2)))/maxval(abs(g)), 1.0e-12_rp)
     v = cross_sum(model%points + u, g)
     moment = v(:, 1)
     call t%check_below('a wing exerts no net moment', maxval(abs(moment))/(maxval(abs(g))*model%size), &
-      1.0e-12_rp)
+                       1.0e-12_rp)
     u = 0
     v = rotate(model%points) - model%points + spread(shift, 2, model%n_all)
     call model%gradient(v, gv)
     call t%check_below('a rigid motion costs no energy', model%energy(v), &
-      1.0e-24_rp*model%stiffness%extension(1))
+                       1.0e-24_rp*model%stiffness%extension(1))
     call t%check_below('a rigid motion produces no force', maxval(abs(gv)), &
                        1.0e-14_rp*model%size*model%stiffness%extension(1))
   end subroutine test_rigid_motion
@@ -303,7 +303,7 @@ contains
     wing%joints(4)%nodes(3) = 1
     call model%init(wing, default_params(wing), failure)
     call t%check('a joint beside the veins is refused by name', failure%failed .and. index(failure%reason, &
-      'J4') > 0)
+                                                                                           'J4') > 0)
     wing = make_beam(4, 1.0_rp, 0.1_rp, [1.0_rp, 0.0_rp, 0.0_rp])
     wing%root = [integer ::]
     call model%init(wing, default_params(wing), failure)

@@ -79,7 +79,7 @@ contains
     call w%sample(PATH)
     call accept('the sample', wing)
     call check('points', all(shape(wing%points) == [3, 9]) .and. all(abs(wing%points(:, 6) - &
-                                                                  [2.0e-3_rp, 1.0e-3_rp, 0.0_rp]) < 1e-18_rp))
+                                                                         [2.0e-3_rp, 1.0e-3_rp, 0.0_rp]) < 1e-18_rp))
     call check('triangles', all(shape(wing%triangles) == [3, 8]) .and. all(wing%triangles(:, 2) == [1, 5, 4]))
     call check('veins by name', size(wing%veins) == 3 .and. wing%veins(2)%name == 'B' &
                .and. all(wing%veins(2)%nodes == [4, 5, 6]))
@@ -195,7 +195,7 @@ contains
     integer, intent(in) :: corners(3)
     call w%sample(PATH)
     call w%integers('/triangles', [3, 8], [1, 2, 5, 1, 5, 4, corners, 2, 6, 5, 4, 5, 8, 4, 8, 7, 5, 6, 9, &
-      5, 9, 8])
+                                           5, 9, 8])
   end subroutine with_triangle
 
   subroutine test_triangles()
@@ -215,7 +215,7 @@ contains
     call refuse_any('/triangles: triangle 3 (points 1, 2, 3) is degenerate')
     call with_triangle([1, 2, 5])
     call refuse_any('/triangles: triangles 1 and 3 lie on the same side of their common edge 1-2, or '// &
-                'are the same')
+                    'are the same')
     call with_triangle([2, 3, 5])
     call refuse_any('/triangles: triangles 3 and 4 lie on the same side of their common edge 5-2')
     call w%sample(PATH)
@@ -224,17 +224,17 @@ contains
     call w%sample(PATH)
     call w%reals('/points', [3, 9], turned())
     call refuse_any('triangle 1 (points 1, 2, 5) is inverted: its corners must run counter-clockwise '// &
-                'seen from +z')
+                    'seen from +z')
     call w%sample(PATH)
     call w%integers('/triangles', [2, 12], [1, 2, 5, 1, 5, 4, 2, 3, 6, 2, 6, 5, 4, 5, 8, 4, 8, 7, 5, 6, 9, &
-      5, 9, 8])
+                                            5, 9, 8])
     call refuse('/triangles: must hold rows of 3 integers, but its shape is (12, 2)')
     points(:27) = sample_points()
     points(28:) = [5e-3_rp, 0.0_rp, 0.0_rp, 6e-3_rp, 0.0_rp, 0.0_rp, 5e-3_rp, 1e-3_rp, 0.0_rp]
     call w%sample(PATH)
     call w%reals('/points', [3, 12], points)
     call w%integers('/triangles', [3, 9], [1, 2, 5, 1, 5, 4, 2, 3, 6, 2, 6, 5, 4, 5, 8, 4, 8, 7, 5, 6, 9, &
-      5, 9, 8, &
+                                           5, 9, 8, &
                                            10, 11, 12])
     call refuse('/: point 10 and 2 more are not connected to root point 1')
     call w%sample(PATH)
@@ -362,7 +362,7 @@ contains
     call with_joint([5], 'A')
     call refuse('/joints/at_B: point 5 is not on vein A')
     call with_joint([6], 'B')
-  call refuse('/joints/at_B: point 6 is an end of vein B; a joint between two veins is given by three points')
+    call refuse('/joints/at_B: point 6 is an end of vein B; a joint between two veins is given by three points')
     call with_joint([5])
     call refuse('/joints/at_B: one point needs the text attribute vein')
     call with_joint([4, 5, 6], 'B')
@@ -398,14 +398,14 @@ contains
     type(wing_t) :: wing
     call w%beam(PATH)
     call accept('a straight beam', wing)
-   call check('its plane is that of z', abs(wing%plane_normal(3) - 1) <= 0 .and. size(wing%triangles, 2) == 0)
+    call check('its plane is that of z', abs(wing%plane_normal(3) - 1) <= 0 .and. size(wing%triangles, 2) == 0)
     call w%beam(PATH)
     call w%reals('/points', [3, 4], real([0, 0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3], rp))
     call accept('a straight beam along z', wing)
     call check('its plane is that of y', abs(wing%plane_normal(2) - 1) <= 0)
     call w%beam(PATH)
     call w%reals('/points', [3, 4], real([0, 0, 0, 1, 0, 0, 2, 0, 1, 3, 0, 1], rp))
-   call refuse('attribute plane_normal: a structure of veins that is not straight (point 2) needs the normal')
+    call refuse('attribute plane_normal: a structure of veins that is not straight (point 2) needs the normal')
     call w%beam(PATH)
     call w%reals('/points', [3, 4], real([0, 0, 0, 1, 0, 0, 2, 0, 1, 3, 0, 1], rp))
     call w%real_attribute('/', 'plane_normal', [0.0_rp, -2.0_rp, 0.0_rp])
@@ -447,7 +447,7 @@ contains
     integer :: unit
     call read_wing('missing.h5', wing, messages)
     call check('a missing file is refused', messages%count() == 1 .and. index(messages%text(1), &
-                                                                           'missing.h5: does not exist') == 1)
+                                                                              'missing.h5: does not exist') == 1)
     open (newunit=unit, file=PATH, status='replace')
     write (unit, '(a)') 'no HDF5'
     close (unit)

@@ -71,7 +71,7 @@ contains
     integer, allocatable :: numbers(:)
     real(rp), allocatable :: values(:)
     character(20) :: lists(7) = [character(20) :: '/triangles', '/veins/A/nodes', '/veins/B/nodes', &
-                                 '/veins/C/nodes', '/joints/at_B', '/joints/A-C', '/root/nodes']
+                                                         '/veins/C/nodes', '/joints/at_B', '/joints/A-C', '/root/nodes']
     call w%sample(PATH)
     do k = 1, random%pick(3)
       if (random%pick(3) > 1) then

@@ -63,7 +63,7 @@ contains
       call xdmf%add(times(i), field_label(times(i), 0_i8, 'time'), names, n, DOMAIN, ORIGIN, stride, &
                     precision, failure)
     end do
-    call t%check('fields and index of '//run//' are written', .not. failure%failed)
+    call t%check('fields and index of '//run//' are written',.not. failure%failed)
   end subroutine save_run
 
   !> Number of lines of a file that contain `text`.
@@ -91,14 +91,14 @@ contains
     call save_run('run', [6, 7, 5], 1, PRECISION_SINGLE, [0.5_rp, 1.0_rp], restart=0.5_rp)
     call t%check('a restart keeps earlier grids and replaces later ones', &
                  occurrences('run.xmf', 'GridType="Uniform"') == 4 .and. occurrences('run.xmf', &
-                 '000750') == 0 .and. &
+                                                                                     '000750') == 0 .and. &
                  occurrences('run.xmf', 'runp_000500.h5:/runp') == 1 .and. occurrences('run.xmf', &
-                 'runp_001000.h5') == 1)
+                                                                                       'runp_001000.h5') == 1)
     call t%check('ux, uy and uz are one vector', occurrences('run.xmf', &
-                 'Name="runu" AttributeType="Vector"') == 4)
+                                                             'Name="runu" AttributeType="Vector"') == 4)
     call t%check('and three scalars', occurrences('run.xmf', 'Name="runuz" AttributeType="Scalar"') == 4)
     call t%check('a component alone is only a scalar', occurrences('run.xmf', &
-                 'AttributeType="Vector"') == 4 .and. &
+                                                                   'AttributeType="Vector"') == 4 .and. &
                  occurrences('run.xmf', 'Name="runvorx" AttributeType="Scalar"') == 4)
     if (t%world%is_root) call remove_file('again.xmf', removed) ! of an earlier run of this test
     call t%world%barrier()

@@ -7,11 +7,11 @@ module wing_writer
                   H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_STD_I64LE, H5T_FORTRAN_S1, H5T_STRING, &
                   H5S_SCALAR_F, h5open_f, h5fcreate_f, &
                   h5fopen_f, h5fclose_f, h5pcreate_f, h5pclose_f, h5pset_libver_bounds_f, h5gcreate_f, &
-               h5gclose_f, h5screate_simple_f, h5screate_f, h5sclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, &
-                 h5lexists_f, h5ldelete_f, h5acreate_by_name_f, h5awrite_f, h5aclose_f, h5adelete_by_name_f, &
+                  h5gclose_f, h5screate_simple_f, h5screate_f, h5sclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, &
+                  h5lexists_f, h5ldelete_f, h5acreate_by_name_f, h5awrite_f, h5aclose_f, h5adelete_by_name_f, &
                   h5aexists_by_name_f, h5tcopy_f, h5tset_size_f, h5tclose_f
   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode, &
-                                           ieee_set_flag
+                                                                              ieee_set_flag
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_null_char
   implicit none
   private
@@ -213,7 +213,7 @@ contains
     call h5tset_size_f(kind, int(len(text), SIZE_T), error)
     call h5screate_f(H5S_SCALAR_F, space, error)
     call h5acreate_by_name_f(self%id, object, name, kind, space, id, error)
-    call h5awrite_f(id, kind, text, [1_HSIZE_T], error)
+    call h5awrite_f(id, kind, text, [1_hsize_t], error)
     call h5aclose_f(id, error)
     call h5sclose_f(space, error)
     call h5tclose_f(kind, error)

@@ -20,10 +20,11 @@ program test_force_balance
   integer :: step
 
   call test%start(parallel=.true.)
-  call make_fluid(test%world, '[Resolution]'//NL//'nx=24'//NL//'ny=20'//NL//'nz=30'//NL//'[Geometry]'//NL//'xl=2.5'//NL// &
+  call make_fluid(test%world, '[Resolution]'//NL//'nx=24'//NL//'ny=20'//NL//'nz=30'//NL// &
+                  '[Geometry]'//NL//'xl=2.5'//NL// &
                   'yl=2.0'//NL//'zl=3.0'//NL//'Size=0.8'//NL//'[InitialCondition]'//NL//'inicond=MeanFlow'//NL// &
-                  '[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[Time]'//NL//'Tmax=10.0'//NL//'CFL=0.2'//NL//'[MeanFlow]'//NL// &
-                  'ux=1.0'//NL//'uy=0.3'//NL//'uz=-0.2'//NL//'[Penalization]'//NL//'iPenalization=1'//NL//'iMask=sphere'// &
+               '[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[Time]'//NL//'Tmax=10.0'//NL//'CFL=0.2'//NL//'[MeanFlow]'//NL// &
+              'ux=1.0'//NL//'uy=0.3'//NL//'uz=-0.2'//NL//'[Penalization]'//NL//'iPenalization=1'//NL//'iMask=sphere'// &
                   NL//'eps=0.02'//NL, fluid)
   request%integrals = .true.
   volume = 2.5_rp*2.0_rp*3.0_rp
@@ -48,7 +49,7 @@ program test_force_balance
     end if
     expected_loss = (b10*sum(fluid%sums%force, 2) + b11*f_old)/volume
   end do
-  call test%check('the flow stays healthy', .not. failure%failed)
+  call test%check('the flow stays healthy',.not. failure%failed)
   call test%check_below('momentum change equals the penalization force', worst, 1e-15_rp)
   call test%check_below('the velocity stays solenoidal', divergence, 1e-12_rp)
   call test%check('the sphere is dragged along', fluid%sums%force(1, 1) > 0 .and. fluid%sums%force(2, 1) > 0 .and. &

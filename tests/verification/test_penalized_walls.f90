@@ -87,7 +87,7 @@ contains
     real(rp) :: y, z, r, want(2), a, b
     integer :: iy, iz
     write (text, '(a,es24.16)') 'eps=', c_eta
-    call make_fluid(test%world, box_2d(N, L)//'r1=0.4'//NL//'r2=1.0'//NL//'[InitialCondition]'//NL//'inicond=quiescent'// &
+ call make_fluid(test%world, box_2d(N, L)//'r1=0.4'//NL//'r2=1.0'//NL//'[InitialCondition]'//NL//'inicond=quiescent'// &
                     NL//'[ReynoldsNumber]'//NL//'nu=1.0'//NL//'[Time]'//NL//'Tmax=0.4'//NL//'CFL=0.5'//NL// &
                     '[MeanFlow]'//NL//'ux=0'//NL//'[Penalization]'//NL//'iPenalization=1'//NL//'iMask=couette'//NL// &
                     'omega=1.25'//NL//trim(text)//NL, fluid)

@@ -33,8 +33,8 @@ contains
     real(rp) :: difference
     integer :: rows
     write (grid, '(a,i0,a)') '[Resolution]'//NL//'nx=', nx, NL//'ny=20'//NL//'nz=18'//NL
-    ini = trim(grid)//'[Geometry]'//NL//'xl=2.4'//NL//'yl=2.0'//NL//'zl=1.8'//NL//'Size=0.6'//NL//'[InitialCondition]'// &
-          NL//'inicond='//inicond//NL//'omega1=1.0'//NL//'[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[Time]'//NL//'Tmax=0.3'// &
+  ini = trim(grid)//'[Geometry]'//NL//'xl=2.4'//NL//'yl=2.0'//NL//'zl=1.8'//NL//'Size=0.6'//NL//'[InitialCondition]'// &
+      NL//'inicond='//inicond//NL//'omega1=1.0'//NL//'[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[Time]'//NL//'Tmax=0.3'// &
           NL//'CFL=0.3'//NL//'[MeanFlow]'//NL//'ux=1.0'//NL//'uy=0.5'//NL//'uz=0.2'//NL//'iMeanFlow_x=dynamic'//NL// &
           'm_fluid=5.0'//NL//text
     call self%adopt(MPI_COMM_SELF)

@@ -38,7 +38,7 @@ contains
     params%young = ei*64/PI
     params%k_vein = k
     call model%init(wing, params, failure)
-    call t%check('a beam without membrane is a valid model', .not. failure%failed)
+    call t%check('a beam without membrane is a valid model',.not. failure%failed)
   end subroutine make_cantilever
 
   subroutine solve(model, load, tolerance, u, report)
@@ -75,7 +75,7 @@ contains
       call solve(model, load, 1.0e-9_rp, u, report)
       w = u(3, n + 1)/(P/3)
       call t%check_close('the tip of a cantilever is too soft by 1/(2 N^2)', (w - 1)*2*n**2, 1.0_rp, &
-        atol=1.0e-4_rp)
+                         atol=1.0e-4_rp)
       n = 2*n
     end do
   end subroutine test_small_load
@@ -136,7 +136,7 @@ contains
     integer :: a, n, i
     call elastica(10.0_rp, 0.0_rp, w, shortening, angle)
     call t%check_close('the elastica of the test agrees with elliptic integrals', w, 0.810609_rp, &
-      atol=1.0e-6_rp)
+                       atol=1.0e-6_rp)
     do a = 1, size(ALPHAS)
       call elastica(ALPHAS(a), 0.0_rp, w, shortening, angle)
       write (label, '(a,f5.1)') ' at P L^2/EI =', ALPHAS(a)
@@ -173,7 +173,7 @@ contains
     u = arc(model, 2*PI)
     load%couples(1)%moment = 2*PI
     call t%check_below('under 2 pi EI/L the beam closes', norm2(model%points(:, N + 1) + u(:, N + 1)), &
-      1.0e-14_rp)
+                       1.0e-14_rp)
     call model%gradient(u, g)
     call load%subtract_from(model, u, g)
     call model%zero_clamped(g)
@@ -251,7 +251,7 @@ contains
     integer, parameter :: N = 80
     real(rp), parameter :: YOUNG(2) = [1.4e6_rp, 5.6e6_rp], L = 0.35_rp, H = 0.02_rp
     real(rp), parameter :: PUBLISHED(2, 2) = reshape([-7.187e-3_rp, -66.10e-3_rp, -0.4690e-3_rp, &
-      -16.97e-3_rp], [2, 2])
+                                                      -16.97e-3_rp], [2, 2])
     type(solid_model_t) :: model
     type(load_t) :: load
     type(static_report_t) :: report

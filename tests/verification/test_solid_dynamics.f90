@@ -43,7 +43,7 @@ contains
     if (.not. ei > 0) params%root_factor = 0
     params%k_vein = k
     call model%init(wing, params, failure)
-    call t%check('the beam is valid', .not. failure%failed)
+    call t%check('the beam is valid',.not. failure%failed)
     masses = 1.0_rp/n
     masses(n + 1) = 0.5_rp/n
     call inertia%init(model, masses)
@@ -179,7 +179,7 @@ contains
       call stepper%step(model, inertia, rest, force, dt, options, state, report)
       fine = fine .and. report%converged
       if (last > 0 .and. 1 + state%u(1, 2) <= 0) crossing = state%time - dt*(1 + state%u(1, &
-        2))/(1 + state%u(1, 2) - last)
+                                                                                         2))/(1 + state%u(1, 2) - last)
       now = measure_motion(inertia, model, rest%frame, state%u, state%v)
       drift = max(drift, abs(now%kinetic + now%elastic + inertia%mass(2)*G*state%u(2, 2) - energy))
     end do
@@ -293,7 +293,7 @@ contains
         h(refinement) = 1.0_rp/n
         if (c == 1) then
           call t%check_below('linear momentum is conserved', maxval(abs(last%linear - first%linear)), &
-            1.0e-8_rp)
+                             1.0e-8_rp)
           spin = last%angular - first%angular
           errors(refinement) = norm2(spin)
         else
@@ -306,7 +306,7 @@ contains
       if (c == 1) call t%check_below('angular momentum is conserved', errors(3), 1.0e-4_rp)
       if (c == 1) call t%check_order('and the better the shorter the steps', h, errors, 2.0_rp, 0.5_rp)
       if (c == 2) call t%check_order('a free rod moves straight through a turning frame', h, errors, 2.0_rp, &
-        0.2_rp)
+                                     0.2_rp)
     end do
     call stepper%free()
   end subroutine test_free_rod
@@ -358,9 +358,9 @@ contains
     options%iterations = 1
     before = state%u
     call stepper%step(model, inertia, spin, 50*force, 1.0e-3_rp, options, state, report)
-    call t%check('a hopeless step is a failure with a reason', .not. report%converged .and. &
-      allocated(report%reason))
-    call t%check('and leaves the state as it was', .not. maxval(abs(before - state%u)) > 0 .and. &
+    call t%check('a hopeless step is a failure with a reason',.not. report%converged .and. &
+                 allocated(report%reason))
+    call t%check('and leaves the state as it was',.not. maxval(abs(before - state%u)) > 0 .and. &
                  abs(state%time - 5.0e-4_rp) < 1.0e-15_rp)
     call stepper%free()
   end subroutine test_newton

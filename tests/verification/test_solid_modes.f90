@@ -38,7 +38,7 @@ contains
     params%young = ei*64/PI
     params%k_vein = k
     call model%init(wing, params, failure)
-    call t%check('the beam is valid', .not. failure%failed)
+    call t%check('the beam is valid',.not. failure%failed)
     masses = 1.0_rp/n
     masses(n + 1) = 0.5_rp/n
     call inertia%init(model, masses)
@@ -59,10 +59,10 @@ contains
     call load%init(model)
     allocate (shapes(3, model%n_all, 8))
     call natural_modes(work, model, load, inertia%mass, 0*load%force, f, shapes, failure)
-    call t%check('the modes of a cantilever are found', .not. failure%failed)
+    call t%check('the modes of a cantilever are found',.not. failure%failed)
     do i = 1, 8 ! every frequency twice: in both planes
       call t%check_close('a natural frequency of the cantilever is beta^2', TWO_PI*f(i), &
-        EXACT(ceiling(0.5_rp*i)), rtol=1.0e-3_rp)
+                         EXACT(ceiling(0.5_rp*i)), rtol=1.0e-3_rp)
       mass = sum(inertia%mass*sum(shapes(:, :, i)**2, 1))
       call t%check_close('its shape has unit modal mass', mass, 1.0_rp, rtol=1.0e-8_rp)
     end do

@@ -16,7 +16,7 @@ program test_solid_statics
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: PLACES(2, 3) = &
-    reshape([5.8e-3_rp, 0.1e-3_rp, 7.9e-3_rp, -0.3e-3_rp, 4.0e-3_rp, -1.6e-3_rp], [2, 3])
+                         reshape([5.8e-3_rp, 0.1e-3_rp, 7.9e-3_rp, -0.3e-3_rp, 4.0e-3_rp, -1.6e-3_rp], [2, 3])
   type(testkit_t) :: t
 
   call t%start(parallel=.false.)
@@ -63,7 +63,7 @@ contains
     params = default_params(wing)
     params%cross_springs = cross_springs
     call model%init(wing, params, failure)
-    call t%check('the wing is valid', .not. failure%failed)
+    call t%check('the wing is valid',.not. failure%failed)
   end subroutine make_model
 
   subroutine make_load(model, place, force, load)
@@ -74,7 +74,7 @@ contains
     type(failure_t) :: failure
     call load%init(model)
     call load%add_at(model, PLACES(:, place), [0.0_rp, 0.0_rp, force], failure)
-    call t%check('the load is on the wing', .not. failure%failed)
+    call t%check('the load is on the wing',.not. failure%failed)
   end subroutine make_load
 
   subroutine test_path(cross_springs)
@@ -100,7 +100,7 @@ contains
       options = static_options_t()
       call solve_static(work, model, load, .false., options, u, report)
       call t%check('the loaded wing reaches a stable equilibrium', report%converged .and. &
-        report%residual <= 1.0e-8_rp)
+                   report%residual <= 1.0e-8_rp)
       call t%check_below('in few factorisations', real(report%factorisations, rp), 60.0_rp)
       options%step_limit = options%step_limit/2.5_rp
       call solve_static(work, model, load, .false., options, fine, report)
@@ -116,7 +116,7 @@ contains
       end do
       call solve_static(work, model, load, .true., options, warm, report)
       call t%check('a warm start takes few factorisations', report%converged .and. &
-        report%factorisations <= 12)
+                   report%factorisations <= 12)
       call t%check_below('a warm start ends in the shape of the cold one', maxval(abs(warm - u)), 1.0e-9_rp)
     end do
     call work%free()
@@ -182,7 +182,7 @@ contains
     call work%init(model)
     allocate (u(3, model%n_all), source=0.0_rp)
     call t%check_close('D = 0.2 mN mm means 7.6 um at 5 GPa', membrane_thickness(model%params, 2.0e-7_rp), &
-      7.59e-6_rp, &
+                       7.59e-6_rp, &
                        rtol=1.0e-3_rp)
     call membrane_note(model%params, note, is_soft)
     call t%check('the note says what D means', index(note, ' 7.59 um') > 0 .and. .not. is_soft)
@@ -198,13 +198,13 @@ contains
     call make_load(model, 1, 1.0e-3_rp, load)
     options%factorisation_limit = 5
     call solve_static(work, model, load, .false., options, u, report)
-    call t%check('too little work is a failure with a reason', .not. report%converged .and. &
-      allocated(report%reason))
+    call t%check('too little work is a failure with a reason',.not. report%converged .and. &
+                 allocated(report%reason))
     options = static_options_t()
     call model%set_parameter(model%params%find('D'), 0.0_rp)
     call solve_static(work, model, load, .false., options, u, report)
-    call t%check('a membrane without bending stiffness is refused', .not. report%converged .and. &
-      allocated(report%reason))
+    call t%check('a membrane without bending stiffness is refused',.not. report%converged .and. &
+                 allocated(report%reason))
     call work%free()
   end subroutine test_failures
 end program test_solid_statics

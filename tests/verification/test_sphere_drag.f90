@@ -52,7 +52,7 @@ contains
     share = PI/4*diameter**2/25
     speed = 1 + share + drag_coefficient(re*diameter)*share/2
     expected = drag_coefficient(re*diameter*speed)*PI/8*diameter**2*speed**2
-    write (text, '(a,i0,a,f6.3,a,f6.3,a)') 'Re ', nint(re), ': hydrodynamic diameter', diameter, ', outer speed', speed, &
+  write (text, '(a,i0,a,f6.3,a,f6.3,a)') 'Re ', nint(re), ': hydrodynamic diameter', diameter, ', outer speed', speed, &
       ': the drag is Schiller and Naumann''s'
     call test%check_close(trim(text), force, expected, rtol=0.05_rp)
     call test%check_below('lift and side force vanish', maxval(abs(fluid%sums%force(2:3, 1)))/force, 1e-3_rp)

@@ -67,7 +67,7 @@ contains
     call run_to_end(fluid)
     call test%check_close('3-D Taylor-Green energy at t = 0.1', sum(fluid%sums%energy)/volume, 0.124953117517_rp, &
                           atol=5e-8_rp)
-    call test%check_close('3-D Taylor-Green enstrophy at t = 0.1', sum(fluid%sums%enstrophy)/volume/2, 0.375249930801_rp, &
+ call test%check_close('3-D Taylor-Green enstrophy at t = 0.1', sum(fluid%sums%enstrophy)/volume/2, 0.375249930801_rp, &
                           atol=5e-8_rp)
     call fluid%free()
   end subroutine early_three_dimensional
@@ -107,7 +107,7 @@ contains
       call test%check_close(trim(sentence)//' half enstrophy', sum(fluid%sums%enstrophy)/volume/2, &
                             HALF_ENSTROPHY(t), rtol=DISSIPATION_TOLERANCE(t))
     end do
-    call test%check('the transition is computed to its end', .not. failure%failed)
+    call test%check('the transition is computed to its end',.not. failure%failed)
     call fluid%free()
   end subroutine transition
 end program test_taylor_green

@@ -31,7 +31,7 @@ contains
     integer :: level
     do level = 0, 3
       write (number, '(es24.16)') dt/2**level
-      call make_fluid(test%world, box_3d(16, TWO_PI)//'Size=2.0'//NL//'[InitialCondition]'//NL//'inicond=taylor_green'//NL// &
+call make_fluid(test%world, box_3d(16, TWO_PI)//'Size=2.0'//NL//'[InitialCondition]'//NL//'inicond=taylor_green'//NL// &
                       '[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[Time]'//NL//'Tmax=1.0'//NL//'dt_fixed='//number//NL// &
                       'iTimeMethodFluid='//scheme//NL//'[MeanFlow]'//NL//'ux=0'//NL//solids, fluid)
       call run_to_end(fluid)

@@ -125,7 +125,7 @@ contains
       call kit%check_close('volume of a sheet by Steiner''s formula, smoothing included', volume, exact, rtol=3.0e-4_rp)
     end do
     call kit%check_below('A t + pi t^2 P/8 + pi t^3/6 is met to the smoothing error', maxval(abs(error)), 0.025_rp)
-    call kit%check_order('and to first order of the volume, as h/t is fixed', 1.0_rp/POINTS, abs(error), 1.0_rp, 0.25_rp)
+   call kit%check_order('and to first order of the volume, as h/t is fixed', 1.0_rp/POINTS, abs(error), 1.0_rp, 0.25_rp)
   end subroutine test_volume
 
   !> The sheet keeps its thickness while the grid is refined: what remains is how well a sum over points takes
@@ -231,7 +231,7 @@ contains
     end do
     call kit%check('redrawing the same needs no more memory', size(penalty%x) == room)
     call kit%check('colours are counted without what is hidden', all(penalty%count_colors() == &
-                   [0, count(field%chi > 0 .and. alone%chi <= sphere%chi), 0, count(alone%chi > sphere%chi), 0, 0]))
+                       [0, count(field%chi > 0 .and. alone%chi <= sphere%chi), 0, count(alone%chi > sphere%chi), 0, 0]))
 
   end subroutine test_body_and_redraw
 
@@ -270,10 +270,10 @@ contains
     call mask%init(grid, block, 0.125_rp, 0.0625_rp)
     wings(1) = plate(0.05_rp, [0.0_rp, 0.0_rp, 0.0_rp], HINGE, 2)
     call mask%draw(wings, penalty, failure)
-    call kit%check('a wing in the box can be drawn', .not. failure%failed .and. penalty%n_points > 0)
+    call kit%check('a wing in the box can be drawn',.not. failure%failed .and. penalty%n_points > 0)
     wings(1)%points(2, 7) = 1.0e30_rp
     call mask%draw(wings, penalty, failure)
-    call kit%check('a wing with a point at 1e30 is a failure, and is erased', failure%failed .and. penalty%n_points == 0)
+   call kit%check('a wing with a point at 1e30 is a failure, and is erased', failure%failed .and. penalty%n_points == 0)
   end subroutine test_failure
 
   !> The fluid sees the wing: volume, momentum and the force on a wing that moves in fluid at rest.

@@ -100,7 +100,7 @@ contains
     do rows = 1, kit%world%size
       if (mod(kit%world%size, rows) /= 0) cycle
       write (text, '(4(a,i0),3(a,f20.15),a)') '[Resolution]'//NL//'nx=', POINTS(1), NL//'ny=', POINTS(2), NL//'nz=', &
-        POINTS(3), NL//'process_rows=', rows, NL//'[Geometry]'//NL//'xl=', BOX(1), NL//'yl=', BOX(2), NL//'zl=', BOX(3), &
+      POINTS(3), NL//'process_rows=', rows, NL//'[Geometry]'//NL//'xl=', BOX(1), NL//'yl=', BOX(2), NL//'zl=', BOX(3), &
         NL//'[Penalization]'//NL//'iPenalization=1'//NL//'iMask=none'//NL//'eps=1.0e-2'//NL//'[ReynoldsNumber]'//NL// &
         'nu=1.0e-2'//NL//'[Time]'//NL//'Tmax=1'//NL//'[InitialCondition]'//NL//'inicond=quiescent'
       call make_fluid(kit%world, trim(text), fluid)
@@ -131,7 +131,7 @@ contains
       call place([i, 1, -i]*BOX)
       call draw(whole_block(grid), part)
       call kit%check_below('wings in other periodic boxes are the same', maxval(abs(part%chi - whole%chi)), 1.0e-12_rp)
-      call kit%check_below('with their velocity', maxval(abs(part%us - whole%us), mask=part%us > 0 .and. whole%us > 0), &
+     call kit%check_below('with their velocity', maxval(abs(part%us - whole%us), mask=part%us > 0 .and. whole%us > 0), &
                            1.0e-12_rp)
     end do
   end subroutine test_images
