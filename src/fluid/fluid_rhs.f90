@@ -145,7 +145,7 @@ contains
   subroutine lines_product(self, first, count, z, in, out)
     type(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
-    real(rp), intent(in) :: in(:, :, :)
+    real(rp), contiguous, intent(in) :: in(:, :, :)
     real(rp), contiguous, intent(inout) :: out(:, :, :)
     integer :: i, y, nx
     nx = self%block%count(1)
