@@ -12,7 +12,7 @@ program test_rank_independence
 
   call test%start(parallel=.true.)
   call compare('sphere with sponge', '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=sphere'//NL//'eps=0.02'//NL// &
-               '[Sponge]'//NL//'iVorticitySponge=yes'//NL//'iSpongeType=outlet_x'//NL//'eps_sponge=0.1'//NL// &
+               '[Sponge]'//NL//'iVorticitySponge=yes'//NL//'iSpongeType=cavity'//NL//'eps_sponge=0.1'//NL// &
                'sponge_thickness=4'//NL, 24, 'MeanFlow')
   call compare('dynamic mean flow in a cavity', '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=cylinder'//NL// &
                'iCavity=yes'//NL//'cavity_size=2'//NL//'eps=0.02'//NL, 18, 'VortexRing')
