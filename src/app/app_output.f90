@@ -126,7 +126,7 @@ contains
         end do
         if (present(wings)) call self%wings%write(wings, label, failure)
         if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, meta%domain_size, &
-                            meta%origin, p%stride, precision_of(p), failure)
+                                             meta%origin, p%stride, precision_of(p), failure)
       end if
       if (self%slices_due) then
         label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))

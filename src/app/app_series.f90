@@ -36,10 +36,11 @@ contains
 
   !> Opens all files; with `restart_time` >= 0 the records before it are kept. Moving wings must be placed.
   !> Collective.
-  subroutine series_open(self, world, fluid, restart_time, failure, wings)
+  subroutine series_open(self, world, fluid, note, restart_time, failure, wings)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_t), intent(in) :: fluid
+    character(*), intent(in) :: note !< second line of every file
     real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
@@ -80,7 +81,7 @@ contains
       end do
     end if
     self%has_wings = present(wings)
-    if (present(wings)) call self%flight%open(world, wings, restart_time, failure)
+    if (present(wings)) call self%flight%open(world, wings, note, restart_time, failure)
 
   contains
 
@@ -89,9 +90,9 @@ contains
       character(*), intent(in) :: path, columns(:)
       ! After a failure the others are opened in name only, so that all of them can be closed.
       if (restart_time >= 0) then
-        call series%open(world, path, columns, failure, restart_time=restart_time)
+        call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
       else
-        call series%open(world, path, columns, failure)
+        call series%open(world, path, columns, failure, note=note)
       end if
     end subroutine open_one
   end subroutine series_open

@@ -21,6 +21,7 @@ module app_settings
     real(rp) :: length = 1, frequency = 1, density = 1
   contains
     procedure :: scales => units_scales
+    procedure :: note => units_note
   end type units_t
 
   !> What to write, how often, and when to stop.
@@ -168,6 +169,21 @@ contains
       call notices%add('no [units] section: all quantities are dimensionless, fluid density 1')
     end if
   end subroutine read_units
+
+  !> SI values of the units in one line for the head of files; empty if they were not given.
+  function units_note(self) result(text)
+    class(units_t), intent(in) :: self
+    character(:), allocatable :: text
+    character(200) :: line
+    text = ''
+    if (.not. self%given) return
+    associate (u => self)
+      write (line, '(5(a,es12.5),a)') 'units: L =', u%length, ' m, 1/T =', u%frequency, ' 1/s, rho =', u%density, &
+        ' kg/m^3, force rho L^4/T^2 =', u%density*u%length**4*u%frequency**2, ' N, power rho L^5/T^3 =', &
+        u%density*u%length**5*u%frequency**3, ' W'
+    end associate
+    text = trim(line)
+  end function units_note
 
   !> SI values of one L, T and M.
   pure type(unit_scales_t) function units_scales(self) result(scales)

@@ -99,7 +99,7 @@ contains
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                  settings%output%slices), 0.0_rp]
     call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, restart_time, self%failure, self%wings)
+    call self%series%open(world, self%fluid, settings%units%note(), restart_time, self%failure, self%wings)
     call self%output%init(world, settings%output, self%fluid, self%name, restart_time, self%failure, self%wings)
     if (self%failure%failed) then
       call self%fail(EXIT_FAILURE)

@@ -19,7 +19,7 @@ module app_summary
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: FORCE_COLUMNS = 15, LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
   character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
-                                          'inertial power']
+                                                                                                   'inertial power']
 
 contains
 

@@ -28,10 +28,11 @@ module app_wing_series
 contains
 
   !> Opens all files; with `restart_time` >= 0 the records before it are kept. Collective.
-  subroutine series_open(self, world, wings, restart_time, failure)
+  subroutine series_open(self, world, wings, note, restart_time, failure)
     class(wing_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(in) :: wings
+    character(*), intent(in) :: note !< second line of every file
     real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
     character(*), parameter :: T = 'time [T]', P = ' power [rho L^5/T^3]'
@@ -49,9 +50,9 @@ contains
       type(series_t), intent(inout) :: series
       character(*), intent(in) :: path, columns(:)
       if (restart_time >= 0) then
-        call series%open(world, path, columns, failure, restart_time=restart_time)
+        call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
       else
-        call series%open(world, path, columns, failure)
+        call series%open(world, path, columns, failure, note=note)
       end if
     end subroutine open_one
   end subroutine series_open

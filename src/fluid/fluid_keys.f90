@@ -97,7 +97,7 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     type(registry_t), intent(inout) :: r
     call r%add_section('Penalization', 'solid bodies by volume penalization')
     call r%add_switch('Penalization', 'iPenalization', .false., 'whether there are solids at all')
-  call r%add_word('Penalization', 'iMask', 'none', 'none|empty|sphere|cylinder|cylinder_x|plate|couette|from_file::*|'// &
+call r%add_word('Penalization', 'iMask', 'none', 'none|empty|sphere|cylinder|cylinder_x|plate|couette|from_file::*|'// &
                     'Insect|insect', 'body: sphere; cylinder along z (2-D: along x); cylinder along x; square '// &
                     'plate; Couette device; file; Insect: the wings of [Insects]', unbuilt= &
                     'Flexible_wing|Flexibility|Flapper|moving_cylinder|cylinder_asym_z|'// &
