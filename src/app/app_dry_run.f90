@@ -97,7 +97,8 @@ contains
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
       if (p%penalized .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
-      if (p%moving) write (unit, '(a)') '            kinematics.t aero_power.t wing_left.t wing_right.t; at the end summary.txt'
+      if (p%moving) write (unit, '(a)') '            kinematics.t aero_power.t wing_left.t wing_right.t'
+      if (p%moving) write (unit, '(a)') '  at the end summary.txt'
       if (p%moving) write (unit, '(a)') '  surfaces  wing_left wing_right'
       if (n > 0) then
         ! One save at the start, one at the end, and one at each multiple between.

@@ -125,8 +125,8 @@ contains
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
         if (present(wings)) call self%wings%write(wings, label, failure)
-        if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, meta%domain_size, &
-                                             meta%origin, p%stride, precision_of(p), failure)
+        if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
+                                             meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
       end if
       if (self%slices_due) then
         label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))

@@ -125,8 +125,8 @@ contains
     call read_body(config, params%body)
     call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
-   if (.not. any(is_there)) call config%complain(errors, SECTION, 'LeftWing', 'there is no wing at all; valid: yes '// &
-                                                  'for at least one of LeftWing and RightWing')
+    if (.not. any(is_there)) &
+      call config%complain(errors, SECTION, 'LeftWing', 'there is no wing at all; valid: yes for LeftWing or RightWing')
     if (all(is_there)) then
       call read_mounts(config, mounts, motions, errors)
     else
@@ -235,7 +235,8 @@ contains
     else if (index(word, MESH_WORD) == 1) then
       path = named_path(word(len(MESH_WORD) + 1:), ini, world)
       if (path == '') then
-       call config%complain(errors, SECTION, 'WingShape', 'the wing file does not exist, neither here nor beside '//ini)
+        call config%complain(errors, SECTION, 'WingShape', &
+                             'the wing file does not exist, neither here nor beside '//ini)
       else if (length <= 0 .and. metre <= 0) then
         call config%complain(errors, SECTION, 'wing_length', 'is needed: a wing file is in metres, and without '// &
                              '[units] length nothing tells what they are here')
@@ -252,7 +253,8 @@ contains
       triangles = wing%triangles
       if (size(triangles, 2) == 0) call config%complain(errors, SECTION, 'WingShape', path//' has no triangles')
     else
-   call config%complain(errors, SECTION, 'WingShape', 'is missing; valid: '//OUTLINE_WORD//'FILE | '//MESH_WORD//'FILE')
+      call config%complain(errors, SECTION, 'WingShape', &
+                           'is missing; valid: '//OUTLINE_WORD//'FILE | '//MESH_WORD//'FILE')
     end if
   end subroutine read_shape
 
