@@ -78,7 +78,8 @@ contains
     call r%add_text('Initial', 'released', '', 'forces as in [Loads]: the wing starts at rest in their static '// &
                     'equilibrium (without gravity), and they are gone at time 0')
     call r%add_integer('Initial', 'mode', 0, 'start at rest, bent like this natural mode; 0: none', min=0, max=100)
-    call r%add_real('Initial', 'amplitude', 1.0e-5_rp, 'largest displacement of the mode', unit='m', above=0.0_rp)
+    call r%add_real('Initial', 'amplitude', 1.0e-7_rp, 'largest displacement of the mode; small, or springs stretch', &
+                    unit='m', above=0.0_rp)
   end subroutine register_initial
 
   subroutine register_time(r)
