@@ -10,6 +10,7 @@ module app_solid_settings
   use base_constants, only: PI, TWO_PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_text, only: number_text
   use fsi_kinematics, only: wing_mount_t
   use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts
   use fsi_wing_frame, only: flapping_motion_t
@@ -23,6 +24,8 @@ module app_solid_settings
   implicit none
   private
   public :: solid_settings_t, load_law_t, load_solid_settings
+
+  integer, parameter :: MOST_SHAPES = 99999 !< their numbers have five digits
 
   !> External forces as functions of time.
   type :: load_law_t
@@ -130,6 +133,8 @@ contains
       s%output%job_end_margin = c%get_real('Saving', 'job_end_margin')
       s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
       call check_name(c, s%name, errors)
+      if (s%t_max > MOST_SHAPES*s%output%t_save) &
+        call c%complain(errors, 'Saving', 't_save', 'means more than '//number_text(MOST_SHAPES)//' shapes')
       if (s%dt > s%t_max .and. c%is_given('Time', 't_max')) &
         call c%complain(errors, 'Time', 'dt', 'is longer than the run; valid: at most t_max')
     end associate
