@@ -113,8 +113,8 @@ contains
       command%action = to_check
     case default
       call errors%add(argument//' goes with '//trim(merge('--check, --restart and --flusi-compat', &
-                                                           '--check and --flusi-compat           ', &
-                                                           to_run == ACTION_SOLID))//' only')
+                                                          '--check and --flusi-compat           ', &
+                                                          to_run == ACTION_SOLID))//' only')
     end select
   end subroutine choose_wing_alone
 
@@ -163,7 +163,7 @@ contains
                                             '  --help              print this', &
                                             '', &
                                '       flusi --static FILE.ini [--check]           shape of a wing under given loads', &
-                               '       flusi --solid FILE.ini [--check|--restart]  motion of a wing without a fluid', &
+                                '       flusi --solid FILE.ini [--check|--restart]  motion of a wing without a fluid', &
                                             '       flusi [--postprocess] --keyvalues FIELD.h5', &
                                             '       flusi [--postprocess] --compare-keys A.key B.key', &
                                             '', &

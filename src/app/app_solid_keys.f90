@@ -47,7 +47,7 @@ contains
                     'beat of [Insects]; the wing starts at rest in the frame')
     call r%add_reals('Motion', 'axis', [0.0_rp, 0.0_rp, 1.0_rp], 'of the rotation; any length', length=3)
     call r%add_reals('Motion', 'through', ZERO, 'a point of the axis, in the wing frame', unit='m', length=3)
-    call r%add_real('Motion', 'frequency', 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
+  call r%add_real('Motion', 'frequency', 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
     call r%add_real('Motion', 'ramp', 0.0_rp, 'the rotation starts from rest and is even after this time; 0: at once', &
                     unit='s', min=0.0_rp)
     call r%add_word('Motion', 'wing', 'left', 'left|right', 'which wing of [Insects] flaps')

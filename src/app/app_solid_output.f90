@@ -21,8 +21,8 @@ module app_solid_output
   public :: solid_output_t
 
   character(*), parameter :: COLUMNS(16) = [character(18) :: 'time [s]', 'tip_x [m]', 'tip_y [m]', 'tip_z [m]', &
-              'largest [m]', 'E_kin [J]', 'E_kin_rel [J]', 'E_elastic [J]', 'W_loads [J]', 'W_weight [J]', &
-                'W_frame [J]', 'Q_damping [J]', 'imbalance [J]', 'newton [-]', 'substeps [-]', 'residual [-]']
+                          'largest [m]', 'E_kin [J]', 'E_kin_rel [J]', 'E_elastic [J]', 'W_loads [J]', 'W_weight [J]', &
+                          'W_frame [J]', 'Q_damping [J]', 'imbalance [J]', 'newton [-]', 'substeps [-]', 'residual [-]']
   character(*), parameter :: VECTORS(1) = ['velocity']
   integer, parameter :: DIGITS = 10
   real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same

@@ -75,7 +75,7 @@ contains
     end if
     associate (l => settings%loads(number), r => row%report)
       write (line, '(es16.8,*(es17.8))') real(number, rp), l%place, l%force, merge(1.0_rp, 0.0_rp, r%converged), &
-        residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%setup%model%size, row%seconds
+     residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%setup%model%size, row%seconds
     end associate
     self%text = self%text//NL//trim(line)
     call save(self, failure)
@@ -118,7 +118,7 @@ contains
     type(hdf5_file_t) :: file
     type(wing_lines_t) :: lines
     character(:), allocatable :: path
-    character(8), parameter :: NONE(0) = [character(8) ::]
+    character(8), parameter :: none(0) = [character(8) ::]
     logical :: ok
     path = shape_file(settings, number)
     associate (s => settings%setup, load => settings%loads(number))
@@ -137,7 +137,7 @@ contains
     end associate
     call file%publish(path//'.h5', .false., failure)
     if (failure%failed) return
-    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'wing', ['force'], NONE)), ok)
+    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'wing', ['force'], none)), ok)
     if (.not. ok) call failure%raise(path//'.xmf: cannot be written; is the disk full?')
   end subroutine write_shape
 end module app_static_output

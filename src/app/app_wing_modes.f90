@@ -85,7 +85,7 @@ contains
     type(wing_lines_t) :: lines
     type(hdf5_file_t) :: file
     character(:), allocatable :: path
-    character(8), parameter :: NONE(0) = [character(8) ::]
+    character(8), parameter :: none(0) = [character(8) ::]
     character(12) :: text
     logical :: ok
     write (text, '(i0.2)') number
@@ -98,7 +98,7 @@ contains
     call put_attribute(file, '/', 'frequency', frequency, failure)
     call file%publish(path//'.h5', .false., failure)
     if (failure%failed) return
-    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'mode', NONE, NONE)), ok)
+    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'mode', none, none)), ok)
     if (.not. ok) call failure%raise(path//'.xmf: cannot be written; is the disk full?')
   end subroutine write_mode
 end module app_wing_modes
