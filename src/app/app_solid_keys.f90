@@ -68,8 +68,8 @@ contains
     call r%add_real('Loads', 'ramp', 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
     call r%add_real('Loads', 'frequency', 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
     call r%add_real('Loads', 'phase', 0.0_rp, 'of the sinusoidal forces', unit='degree')
-    call r%add_reals('Loads', 'gravity', ZERO, 'acceleration of gravity in space; in the wing frame at time 0, but '// &
-                     'for a flapping wing, whose space is that of its body', unit='m/s^2', length=3)
+    call r%add_reals('Loads', 'gravity', ZERO, 'acceleration of gravity in space, whose axes are those of the wing '// &
+                     'frame at time 0, or those in which [Insects] states the attitude', unit='m/s^2', length=3)
   end subroutine register_loads
 
   subroutine register_initial(r)

@@ -12,7 +12,7 @@ module app_solid_settings
   use base_kinds, only: rp
   use base_text, only: number_text
   use fsi_kinematics, only: wing_mount_t
-  use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts
+  use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_motion, only: wing_motion_t
   use io_config, only: config_t
@@ -92,6 +92,7 @@ contains
     case default
       call read_rest(s)
     end select
+    call notice_idle_keys(s%config, notices)
     call load_wing(s%config, path, .true., s%setup, found, errors, notices)
     if (.not. found) return
     call read_forces(s, 'constant', s%law%constant, errors)
@@ -139,6 +140,24 @@ contains
         call c%complain(errors, 'Time', 'dt', 'is longer than the run; valid: at most t_max')
     end associate
   end subroutine read_options
+
+  !> Keys of a motion that was not chosen are allowed but do nothing.
+  subroutine notice_idle_keys(c, notices)
+    type(config_t), intent(in) :: c
+    type(message_list_t), intent(inout) :: notices
+    character(9), parameter :: ROTATION(4) = [character(9) :: 'axis', 'through', 'frequency', 'ramp']
+    character(:), allocatable :: type
+    integer :: i
+    type = c%get_word('Motion', 'type')
+    do i = 1, size(ROTATION)
+      if (type /= 'rotation' .and. c%is_given('Motion', trim(ROTATION(i)))) &
+        call c%complain(notices, 'Motion', trim(ROTATION(i)), 'has no effect with type = '//type)
+    end do
+    do i = 1, size(SIDES)
+      if (type /= 'flapping' .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
+        call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
+    end do
+  end subroutine notice_idle_keys
 
   subroutine read_rest(s)
     type(solid_settings_t), intent(inout) :: s
