@@ -142,7 +142,7 @@ contains
     real(rp), parameter :: MM = 1.0e3_rp
     associate (l => settings%loads(i), r => row%report)
       write (unit, '(i4,2f10.4,es12.3,a11)', advance='no') i, MM*l%place, &
-        merge(l%force(3), l%magnitude, all(abs(l%force(:2)) <= 0)), merge('yes', 'NO ', r%converged)
+        merge(l%force(3), l%magnitude, abs(l%force(3)) >= 0.999_rp*l%magnitude), merge('yes', 'NO ', r%converged)
       if (r%converged) then
         write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &
           MM*row%tip(3), 1000*row%seconds
