@@ -4,11 +4,13 @@
 module app_flight_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: swap_flusi_wing
   use fsi_wing_loads, only: wing_loads_t
   use io_series, only: series_t
   use parallel_world, only: world_t
+  use solid_inertia, only: momenta_t
   implicit none
   private
   public :: flight_series_t
@@ -18,20 +20,22 @@ module app_flight_series
   type :: flight_series_t
     private
     type(series_t) :: kinematics, power
-    type(series_t), allocatable :: wing(:)
+    type(series_t), allocatable :: wing(:), bending(:)
   contains
     procedure :: open => series_open
     procedure :: write => series_write
+    procedure :: write_bending => series_write_bending
     procedure :: close => series_close
   end type flight_series_t
 
 contains
 
   !> Opens all files; with `restart_time` >= 0 the records before it are kept. Collective.
-  subroutine series_open(self, world, wings, note, restart_time, failure)
+  subroutine series_open(self, world, wings, flexible, note, restart_time, failure)
     class(flight_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(in) :: wings
+    logical, intent(in) :: flexible
     character(*), intent(in) :: note !< second line of every file
     real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
@@ -40,7 +44,9 @@ contains
     call open_one(self%kinematics, 'kinematics.t', kinematics_columns())
     call open_one(self%power, 'aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P])
     allocate (self%wing(size(wings%params%wings)))
+    if (flexible) allocate (self%bending(size(wings%params%wings)))
     do i = 1, size(self%wing)
+     if (flexible) call open_one(self%bending(i), 'bending_'//trim(wings%params%wings(i)%side)//'.t', bending_columns())
       call open_one(self%wing(i), 'wing_'//trim(wings%params%wings(i)%side)//'.t', wing_columns())
     end do
 
@@ -88,6 +94,41 @@ contains
                       'inertial power [rho L^5/T^3]']
   end function wing_columns
 
+  function bending_columns() result(columns)
+    character(40) :: columns(12)
+    integer :: c
+    columns(1) = 'time [T]'
+    do c = 1, 3
+      columns(1 + c) = 'tip u'//XYZ(c:c)//', wing frame [L]'
+      columns(7 + c) = 'F'//XYZ(c:c)//' of the pressure [rho L^4/T^2]'
+    end do
+    columns(5:7) = [character(40) :: 'largest |u| [L]', 'elastic energy [rho L^5/T^2]', &
+                    'kinetic, in the frame [rho L^5/T^2]']
+    columns(11:12) = [character(40) :: 'elastic energy [J]', 'tip |u| [m]']
+  end function bending_columns
+
+  !> One record of the bending of every wing and of the force that bends it.
+  subroutine series_write_bending(self, wings, coupler)
+    class(flight_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    type(coupler_t), intent(in) :: coupler
+    type(momenta_t) :: m
+    real(rp) :: joule
+    integer :: i, tip
+    associate (u => coupler%params%units)
+      joule = u%mass*u%length**2/u%time**2
+      do i = 1, size(self%bending)
+        m = coupler%measure(i)
+        associate (bent => wings%deformation(i)%u)
+          tip = maxloc(wings%params%wings(i)%points(1, :), 1)
+          call self%bending(i)%write([wings%time, bent(:, tip), sqrt(maxval(sum(bent**2, 1))), m%elastic/joule, &
+                                      m%relative_kinetic/joule, coupler%surface_load(i), m%elastic, &
+                                      norm2(bent(:, tip))*u%length])
+        end associate
+      end do
+    end associate
+  end subroutine series_write_bending
+
   !> One record of everything; `loads` are those of the wings in their order.
   subroutine series_write(self, wings, loads)
     class(flight_series_t), intent(inout) :: self
@@ -124,6 +165,7 @@ contains
     call self%power%close(failure)
     do i = 1, size(self%wing)
       call self%wing(i)%close(failure)
+      if (allocated(self%bending)) call self%bending(i)%close(failure)
     end do
   end subroutine series_close
 end module app_flight_series

@@ -68,8 +68,5 @@ contains
     call registry%add_switch('SolidModel', 'use_solid_model', .false., 'an elastic beam in the flow', &
                              unbuilt='the elastic beam')
     call registry%add_inert_section('Flexible_wing', 'FLUSI''s mass-spring wing.')
-    call registry%add_switch('Flexible_wing', 'use_flexible_wing_model', .false., &
-                             'a flexible wing in the flow', &
-                             unbuilt='FLUSI''s flexible wing')
   end subroutine register_unbuilt_solids
 end module app_flusi_keys

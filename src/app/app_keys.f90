@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of all ini keys of `flusi`, and those that concern output and running.
 module app_keys
+  use app_flexible, only: register_flexible_keys
   use app_flusi_keys, only: register_flusi_legacy
   use app_solid_keys, only: write_solid_reference
   use app_static_keys, only: write_static_reference
@@ -22,6 +23,7 @@ contains
     call register_saving(registry)
     call register_slices(registry)
     call register_flight_keys(registry)
+    call register_flexible_keys(registry)
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')
     call register_flusi_legacy(registry)
   end subroutine register_all_keys

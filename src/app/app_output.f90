@@ -51,7 +51,7 @@ contains
     if (present(wings)) call self%wings%init(world, wings, name, restart_time, failure)
     self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
-      if (params%needs_fields() .or. params%mask .or. params%solid_velocity) &
+      if (params%needs_fields() .or. params%pressure .or. params%mask .or. params%solid_velocity) &
         allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
     end associate
     if (.not. allocated(self%scratch)) return
@@ -79,7 +79,6 @@ contains
       request%integrals = self%integrals_due
       request%fields = (self%fields_due .and. p%needs_fields()) .or. self%slices_due
       request%pressure = self%fields_due .and. p%pressure
-      if (request%pressure) request%fields = .true.
     end associate
   end subroutine output_look_ahead
 

@@ -6,6 +6,7 @@ module app_series
   use base_kinds, only: rp
   use fluid_penalty, only: N_COLORS, COLOR_BODY
   use fluid_solver, only: fluid_t
+  use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_wing_loads, only: wing_loads_t, wing_loads
   use io_series, only: series_t
@@ -29,6 +30,7 @@ module app_series
     procedure :: open => series_open
     procedure :: write_step => series_write_step
     procedure :: write_integrals => series_write_integrals
+    procedure :: write_bending => series_write_bending
     procedure :: close => series_close
   end type run_series_t
 
@@ -36,7 +38,7 @@ contains
 
   !> Opens all files; with `restart_time` >= 0 the records before it are kept. Moving wings must be placed.
   !> Collective.
-  subroutine series_open(self, world, fluid, note, restart_time, failure, wings)
+  subroutine series_open(self, world, fluid, note, restart_time, failure, wings, flexible)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_t), intent(in) :: fluid
@@ -44,6 +46,7 @@ contains
     real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
+    logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
     character(*), parameter :: T = 'time [T]'
     character(40), allocatable :: forces(:)
     character(16) :: name
@@ -81,7 +84,7 @@ contains
       end do
     end if
     self%has_wings = present(wings)
-    if (present(wings)) call self%flight%open(world, wings, note, restart_time, failure)
+    if (present(wings)) call self%flight%open(world, wings, flexible, note, restart_time, failure)
 
   contains
 
@@ -200,6 +203,14 @@ contains
     call self%ekin%check(failure)
     call self%energy%check(failure)
   end subroutine series_write_integrals
+
+  !> Records of flexible wings and of the load that the coupler has just looked at.
+  subroutine series_write_bending(self, wings, coupler)
+    class(run_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    type(coupler_t), intent(in) :: coupler
+    call self%flight%write_bending(wings, coupler)
+  end subroutine series_write_bending
 
   !> Aerodynamic and inertial power of all wings; nothing if there are none.
   pure function total_power(loads) result(power)

@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Everything the user set, from all sections, with notices on what was assumed.
 module app_settings
+  use app_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use app_keys, only: register_all_keys
+  use app_wing_settings, only: wing_settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
+  use fsi_coupler, only: coupler_params_t
   use fsi_flight_params, only: flight_params_t, read_flight_params
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -46,10 +49,14 @@ module app_settings
 
   type :: settings_t
     type(fluid_params_t) :: fluid
-    type(flight_params_t) :: flight !< set if fluid%moving
+    type(flight_params_t) :: flight   !< set if fluid%moving
+    type(coupler_params_t) :: coupler !< set if flexible
+    logical :: flexible = .false.     !< the flow bends the wings
     type(output_params_t) :: output
     type(units_t) :: units
     type(config_t) :: config
+  contains
+    procedure :: needs_pressure => settings_needs_pressure
   end type settings_t
 
 contains
@@ -135,12 +142,23 @@ contains
     character(*), intent(in) :: name
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
-    associate (u => s%units)
-      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, &
-                              metre=merge(1/u%length, 0.0_rp, u%given), &
-                              file_unit=merge(u%length, 1.0_rp, u%si_input), params=s%flight, errors=errors, &
-                              notices=notices, world=world)
-    end associate
+    type(wing_settings_t) :: setup
+    logical :: has_file
+    real(rp) :: metre, file_unit
+    metre = merge(1/s%units%length, 0.0_rp, s%units%given)
+    file_unit = merge(s%units%length, 1.0_rp, s%units%si_input)
+    has_file = .false.
+    if (wants_wing_file(s%config)) call read_wing_file(s%config, name, setup, has_file, errors, notices, world)
+    if (has_file) then
+      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
+                              notices, world, setup%wing)
+    else
+      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
+                              notices, world)
+    end if
+    s%flexible = has_file .and. wants_flexible(s%config)
+    if (s%flexible) call read_coupler(s%config, setup, s%flight, s%fluid%grid, s%units%scales(), s%units%given, &
+                                      s%coupler, errors)
     s%fluid%centre = s%flight%body%centre
   end subroutine read_wings
 
@@ -194,6 +212,12 @@ contains
   !> Whether any output needs velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)
     class(output_params_t), intent(in) :: self
-    needs = self%velocity .or. self%pressure .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices
+    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices
   end function output_needs_fields
+
+  !> Whether any pass will be asked for the pressure.
+  pure logical function settings_needs_pressure(self) result(needs)
+    class(settings_t), intent(in) :: self
+    needs = self%output%pressure .or. self%flexible
+  end function settings_needs_pressure
 end module app_settings

@@ -18,7 +18,9 @@ module app_simulation
   use fluid_requests, only: request_t
   use fluid_restart, only: save_fluid, load_fluid
   use fluid_solver, only: fluid_t
+  use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_restart, only: load_wings, save_wings
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use parallel_world, only: world_t
@@ -34,22 +36,24 @@ module app_simulation
     type(settings_t) :: settings
     type(fluid_t) :: fluid
     type(flapping_wings_t), allocatable :: wings !< if anything moves
+    type(coupler_t), allocatable :: coupler      !< if the flow bends them
     type(run_series_t), private :: series
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
     type(stop_rules_t), private :: stop_rules
     type(progress_t), private :: progress
     type(timers_t), private :: timers
-    integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_output = 0, t_backup = 0
+    integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_wings = 0, t_output = 0, t_backup = 0
     character(:), allocatable, private :: name
     type(failure_t) :: failure
+    logical, private :: cannot_bend = .false. !< `failure` is numerical: a flexible wing could not be advanced
     logical, private :: blown_up = .false. !< `failure` is numerical: the velocity is no longer one
     integer :: exit_code = EXIT_OK
   contains
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, fail
+    procedure, private :: restart, is_done, write_end, back_up, couple, fail
   end type simulation_t
 
 contains
@@ -71,14 +75,20 @@ contains
     call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
     self%t_step = self%timers%region('time steps')
+    if (settings%flexible) self%t_wings = self%timers%region('bending wings')
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
     call self%stop_rules%init(settings%output)
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
-    call self%fluid%init(world, settings%fluid, settings%output%needs_fields(), self%failure)
+    call self%fluid%init(world, settings%fluid, settings%output%needs_fields(), self%failure, &
+                         settings%needs_pressure())
     if (settings%fluid%moving) allocate (self%wings)
     if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
+    if (settings%flexible) then
+      allocate (self%coupler)
+    call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, self%wings)
+    end if
     call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
 
     restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
@@ -99,7 +109,8 @@ contains
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                  settings%output%slices), 0.0_rp]
     call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, settings%units%note(), restart_time, self%failure, self%wings)
+    call self%series%open(world, self%fluid, settings%units%note(), restart_time, self%failure, self%wings, &
+                          settings%flexible)
     call self%output%init(world, settings%output, self%fluid, self%name, restart_time, self%failure, self%wings)
     if (self%failure%failed) then
       call self%fail(EXIT_FAILURE)
@@ -119,12 +130,15 @@ contains
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
         call self%output%look_ahead(fluid, .false., request)
+        if (allocated(self%coupler)) request%pressure = .true.
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
         self%blown_up = self%failure%failed
         if (self%failure%failed) exit
         call write_all(self)
+        if (allocated(self%coupler)) call self%couple()
+        if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size)
@@ -143,7 +157,9 @@ contains
             trim(self%stop_rules%reason)//'; the backup is written, go on with --restart'
         end if
       end if
-      if (self%blown_up) then
+      if (self%cannot_bend) then
+        call self%fail(EXIT_NUMERICAL)
+      else if (self%blown_up) then
         call self%output%write_failed(fluid, self%failure)
         call self%fail(EXIT_NUMERICAL)
       else if (self%failure%failed) then
@@ -164,6 +180,17 @@ contains
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
+  !> Takes the flexible wings over the step that the fluid has made.
+  subroutine couple(self)
+    class(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_wings)
+    call self%coupler%look(self%fluid, self%wings)
+    if (self%output%integrals_due) call self%series%write_bending(self%wings, self%coupler)
+    call self%coupler%advance(self%fluid%dt, self%wings, self%failure)
+    call self%timers%stop(self%t_wings)
+    self%cannot_bend = self%failure%failed
+  end subroutine couple
+
   !> Closes files, prints where the time went, releases everything. Collective.
   subroutine simulation_finish(self)
     class(simulation_t), intent(inout) :: self
@@ -176,6 +203,7 @@ contains
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
     end if
     call self%fluid%free()
+    if (allocated(self%coupler)) call self%coupler%free()
   end subroutine simulation_finish
 
   !> Whether end time or number of steps is reached.
@@ -216,6 +244,8 @@ contains
     call reader%open(self%world, path, self%failure)
     if (self%failure%failed) return
     call load_fluid(reader, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state, self%failure)
+    if (allocated(self%coupler) .and. .not. self%failure%failed) &
+      call load_wings(reader, self%wings, self%coupler, self%failure)
     call reader%close(self%failure)
     call self%slots%came_from(path)
   end subroutine restart
@@ -234,6 +264,7 @@ contains
     if (.not. self%blown_up) then
       call self%slots%begin(writer, self%failure)
       call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
+      if (allocated(self%coupler)) call save_wings(writer, self%wings, self%coupler)
       call self%slots%commit(writer, self%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
@@ -249,7 +280,7 @@ contains
     self%exit_code = code
     if (.not. self%world%is_root) return
     write (error_unit, '(a)') 'flusi: '//self%failure%reason
-    if (code == EXIT_NUMERICAL) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
+    if (self%blown_up) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
     if (code == EXIT_NUMERICAL .and. self%slots%newest_generation() > 0) write (error_unit, '(a)') &
       'flusi: the last valid backup is kept'
     flush (error_unit)

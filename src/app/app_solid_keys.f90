@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of the ini keys of `flusi --solid`. All units are SI; [units] gives those of [Insects].
 module app_solid_keys
-  use app_wing_keys, only: register_wing_keys, PLACE_HELP
+  use app_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
   use base_kinds, only: rp
   use fsi_kinematics_keys, only: register_kinematics_keys
   use io_registry, only: registry_t
@@ -16,7 +16,8 @@ contains
   !> Fills `registry` with every key that `flusi --solid` accepts.
   subroutine register_solid_keys(registry)
     type(registry_t), intent(inout) :: registry
-    call register_wing_keys(registry)
+    call register_wing_keys(registry, required=.true.)
+    call register_damping_keys(registry)
     call register_motion(registry)
     call register_loads(registry)
     call register_initial(registry)
@@ -36,12 +37,6 @@ contains
 
   subroutine register_motion(r)
     type(registry_t), intent(inout) :: r
-    call r%add_section('Damping', 'of the motion within the wing frame')
-    call r%add_real('Damping', 'rayleigh_mass', 0.0_rp, 'damping force per mass and velocity', unit='1/s', min=0.0_rp)
-    call r%add_real('Damping', 'rayleigh_stiffness', 0.0_rp, 'damping force per rate of the elastic force', unit='s', &
-                    min=0.0_rp)
-    call r%add_real('Damping', 'nodal', 0.0_rp, 'damping force per velocity, the same at every point', unit='kg/s', &
-                    min=0.0_rp)
     call r%add_section('Motion', 'of the wing frame, in which the root rests')
     call r%add_word('Motion', 'type', 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing '// &
                     'beat of [Insects]; the wing starts at rest in the frame')

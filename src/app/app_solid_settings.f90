@@ -6,7 +6,7 @@ module app_solid_settings
   use app_settings, only: output_params_t
   use app_solid_keys, only: register_solid_keys
   use app_wing_places, only: add_force, force_group_t, point_force_t, read_force_groups
-  use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
+  use app_wing_settings, only: read_damping, check_name, find_beside, load_wing, wing_settings_t
   use base_constants, only: PI, TWO_PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -103,12 +103,8 @@ contains
       call s%config%complain(errors, 'Initial', 'mode', 'contradicts released: a wing starts in one shape')
     if (s%mode > 3*s%setup%model%n_free) call s%config%complain(errors, 'Initial', 'mode', 'the wing has no such mode')
     if (.not. s%setup%has_mass) return
-    associate (c => s%config, inertia => s%inertia)
-      call inertia%init(s%setup%model, s%setup%mass%nodal)
-      inertia%rayleigh_mass = c%get_real('Damping', 'rayleigh_mass')
-      inertia%rayleigh_stiffness = c%get_real('Damping', 'rayleigh_stiffness')
-      inertia%nodal(s%setup%model%movable) = c%get_real('Damping', 'nodal')
-    end associate
+    call s%inertia%init(s%setup%model, s%setup%mass%nodal)
+    call read_damping(s%config, s%setup%model, s%inertia)
   end subroutine load_solid_settings
 
   subroutine read_options(s, errors)

@@ -13,7 +13,7 @@ contains
   !> Fills `registry` with every key that `flusi --static` accepts.
   subroutine register_static_keys(registry)
     type(registry_t), intent(inout) :: registry
-    call register_wing_keys(registry)
+    call register_wing_keys(registry, required=.true.)
     call register_rest(registry)
   end subroutine register_static_keys
 

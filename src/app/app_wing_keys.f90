@@ -5,7 +5,7 @@ module app_wing_keys
   use io_registry, only: registry_t
   implicit none
   private
-  public :: register_wing_keys
+  public :: register_wing_keys, register_damping_keys
 
   !> Help of every key that lists forces.
   character(*), parameter, public :: PLACE_HELP = 'PLACE: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K '// &
@@ -13,18 +13,20 @@ module app_wing_keys
 
 contains
 
-  !> Adds [Wing] and [Mass] to `registry`.
-  subroutine register_wing_keys(registry)
+  !> Adds [Wing] and [Mass] to `registry`. Without `required` a run may do without a wing file.
+  subroutine register_wing_keys(registry, required)
     type(registry_t), intent(inout) :: registry
-    call register_wing(registry)
+    logical, intent(in) :: required
+    call register_wing(registry, required)
     call register_mass(registry)
   end subroutine register_wing_keys
 
-  subroutine register_wing(r)
+  subroutine register_wing(r, required)
     type(registry_t), intent(inout) :: r
+    logical, intent(in) :: required
     call r%add_section('Wing', 'the wing and what it is made of')
    call r%add_text('Wing', 'file', '', 'wing file (docs/wing-format.md); looked for here and then in the folder of '// &
-                    'the input file', required=.true.)
+                    'the input file', required=required)
     call r%add_word('Wing', 'preset', 'default', 'default|paper', 'paper: with cross-springs, as in Truong et al.')
     call r%add_real('Wing', 'E', 12.58e9_rp, 'Young''s modulus of all veins', unit='Pa', above=0.0_rp)
     call r%add_real('Wing', 'k_e', 1.0e5_rp, 'extension stiffness of every spring', unit='N/m', above=0.0_rp)
@@ -48,4 +50,15 @@ contains
     call r%add_real('Mass', 'membrane_mass', 81.475e-9_rp, 'for bilinear', unit='kg', above=0.0_rp)
     call r%add_real('Mass', 'areal_density', 3.0e-3_rp, 'for uniform', unit='kg/m^2', above=0.0_rp)
   end subroutine register_mass
+
+  !> Adds [Damping] to `registry`.
+  subroutine register_damping_keys(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Damping', 'of the motion within the wing frame')
+    call r%add_real('Damping', 'rayleigh_mass', 0.0_rp, 'damping force per mass and velocity', unit='1/s', min=0.0_rp)
+    call r%add_real('Damping', 'rayleigh_stiffness', 0.0_rp, 'damping force per rate of the elastic force', unit='s', &
+                    min=0.0_rp)
+    call r%add_real('Damping', 'nodal', 0.0_rp, 'damping force per velocity, the same at every point', unit='kg/s', &
+                    min=0.0_rp)
+  end subroutine register_damping_keys
 end module app_wing_keys

@@ -7,14 +7,16 @@ module app_wing_settings
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, parse_real, quoted
   use io_config, only: config_t
+  use solid_inertia, only: inertia_t
   use solid_mass, only: lump_mass, mass_params_t, mass_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, parameter_t, solid_params_t
   use solid_wing, only: wing_t
-  use solid_wing_file, only: read_wing
+  use parallel_world, only: world_t
+  use solid_wing_file, only: read_wing, load_shared_wing => load_wing
   implicit none
   private
-  public :: wing_settings_t, load_wing, find_beside, check_name
+  public :: wing_settings_t, load_wing, read_damping, find_beside, check_name
 
   type :: wing_settings_t
     character(:), allocatable :: path
@@ -32,13 +34,14 @@ contains
   !> Reads the wing of the ini file `ini`, whose keys are loaded in `config`; all mistakes go to `errors`,
   !> remarks to `notices`. Without `found` there is no model. A wing without a valid mass is a mistake if the
   !> mass is needed and a remark if not.
-  subroutine load_wing(config, ini, needs_mass, s, found, errors, notices)
+  subroutine load_wing(config, ini, needs_mass, s, found, errors, notices, world)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     logical, intent(in) :: needs_mass
     type(wing_settings_t), intent(out) :: s
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
+    type(world_t), intent(in), optional :: world !< with it root reads the file for all, and this is collective
     type(failure_t) :: failure
     character(:), allocatable :: problem
     real(rp) :: centre(3)
@@ -51,7 +54,11 @@ contains
       return
     end if
     n_before = errors%count()
-    call read_wing(s%path, s%wing, errors)
+    if (present(world)) then
+      call load_shared_wing(world, s%path, s%wing, errors)
+    else
+      call read_wing(s%path, s%wing, errors)
+    end if
     if (errors%count() > n_before) return
     call read_material(config, s, errors, notices)
     call read_mass(config, needs_mass, s, errors, notices)
@@ -203,4 +210,14 @@ contains
     end do
     text = text(4:)
   end function names_of
+
+  !> [Damping], for the motion within the wing frame.
+  subroutine read_damping(config, model, inertia)
+    type(config_t), intent(in) :: config
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(inout) :: inertia !< initialised
+    inertia%rayleigh_mass = config%get_real('Damping', 'rayleigh_mass')
+    inertia%rayleigh_stiffness = config%get_real('Damping', 'rayleigh_stiffness')
+    inertia%nodal(model%movable) = config%get_real('Damping', 'nodal')
+  end subroutine read_damping
 end module app_wing_settings

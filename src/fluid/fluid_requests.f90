@@ -13,6 +13,6 @@ module fluid_requests
   type :: request_t
     logical :: integrals = .false. !< volume integrals and the largest divergence
     logical :: fields = .false.    !< keep velocity and vorticity in physical space
-    logical :: pressure = .false.  !< keep the total pressure's spectrum
+    logical :: pressure = .false.  !< keep the total pressure's spectrum, and |u|^2/2 in physical space
   end type request_t
 end module fluid_requests

@@ -53,6 +53,7 @@ module fluid_rhs
     complex(rp), allocatable :: stage_base(:, :, :)  !< RK4 only: u(n)
     complex(rp), allocatable :: pressure(:, :, :)    !< (nkz, sticks, 1) total pressure if requested
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
+    real(rp), allocatable :: kinetic(:, :, :)        !< (nx, ny_local, nz_local) |u|^2/2 if the pressure is requested
     real(rp), allocatable :: initial(:, :, :, :)     !< the untruncated initial u and omega, first pass only
     real(rp), private, allocatable :: line_max(:), line_sum(:, :) !< (nx), (nx, 7) accumulators along x
     real(rp), private, allocatable :: line_divergence(:)          !< (nx)
@@ -72,13 +73,14 @@ module fluid_rhs
 contains
 
   !> Allocates state and tables for these sticks; penalty and sponge are set by the caller.
-  subroutine rhs_init(self, world, params, sticks, block, keeps_fields)
+  subroutine rhs_init(self, world, params, sticks, block, keeps_fields, keeps_pressure)
     class(rhs_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: params
     type(sticks_t), intent(in) :: sticks
     type(block_t), intent(in) :: block
-    logical, intent(in) :: keeps_fields !< whether any pass will request fields or pressure
+    logical, intent(in) :: keeps_fields   !< whether any pass will request fields
+    logical, intent(in) :: keeps_pressure !< whether any pass will request the pressure
     self%world = world
     self%params = params
     self%sticks = sticks
@@ -92,8 +94,11 @@ contains
     self%ones = 1
     self%line_divergence = 0
     if (params%scheme == SCHEME_RK4) allocate (self%stage_base(sticks%nkz, sticks%n, 3))
-    if (keeps_fields) then
+    if (keeps_pressure) then
       allocate (self%pressure(sticks%nkz, sticks%n, 1))
+      allocate (self%kinetic(block%count(1), block%count(2), block%count(3)))
+    end if
+    if (keeps_fields) then
       allocate (self%fields(block%count(1), block%count(2), block%count(3), 6))
     end if
   end subroutine rhs_init
@@ -160,6 +165,8 @@ contains
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
       if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
     end do
+    if (self%request%pressure) self%kinetic(:, first:first + count - 1, z) = &
+      0.5_rp*(in(:, 1:count, 1)**2 + in(:, 1:count, 2)**2 + in(:, 1:count, 3)**2)
     if (self%request%fields) self%fields(:, first:first + count - 1, z, 1:6) = in(:, 1:count, 1:6)
   end subroutine lines_product
 

@@ -38,15 +38,20 @@ module fluid_solver
 contains
 
   !> Builds transform, mask and sponge. The process grid must exist (`process_grid`). Collective.
-  subroutine fluid_init(self, world, params, keeps_fields, failure)
+  subroutine fluid_init(self, world, params, keeps_fields, failure, keeps_pressure)
     class(fluid_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: params
-    logical, intent(in) :: keeps_fields !< whether fields or pressure will be asked for
+    logical, intent(in) :: keeps_fields !< whether fields will be asked for
     type(failure_t), intent(inout) :: failure
+    logical, intent(in), optional :: keeps_pressure !< whether the pressure will; keeps_fields if not given
+    logical :: pressure
+    pressure = keeps_fields
+    if (present(keeps_pressure)) pressure = keeps_pressure
     call self%transform%init(world, params%grid, params%dealias, params%process_rows, params%planner, 7, &
                              merge(6, 3, params%sponge))
-    call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields)
+    call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, &
+                       pressure)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
   end subroutine fluid_init
@@ -159,11 +164,9 @@ contains
   subroutine fluid_pressure_field(self, p)
     class(fluid_t), intent(inout) :: self
     real(rp), contiguous, intent(inout) :: p(:, :, :, :) !< last extent 1
-    call require(self%rhs%request%pressure .and. self%rhs%request%fields, &
-                 'fluid_t: the pressure was not requested with the fields')
+    call require(self%rhs%request%pressure, 'fluid_t: the pressure was not requested')
     call self%transform%backward(self%rhs%pressure, p)
-    p(:, :, :, 1) = p(:, :, :, 1) - 0.5_rp*(self%rhs%fields(:, :, :, 1)**2 + self%rhs%fields(:, :, :, 2)**2 + &
-                                            self%rhs%fields(:, :, :, 3)**2)
+    p(:, :, :, 1) = p(:, :, :, 1) - self%rhs%kinetic
   end subroutine fluid_pressure_field
 
   !> Zeroes all modes outside the truncation.
@@ -188,7 +191,8 @@ contains
     class(fluid_t), intent(in) :: self
     bytes = self%transform%memory_bytes() + 16*real(size(self%rhs%state%u) + size(self%rhs%state%history), rp)
     if (allocated(self%rhs%fields)) bytes = bytes + 8*real(size(self%rhs%fields), rp)
-    if (allocated(self%rhs%pressure)) bytes = bytes + 16*real(size(self%rhs%pressure), rp)
+    if (allocated(self%rhs%pressure)) bytes = bytes + 16*real(size(self%rhs%pressure), rp) + &
+                                              8*real(size(self%rhs%kinetic), rp)
     if (allocated(self%rhs%stage_base)) bytes = bytes + 16*real(size(self%rhs%stage_base), rp)
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)
   end function fluid_memory_bytes

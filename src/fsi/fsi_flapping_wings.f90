@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Wings that follow their prescribed motion rigidly, as moving solids in the fluid.
+!> Wings as moving solids in the fluid. Their frames follow the prescribed motion; in them they are rigid, or
+!> deformed as someone else says who solves for it (fsi_coupler).
 module fsi_flapping_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -16,21 +17,27 @@ module fsi_flapping_wings
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: flapping_wings_t
+  public :: flapping_wings_t, deformation_t
 
   !> Volumes of the fluid that each point of a wing displaces, L^3.
   type :: displaced_t
     real(rp), allocatable :: volumes(:)
   end type displaced_t
 
-  !> The wings where they are at `time`, the same on all ranks. Their state is the time alone: a restart
-  !> needs nothing of them.
+  !> Of one wing, in its frame, (3, n) each: displacement [L], its rate [L/T] and its acceleration [L/T^2].
+  type :: deformation_t
+    real(rp), allocatable :: u(:, :), v(:, :), a(:, :)
+  end type deformation_t
+
+  !> The wings where they are at `time`, the same on all ranks. The state of rigid ones is the time alone: a
+  !> restart needs nothing of them.
   type, extends(moving_solids_t) :: flapping_wings_t
     type(flight_params_t) :: params
     real(rp) :: time = 0                          !< of the last `place`, T
     type(wing_pose_t), allocatable :: poses(:)
     type(surface_t), allocatable :: surfaces(:)
     type(mask_t) :: mask
+    type(deformation_t), allocatable :: deformation(:) !< of the wings, not allocated if they are rigid
     real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
     real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
     type(displaced_t), allocatable, private :: displaced(:)
@@ -77,7 +84,13 @@ contains
     do i = 1, size(self%surfaces)
       associate (wing => self%params%wings(i))
         call pose_wing(self%params%body, wing%mount, wing%motion, time, self%poses(i))
-        call self%surfaces(i)%place_at(wing%points, self%poses(i))
+        if (allocated(self%deformation)) then
+          associate (bent => self%deformation(i))
+            call self%surfaces(i)%place_deformed(wing%points, bent%u, bent%v, self%poses(i))
+          end associate
+        else
+          call self%surfaces(i)%place_at(wing%points, self%poses(i))
+        end if
       end associate
     end do
     call self%mask%draw(self%surfaces, penalty, failure)
@@ -94,9 +107,9 @@ contains
     real(rp) :: rate(3)
     integer :: i, p
     do i = 1, size(self%surfaces)
-      associate (c => self%surfaces(i)%color, points => self%params%wings(i)%points)
-        do p = 1, size(points, 2)
-          rate = self%displaced(i)%volumes(p)*self%poses(i)%acceleration_at(points(:, p))
+      associate (c => self%surfaces(i)%color)
+        do p = 1, size(self%surfaces(i)%points, 2)
+          rate = self%displaced(i)%volumes(p)*acceleration(self, i, p)
           force(:, c) = force(:, c) + rate
           moment(:, c) = moment(:, c) + cross(self%surfaces(i)%points(:, p) - centre, rate)
         end do
@@ -104,18 +117,33 @@ contains
     end do
   end subroutine wings_momentum_rate
 
+  !> Acceleration in space of point p of wing i, L/T^2.
+  pure function acceleration(self, i, p) result(a)
+    type(flapping_wings_t), intent(in) :: self
+    integer, intent(in) :: i, p
+    real(rp) :: a(3)
+    associate (pose => self%poses(i), x => self%params%wings(i)%points(:, p))
+      if (allocated(self%deformation)) then
+        associate (bent => self%deformation(i))
+          a = pose%acceleration_at(x + bent%u(:, p)) + &
+              pose%vector_to_space(2*cross(pose%omega, bent%v(:, p)) + bent%a(:, p))
+        end associate
+      else
+        a = pose%acceleration_at(x)
+      end if
+    end associate
+  end function acceleration
+
   !> d/dt int chi u_s^2/2 dV of wing i, rho L^5/T^3: what it takes to accelerate the fluid inside the mask.
   real(rp) function wings_inertial_power_of_fluid(self, i) result(power)
     class(flapping_wings_t), intent(in) :: self
     integer, intent(in) :: i
     integer :: p
     power = 0
-    associate (points => self%params%wings(i)%points)
-      do p = 1, size(points, 2)
-        power = power + self%displaced(i)%volumes(p)* &
-                dot_product(self%surfaces(i)%velocities(:, p), self%poses(i)%acceleration_at(points(:, p)))
-      end do
-    end associate
+    do p = 1, size(self%surfaces(i)%points, 2)
+      power = power + self%displaced(i)%volumes(p)* &
+              dot_product(self%surfaces(i)%velocities(:, p), acceleration(self, i, p))
+    end do
   end function wings_inertial_power_of_fluid
 
   !> See moving_solids_t.

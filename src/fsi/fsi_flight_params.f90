@@ -106,7 +106,7 @@ contains
   !> Reads the wings and the files they need; mistakes go to `errors`. `metre` is one metre in the units of the
   !> wings, 0 if unknown; `file_unit` one unit of length of the parameter file. With `world` root reads the
   !> files, and this is collective; `errors` then must be equal on all ranks.
-  subroutine read_flight_params(config, ini, grid, t_end, metre, file_unit, params, errors, notices, world)
+  subroutine read_flight_params(config, ini, grid, t_end, metre, file_unit, params, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini            !< name of the parameter file
     type(grid_t), intent(in) :: grid
@@ -115,6 +115,7 @@ contains
     type(flight_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
+    type(wing_t), intent(in), optional :: mesh !< the wing, in metres, if WingShape is none
     type(wing_mount_t) :: mounts(2)
     type(wing_motion_t) :: motions(2)
     real(rp), allocatable :: points(:, :)
@@ -132,7 +133,7 @@ contains
     else
       call read_mounts(config, mounts, motions) ! the other hinge does not matter
     end if
-    call read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world)
+    call read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world, mesh)
     allocate (params%wings(count(is_there)))
     n = 0
     do i = 1, 2
@@ -196,7 +197,7 @@ contains
   end subroutine read_one_motion
 
   !> Points and triangles of the left wing, L.
-  subroutine read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world)
+  subroutine read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     type(grid_t), intent(in) :: grid
@@ -205,6 +206,7 @@ contains
     integer, allocatable, intent(out) :: triangles(:, :)
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
+    type(wing_t), intent(in), optional :: mesh
     character(:), allocatable :: word, path, text, problem
     type(planform_t) :: planform
     type(wing_t) :: wing
@@ -249,13 +251,25 @@ contains
       end if
       if (errors%count() > errors_before) return
       if (length <= 0) length = metre*maxval(wing%points(1, :))
-      points = wing%points*(length/maxval(wing%points(1, :)))
-      triangles = wing%triangles
+      call take_mesh(wing, length)
       if (size(triangles, 2) == 0) call config%complain(errors, SECTION, 'WingShape', path//' has no triangles')
+    else if (present(mesh)) then
+      if (length <= 0) length = metre*maxval(mesh%points(1, :))
+      call take_mesh(mesh, length)
     else
       call config%complain(errors, SECTION, 'WingShape', &
                            'is missing; valid: '//OUTLINE_WORD//'FILE | '//MESH_WORD//'FILE')
     end if
+
+  contains
+
+    !> The points of a mesh, scaled so that the tip is at x = tip.
+    subroutine take_mesh(source, tip)
+      type(wing_t), intent(in) :: source
+      real(rp), intent(in) :: tip
+      points = source%points*(tip/maxval(source%points(1, :)))
+      triangles = source%triangles
+    end subroutine take_mesh
   end subroutine read_shape
 
   !> Distance of the tip from the hinge along the wing, the largest x, L.

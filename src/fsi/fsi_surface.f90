@@ -23,6 +23,7 @@ module fsi_surface
     procedure :: init => surface_init
     procedure :: place_at => surface_place_at
     procedure :: place_rigid => surface_place_rigid
+    procedure :: place_deformed => surface_place_deformed
     procedure :: area => surface_area
     procedure :: free_perimeter => surface_free_perimeter
   end type surface_t
@@ -53,6 +54,20 @@ contains
     call self%place_rigid(reference, transpose(pose%matrix), pose%hinge, pose%hinge_velocity, &
                           pose%vector_to_space(pose%omega))
   end subroutine surface_place_at
+
+  !> Places a wing that is deformed in its frame: x = hinge + R (X + u), moving with R (omega x (X + u) + v).
+  subroutine surface_place_deformed(self, reference, u, v, pose)
+    class(surface_t), intent(inout) :: self
+    real(rp), intent(in) :: reference(:, :) !< (3, n) X in the wing frame
+    real(rp), intent(in) :: u(:, :)         !< (3, n) displacement in the wing frame, L
+    real(rp), intent(in) :: v(:, :)         !< (3, n) its rate, L/T
+    type(wing_pose_t), intent(in) :: pose
+    integer :: i
+    do i = 1, size(reference, 2)
+      self%points(:, i) = pose%point_to_space(reference(:, i) + u(:, i))
+      self%velocities(:, i) = pose%velocity_at(reference(:, i) + u(:, i)) + pose%vector_to_space(v(:, i))
+    end do
+  end subroutine surface_place_deformed
 
   !> Places the wing rigidly: x = origin + rotation X, dx/dt = velocity + omega x (x - origin).
   subroutine surface_place_rigid(self, reference, rotation, origin, velocity, omega)

@@ -118,11 +118,15 @@ contains
     call MPI_Bcast(values, size(values), MPI_INTEGER, 0, self%comm)
   end subroutine world_broadcast_integers
 
-  !> Gives rank 0's reals to all; `values` has the same size everywhere. Collective.
-  subroutine world_broadcast_reals(self, values)
+  !> Gives the reals of rank 0, or of rank `from`, to all; `values` has the same size everywhere. Collective.
+  subroutine world_broadcast_reals(self, values, from)
     class(world_t), intent(in) :: self
     real(rp), contiguous, intent(inout) :: values(:)
-    call MPI_Bcast(values, size(values), MPI_DOUBLE_PRECISION, 0, self%comm)
+    integer, intent(in), optional :: from
+    integer :: source
+    source = 0
+    if (present(from)) source = from
+    call MPI_Bcast(values, size(values), MPI_DOUBLE_PRECISION, source, self%comm)
   end subroutine world_broadcast_reals
 
   !> Gives the text of rank 0, or of rank `from`, to all; on the others it may be unallocated on entry.

@@ -1,0 +1,107 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Flexible wings in the flow: their keys, and from them the mechanics that the coupler needs.
+module app_flexible
+  use app_wing_keys, only: register_damping_keys, register_wing_keys
+  use app_wing_settings, only: load_wing, read_damping, wing_settings_t
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fsi_coupler, only: coupler_params_t
+  use fsi_flight_params, only: flight_params_t
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_units, only: unit_scales_t
+  use parallel_world, only: world_t
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: register_flexible_keys, wants_flexible, wants_wing_file, read_wing_file, read_coupler
+
+  character(*), parameter :: F = 'Flexible_wing'
+
+contains
+
+  !> Adds [Wing], [Mass], [Damping] and the coupling keys of [Flexible_wing] to `registry`.
+  subroutine register_flexible_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    real(rp), parameter :: ZERO(3) = 0.0_rp
+    call registry%add_word('Insects', 'wings', 'rigid', 'rigid|flexible', &
+                           'flexible: the wing of [Wing], which the flow bends')
+    call registry%add_switch(F, 'use_flexible_wing_model', .false., 'FLUSI''s name for [Insects] wings = flexible')
+  call registry%add_length(F, 'load_distance', 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface '// &
+                             'at which the pressure on both sides is taken', unit='L', above=0.0_rp)
+    call registry%add_real(F, 'T_release', 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
+    call registry%add_real(F, 'largest_deflection', 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
+                           above=0.0_rp)
+   call registry%add_reals(F, 'gravity', ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', length=3)
+    call register_wing_keys(registry, required=.false.)
+    call register_damping_keys(registry)
+  end subroutine register_flexible_keys
+
+  !> Whether the wings of this run bend.
+  logical function wants_flexible(config)
+    type(config_t), intent(in) :: config
+    wants_flexible = config%get_word('Insects', 'wings') == 'flexible' .or. &
+                     config%get_switch(F, 'use_flexible_wing_model')
+  end function wants_flexible
+
+  !> Whether the wings have the shape of [Wing] file: flexible ones, and rigid ones to which WingShape gives none.
+  logical function wants_wing_file(config)
+    type(config_t), intent(in) :: config
+    wants_wing_file = wants_flexible(config) .or. &
+                      (config%get_word('Insects', 'WingShape') == 'none' .and. config%is_given('Wing', 'file'))
+  end function wants_wing_file
+
+  !> Reads [Wing] and the file that it names; `found` tells whether there is a wing. Collective with `world`.
+  subroutine read_wing_file(config, ini, setup, found, errors, notices, world)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: ini
+    type(wing_settings_t), intent(out) :: setup
+    logical, intent(out) :: found
+    type(message_list_t), intent(inout) :: errors, notices
+    type(world_t), intent(in), optional :: world
+    found = .false.
+    if (wants_flexible(config)) then
+      if (config%get_word('Insects', 'WingShape') /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
+                                       'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
+      if (config%is_given('Insects', 'wing_length')) call config%complain(errors, 'Insects', 'wing_length', &
+                                            'contradicts wings = flexible, whose file is in metres; set [units] length')
+      if (.not. config%is_given('Wing', 'file')) then
+        call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file')
+        return
+      end if
+    end if
+    call load_wing(config, ini, wants_flexible(config), setup, found, errors, notices, world)
+    if (found .and. size(setup%wing%triangles) == 0) then
+      call config%complain(errors, 'Wing', 'file', 'has no triangles: a flow needs a surface')
+      found = .false.
+    end if
+  end subroutine read_wing_file
+
+  !> What the coupler needs.
+  subroutine read_coupler(config, setup, flight, grid, units, units_given, params, errors)
+    type(config_t), intent(in) :: config
+    type(wing_settings_t), intent(in) :: setup
+    type(flight_params_t), intent(in) :: flight
+    type(grid_t), intent(in) :: grid
+    type(unit_scales_t), intent(in) :: units
+    logical, intent(in) :: units_given
+    type(coupler_params_t), intent(out) :: params
+    type(message_list_t), intent(inout) :: errors
+    if (.not. units_given) call config%complain(errors, 'units', 'length', &
+                            'is missing: the mechanics of the wings is in SI units, [units] must say what L, T and '// &
+                                                'the density are')
+    if (.not. setup%has_mass) return
+    params%model = setup%model
+    call params%inertia%init(setup%model, setup%mass%nodal)
+    call read_damping(config, setup%model, params%inertia)
+    params%units = units
+    params%gravity = config%get_reals(F, 'gravity')
+    params%release = config%get_real(F, 'T_release')
+    params%largest_deflection = config%get_real(F, 'largest_deflection')
+    params%distance = flight%half_thickness + flight%smoothing + grid%max_spacing()
+    if (config%is_given(F, 'load_distance')) params%distance = config%get_real(F, 'load_distance')
+    if (params%distance < flight%half_thickness + flight%smoothing) &
+    call config%complain(errors, F, 'load_distance', 'lies inside the smoothing layer of the mask; valid: at least '// &
+                           't_wing + wing_smoothing')
+  end subroutine read_coupler
+end module app_flexible
