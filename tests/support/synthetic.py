@@ -77,3 +77,42 @@ def picture(path):
     pixels = imread(str(path))
     packed = np.round(pixels[..., :3] * 255).astype(int) @ (65536, 256, 1)
     return pixels.shape[0], pixels.shape[1], len(np.unique(packed))
+
+
+# ---- a run with flapping wings --------------------------------------------------------------------
+
+UNITS = "% units: length 0.009 m, frequency 158 1/s, density 1.225 kg/m^3, force 2.006e-04 N, power 2.853e-04 W\n"
+CYCLE_MEANS = {"lift": 3.5, "drag": 0.8, "aerodynamic power": 17.0, "inertial power": 0.0}
+
+
+def write_table(path, columns, rows, units=UNITS):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("% " + "  ".join(f"{name:>14}" for name in columns) + "\n" + units)
+        np.savetxt(file, rows, fmt="%16.8e")
+
+
+def write_flapping_run(folder, cycles=4.0, steps=200, factor=1.0, drift=0.0, units=UNITS):
+    """forces.t, aero_power.t, kinematics.t of wings that beat once per unit of time, with the cycle means
+    factor CYCLE_MEANS, to which cycle n adds drift n to the lift. The force is split into two columns."""
+    folder = Path(folder)
+    folder.mkdir(exist_ok=True)
+    t = np.arange(1, int(cycles * steps) + 1) / steps  # like a run: nothing at t = 0
+    turn = 2 * np.pi * t
+    zero = 0 * t
+    unsteady = 0.4 * np.cos(turn)
+    # A ramp with the same slope in all cycles: its mean in cycle n is drift n.
+    lift = factor * (3.5 + 5 * np.sin(turn)) + drift * (t + 0.5)
+    drag = factor * (0.8 + 2 * np.cos(2 * turn))
+    force = [f"F{c}{u} [rho L^4/T^2]" for u in ("", " unsteady") for c in "xyz"]
+    moment = [f"M{c}{u} [rho L^5/T^2]" for u in ("", " unsteady") for c in "xyz"]
+    write_table(folder / "forces.t", ["time [T]", *force, *moment],
+                np.column_stack([t, drag, zero, lift - unsteady, zero, zero, unsteady] + 6 * [zero]), units)
+    write_table(folder / "aero_power.t",
+                ["time [T]", "aerodynamic power [rho L^5/T^3]", "inertial power [rho L^5/T^3]"],
+                np.column_stack([t, factor * (17 + 20 * np.sin(turn)**3), 12 * np.sin(2 * turn)]), units)
+    names = ["time", "xc", "yc", "zc", "psi", "beta", "gamma", "eta", "alpha_l", "phi_l", "theta_l",
+             "alpha_r", "phi_r", "theta_r"]
+    phi = 1.18 * np.cos(turn)
+    rows = np.column_stack([t] + 7 * [zero] + 2 * [0.8 * np.sin(turn), phi, zero] + 12 * [zero])
+    write_table(folder / "kinematics.t", names + [f"{q}_{side}{c}" for q in ("omega", "domega") for side in "lr"
+                                                   for c in "xyz"], rows, units)
