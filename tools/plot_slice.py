@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a plane of a field: by default the vorticity normal to the mid plane, at the last time."""
+"""Draws a plane of a field: by default the vorticity normal to the mid plane, at the last time. With --section it
+draws the vorticity along the span of a wing on planes normal to it."""
 import argparse
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from mpl_toolkits.axes_grid1 import make_axes_locatable  # noqa: E402
 
 from _flusi_io import (Field, InputError, Snapshot, derivative_on_plane, field_path, fields_in,  # noqa: E402
                        has_field, load_field, run_tool)
+from _section import draw_sections, parse_section  # noqa: E402
 from _style import save, use_style  # noqa: E402
 
 AXES = "xyz"
@@ -171,6 +173,8 @@ def main():
     parser.add_argument("--plane", choices=list(AXES), help="normal of the plane (default z; x if nx = 1)")
     parser.add_argument("--index", type=int, help="number of the plane, from 0 (default: the middle)")
     parser.add_argument("--position", type=float, help="coordinate of the plane instead of its number")
+    parser.add_argument("--section", nargs="+", metavar=("SIDE", "FRACTION"), help="spanwise vorticity around the left "
+                        "or right wing at fractions of its span (default 0.25 0.5 0.75)")
     parser.add_argument("--limit", type=float, help="end of the colour scale")
     parser.add_argument("-o", "--output", help="picture to write (default: beside the data)")
     a = parser.parse_args()
@@ -180,12 +184,19 @@ def main():
         raise InputError(f"--label takes digits like 000500, not '{a.label}'")
     if a.limit is not None and a.limit <= 0:
         raise InputError("--limit must be positive")
+    section = parse_section(a.section) if a.section else None
+    if section and (a.quantity or a.plane or a.index is not None or a.position is not None):
+        raise InputError("--section has a plane and a quantity of its own: leave out --quantity, --plane, --index, "
+                         "--position")
     for source in map(Path, a.sources):
         if source.is_dir():
             snapshot, quantity = choose_snapshot(source, a.time, a.label), a.quantity
         else:
             field = Field(source)
             snapshot, quantity = Snapshot(source.parent, field.label), a.quantity or field.name
+        if section:
+            draw_sections(snapshot, *section, a.limit, a.output)
+            continue
         draw(snapshot, quantity, a.plane, a.index, a.position, a.limit, a.output)
 
 

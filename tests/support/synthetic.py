@@ -116,3 +116,31 @@ def write_flapping_run(folder, cycles=4.0, steps=200, factor=1.0, drift=0.0, uni
     rows = np.column_stack([t] + 7 * [zero] + 2 * [0.8 * np.sin(turn), phi, zero] + 12 * [zero])
     write_table(folder / "kinematics.t", names + [f"{q}_{side}{c}" for q in ("omega", "domega") for side in "lr"
                                                    for c in "xyz"], rows, units)
+
+
+def axes_of(span, chord):
+    """Rows x to the tip, y toward the leading edge, z of a wing frame."""
+    span = np.asarray(span, dtype=float) / np.linalg.norm(span)
+    chord = np.asarray(chord, dtype=float) - span * np.dot(span, chord)
+    chord /= np.linalg.norm(chord)
+    return np.array([span, chord, np.cross(span, chord)])
+
+
+def write_wing(folder, label, side, local, triangles, hinge, matrix, time):
+    """The surface of a wing whose points are `local` in its frame."""
+    import h5py
+    with h5py.File(Path(folder) / f"wing_{side}_{label}.h5", "w") as file:
+        file["points"] = np.asarray(local) @ matrix + hinge
+        file["velocities"] = np.zeros_like(local, dtype=float)
+        file["triangles"] = np.asarray(triangles, dtype="i4")
+        file.attrs["time"], file.attrs["hinge"], file.attrs["matrix"] = time, np.array(hinge), matrix
+
+
+def rectangle(span, chord, n_span=8, n_chord=4):
+    """(points, triangles) of a flat wing with its leading edge at y = chord/3."""
+    x, y = np.meshgrid(np.linspace(0, span, n_span + 1), np.linspace(-2 * chord / 3, chord / 3, n_chord + 1),
+                       indexing="ij")
+    corner = np.arange((n_span + 1) * (n_chord + 1)).reshape(x.shape)
+    a, b, c, d = (corner[:-1, :-1].ravel(), corner[1:, :-1].ravel(), corner[1:, 1:].ravel(), corner[:-1, 1:].ravel())
+    return np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), np.vstack([np.column_stack([a, b, c]),
+                                                                               np.column_stack([a, c, d])])
