@@ -231,6 +231,28 @@ def fields_in(folder):
     return labels
 
 
+def snapshot_times(folder):
+    """{label: time} of a folder."""
+    return {label: Field(folder / f"{sorted(prefixes)[0]}_{label}.h5").time
+            for label, prefixes in fields_in(folder).items()}
+
+
+def choose_snapshot(folder, time, label):
+    """The snapshot of a folder with that label, nearest to that time, or the last one."""
+    labels = fields_in(folder)
+    if label is not None:
+        same = [have for have in labels if int(have) == int(label)]
+        if not same:
+            raise InputError(f"{folder}: nothing with label {label}; there is {', '.join(sorted(labels))}")
+        return Snapshot(folder, same[0])
+    times = snapshot_times(folder)
+    if time is None:
+        best = max(times, key=lambda have: (np.nan_to_num(times[have], nan=-np.inf), int(have)))
+    else:
+        best = min(times, key=lambda have: abs(np.nan_to_num(times[have], nan=np.inf) - time))
+    return Snapshot(folder, best)
+
+
 def field_path(snapshot, name):
     return snapshot.folder / f"{name}_{snapshot.label}.h5"
 

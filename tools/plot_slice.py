@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from mpl_toolkits.axes_grid1 import make_axes_locatable  # noqa: E402
 
-from _flusi_io import (Field, InputError, Snapshot, derivative_on_plane, field_path, fields_in,  # noqa: E402
-                       has_field, load_field, run_tool)
+from _flusi_io import (Field, InputError, Snapshot, choose_snapshot, derivative_on_plane,  # noqa: E402
+                       field_path, fields_in, has_field, load_field, run_tool)
 from _section import draw_sections, parse_section  # noqa: E402
 from _style import save, use_style  # noqa: E402
 
@@ -25,23 +25,7 @@ SYMBOLS = {"vorx": r"$\omega_x$", "vory": r"$\omega_y$", "vorz": r"$\omega_z$", 
 COMPUTED = {"vorx": 0, "vory": 1, "vorz": 2, "vorabs": None, "speed": None}
 
 
-# ---- which snapshot ------------------------------------------------------------------------------
-
-def choose_snapshot(folder, time, label):
-    """The snapshot of a folder with that label, nearest to that time, or the last one."""
-    labels = fields_in(folder)
-    if label is not None:
-        same = [have for have in labels if int(have) == int(label)]
-        if not same:
-            raise InputError(f"{folder}: nothing with label {label}; there is {', '.join(sorted(labels))}")
-        return Snapshot(folder, same[0])
-    times = {have: Field(folder / f"{sorted(prefixes)[0]}_{have}.h5").time for have, prefixes in labels.items()}
-    if time is None:
-        best = max(times, key=lambda have: (np.nan_to_num(times[have], nan=-np.inf), int(have)))
-    else:
-        best = min(times, key=lambda have: abs(np.nan_to_num(times[have], nan=np.inf) - time))
-    return Snapshot(folder, best)
-
+# ---- what to draw --------------------------------------------------------------------------------
 
 def choose_plane(field, plane, index, position):
     """(axis, index) of the plane to draw."""
@@ -55,8 +39,6 @@ def choose_plane(field, plane, index, position):
         raise InputError(f"plane {AXES[axis]}, index {index}: outside 0 to {n - 1}")
     return axis, index
 
-
-# ---- what to draw --------------------------------------------------------------------------------
 
 def vorticity(snapshot, component, axis, index):
     """Component of curl u on a plane, with the derivatives of the solver."""
