@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangulated surfaces in perspective: with PyVista where it works, else with matplotlib alone (polygons from far to
-near). Both take the same surfaces and camera and return the picture as an array (height, width, 3) of 0 to 1."""
+"""Triangulated surfaces in perspective: with PyVista where it works, else with numpy alone. Both take the same surfaces
+and camera and return colours and coverage, (height, width, 4) of 0 to 1."""
 import os
 import subprocess
 import sys
@@ -61,39 +61,80 @@ def shaded(surface, camera):
 
 
 def merged(surfaces, camera):
-    """(points, triangles from far to near, colours with opacity of the points) of several surfaces in one."""
+    """(points, triangles, colours with opacity of the points) of several surfaces in one."""
     first = np.cumsum([0] + [len(s.points) for s in surfaces])
-    points = np.concatenate([s.points for s in surfaces])
-    triangles = np.concatenate([s.triangles + n for s, n in zip(surfaces, first)])
-    colours = np.concatenate([np.column_stack([shaded(s, camera), np.full(len(s.points), s.opacity)])
-                              for s in surfaces])
-    _, depth = camera.project(points)
-    return points, triangles[np.argsort(-depth[triangles].mean(axis=1), kind="stable")], colours
+    return (np.concatenate([s.points for s in surfaces]),
+            np.concatenate([s.triangles + n for s, n in zip(surfaces, first)]),
+            np.concatenate([np.column_stack([shaded(s, camera), np.full(len(s.points), s.opacity)]) for s in surfaces]))
 
 
-# ---- matplotlib ----------------------------------------------------------------------------------
+# ---- numpy ---------------------------------------------------------------------------------------
 
-def render_matplotlib(surfaces, lines, camera, height):
-    """`lines`: segments (k, 2, 3) behind everything."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.collections import LineCollection, PolyCollection
-    from matplotlib.figure import Figure
-    fine = 2  # drawn finer and averaged: polygons smoothed one by one would show their edges
-    figure = Figure(figsize=(camera.aspect * height / 100, height / 100), dpi=100 * fine)
-    canvas = FigureCanvasAgg(figure)
-    ax = figure.add_axes((0, 0, 1, 1))
-    ax.set(xlim=(-camera.aspect, camera.aspect), ylim=(-1, 1))
-    ax.axis("off")
-    ax.add_collection(LineCollection(camera.project(lines)[0], colors="0.8", linewidths=0.8))
+MOST_FRAGMENTS = 4_000_000  # candidates at a time
+
+
+def render_numpy(surfaces, camera, height):
+    """Exact transparency: of each pixel all layers are found and laid over each other from far to near. Drawn twice
+    as fine and averaged."""
+    fine = 2
+    rows, columns = fine * height, fine * int(round(camera.aspect * height))
+    image = np.zeros((rows * columns, 4))
     if surfaces:
         points, triangles, colours = merged(surfaces, camera)
-        place, _ = camera.project(points)
-        ax.add_collection(PolyCollection(place[triangles], facecolors=colours[triangles].mean(axis=1),
-                                         edgecolors="none", antialiased=False))
-    canvas.draw()
-    pixels = np.asarray(canvas.buffer_rgba())[..., :3].astype(float) / 255
-    rows, columns = (size // fine * fine for size in pixels.shape[:2])
-    return pixels[:rows, :columns].reshape(rows // fine, fine, columns // fine, fine, 3).mean(axis=(1, 3))
+        pixel, depth, triangle, weights = fragments(points, triangles, camera, rows, columns)
+        order = np.lexsort((depth, pixel))  # near first
+        pixel, triangle, weights = pixel[order], triangle[order], weights[order]
+        layer = np.arange(len(pixel)) - np.searchsorted(pixel, pixel)
+        by_layer = np.argsort(layer, kind="stable")
+        ends = np.searchsorted(layer[by_layer], np.arange(layer.max(initial=-1) + 2))
+        for begin, end in zip(ends[-2::-1], ends[:0:-1]):
+            chosen = by_layer[begin:end]
+            colour = np.einsum("ij,ijk->ik", weights[chosen], colours[triangles[triangle[chosen]]])
+            alpha = colour[:, 3:]
+            below = image[pixel[chosen]]
+            image[pixel[chosen]] = np.column_stack([alpha * colour[:, :3] + (1 - alpha) * below[:, :3],
+                                                    alpha + (1 - alpha) * below[:, 3:]])
+    image = image.reshape(height, fine, columns // fine, fine, 4).mean(axis=(1, 3))
+    image[..., :3] /= np.maximum(image[..., 3:], 1e-12)
+    return np.clip(image, 0, 1)
+
+
+def fragments(points, triangles, camera, rows, columns):
+    """(pixel, depth, triangle, weights of its corners) wherever a triangle covers the middle of a pixel."""
+    place, depth = camera.project(points)
+    x = (place[:, 0] / camera.aspect + 1) / 2 * columns - 0.5
+    y = (1 - place[:, 1]) / 2 * rows - 0.5
+    corner_x, corner_y = x[triangles], y[triangles]
+    visible = depth[triangles].min(axis=1) > 1e-3 * camera.distance
+    left, right = (np.clip(edge, 0, columns).astype(int) for edge in
+                   (np.ceil(corner_x.min(axis=1)), np.floor(corner_x.max(axis=1)) + 1))
+    top, bottom = (np.clip(edge, 0, rows).astype(int) for edge in
+                   (np.ceil(corner_y.min(axis=1)), np.floor(corner_y.max(axis=1)) + 1))
+    width = right - left
+    count = np.where(visible, width * (bottom - top), 0)
+    chunks = np.searchsorted(np.cumsum(count), np.arange(0, count.sum() + MOST_FRAGMENTS, MOST_FRAGMENTS), "right")
+    found = [(np.zeros(0, int), np.zeros(0), np.zeros(0, int), np.zeros((0, 3)))]
+    for begin, end in zip(chunks[:-1], np.append(chunks[1:-1], len(count))):
+        t = np.repeat(np.arange(begin, end), count[begin:end])
+        if len(t) == 0:
+            continue
+        number = np.arange(len(t)) - np.repeat(np.cumsum(count[begin:end]) - count[begin:end], count[begin:end])
+        px, py = left[t] + number % width[t], top[t] + number // width[t]
+        weights = barycentric(corner_x[t], corner_y[t], px, py)
+        inside = np.all(weights >= 0, axis=1)
+        t, weights = t[inside], weights[inside]
+        weights /= depth[triangles[t]]  # perspective: what is linear in space is not linear in the picture
+        inverse = weights.sum(axis=1)
+        found.append((py[inside] * columns + px[inside], 1 / inverse, t, weights / inverse[:, None]))
+    return tuple(np.concatenate(part) for part in zip(*found))
+
+
+def barycentric(corner_x, corner_y, x, y):
+    """Weights (m, 3) of the corners at a point; negative outside, NaN in a triangle without area."""
+    dx, dy = corner_x - x[:, None], corner_y - y[:, None]
+    parts = np.stack([dx[:, b] * dy[:, c] - dx[:, c] * dy[:, b] for b, c in ((1, 2), (2, 0), (0, 1))], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return parts / parts.sum(axis=1)[:, None]
 
 
 # ---- PyVista -------------------------------------------------------------------------------------
@@ -120,20 +161,19 @@ def why_no_pyvista():
     return "it cannot draw off-screen here"
 
 
-def render_pyvista(surfaces, lines, camera, height):
+def render_pyvista(surfaces, camera, height):
     import pyvista
     import vtk
     vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_OFF)
     plotter = pyvista.Plotter(off_screen=True, window_size=(int(round(camera.aspect * height)), height))
-    plotter.set_background("white")
-    if len(lines):
-        plotter.add_mesh(pyvista.line_segments_from_points(lines.reshape(-1, 3)), color=(0.8, 0.8, 0.8), line_width=1.5,
-                         lighting=False)
+    plotter.set_background("black")
     for solid in (True, False):
         chosen = [s for s in surfaces if (s.opacity >= 1) == solid and len(s.triangles)]
         if chosen:
-            # Sorted here, for transparency does not work with every software renderer's depth peeling.
             points, triangles, colours = merged(chosen, camera)
+            # From far to near, for depth peeling fails with some software renderers.
+            _, depth = camera.project(points)
+            triangles = triangles[np.argsort(-depth[triangles].mean(axis=1), kind="stable")]
             mesh = pyvista.PolyData(points, np.column_stack([np.full(len(triangles), 3), triangles]).ravel())
             mesh.point_data["rgba"] = np.round(255 * colours[:, :3 if solid else 4]).astype("u1")
             plotter.add_mesh(mesh, scalars="rgba", rgb=True, lighting=False)
@@ -141,18 +181,19 @@ def render_pyvista(surfaces, lines, camera, height):
     plotter.camera.position, plotter.camera.focal_point = camera.position, camera.focus
     plotter.camera.up, plotter.camera.view_angle = camera.up, FIELD_OF_VIEW
     plotter.reset_camera_clipping_range()
-    pixels = plotter.screenshot(return_img=True)[..., :3] / 255
+    pixels = plotter.screenshot(return_img=True, transparent_background=True) / 255
     plotter.close()
-    return pixels
+    pixels[..., :3] /= np.maximum(pixels[..., 3:], 1 / 255)  # it comes laid over the black background
+    return np.clip(pixels, 0, 1)
 
 
 def choose_renderer(wanted):
-    """(function, note what is used) for auto, pyvista or matplotlib."""
-    if wanted == "matplotlib":
-        return render_matplotlib, "drawn with matplotlib"
+    """(function, note what is used) for auto, pyvista or numpy."""
+    if wanted == "numpy":
+        return render_numpy, "drawn with numpy"
     reason = why_no_pyvista()
     if not reason:
         return render_pyvista, "drawn with PyVista"
     if wanted == "pyvista":
         raise InputError(f"--with pyvista: {reason} (pip install -r tools/requirements-render.txt)")
-    return render_matplotlib, f"drawn with matplotlib; PyVista is smoother, but {reason}"
+    return render_numpy, f"drawn with numpy, as for PyVista {reason}"

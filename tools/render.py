@@ -12,6 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import to_rgb  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
@@ -25,7 +26,7 @@ from _wing_surface import surfaces_of  # noqa: E402
 
 LEVELS = (100.0, 150.0, 200.0)  # of the paper, in units of the wing beat frequency
 COLOURS = ("#8ec7e8", "#1f4e9e", "#d7301f")  # light blue, dark blue, red
-OPACITIES = (0.22, 0.45, 1.0)
+OPACITIES = (0.2, 0.3, 1.0)
 WING = "#c9b48a"
 VIEWS = {"perspective": (-125.0, 35.0), "top": (-90.0, 90.0), "side": (-90.0, 0.0), "front": (180.0, 0.0),
          "behind": (0.0, 20.0)}
@@ -106,6 +107,17 @@ class Scene:
         pairs = [(a, b) for a in corners for b in corners if b.sum() == a.sum() + 1 and np.abs(a - b).sum() == 1]
         return self.origin + np.array(pairs) * self.length
 
+    def box_behind(self, camera):
+        """The edges of the box, in short pieces (k, 2, 3), but for the three that may cover something."""
+        edges = self.box()
+        corners = edges.reshape(-1, 3)
+        nearest = corners[np.argmin(np.linalg.norm(corners - camera.position, axis=1))]
+        edges = edges[~(edges == nearest).all(axis=2).any(axis=1)]
+        s = np.linspace(0, 1, 65)[None, :, None]
+        points = (1 - s) * edges[:, :1] + s * edges[:, 1:]
+        pieces = np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3)
+        return pieces[camera.project(pieces)[1].min(axis=1) > 0.05 * camera.distance]
+
 
 # ---- drawing -------------------------------------------------------------------------------------
 
@@ -115,8 +127,11 @@ def compose(pixels, scene, levels, camera, out):
     figure = plt.figure(figsize=(width / 150, height / 150 + 0.35))
     share = height / 150 / (height / 150 + 0.35)
     ax = figure.add_axes((0, 0, 1, share))
-    ax.imshow(pixels, interpolation="none", aspect="auto")
+    ax.set(xlim=(0, width), ylim=(height, 0))
     ax.axis("off")
+    lines = camera.project(scene.box_behind(camera))[0] / (camera.aspect, -1)
+    ax.add_collection(LineCollection((1 + lines) / 2 * (width, height), colors="0.8", linewidths=0.8, zorder=0))
+    ax.imshow(pixels, interpolation="none", aspect="auto", extent=(0, width, height, 0))
     draw_axes(ax, camera, width, height)
     handles = [Patch(facecolor=colour, alpha=0.35 + 0.65 * opacity, label=rf"$|\omega|$ = {level:g}")
                for level, colour, opacity in zip(levels, *colours_of(len(levels)))]
@@ -176,7 +191,7 @@ def main():
     parser.add_argument("--view", default="perspective", help=f"{', '.join(VIEWS)} or azimuth,elevation in degrees: "
                         "--view=-125,35 is perspective")
     parser.add_argument("--stride", type=int, help="use every n-th point of the grid (default: by its size)")
-    parser.add_argument("--with", dest="renderer", choices=("auto", "pyvista", "matplotlib"), default="auto")
+    parser.add_argument("--with", dest="renderer", choices=("auto", "pyvista", "numpy"), default="auto")
     parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures "
                         "(default: beside the data)")
     a = parser.parse_args()
@@ -212,7 +227,7 @@ def main():
         scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride)
         name = f"render_{snapshot.label}.png"
         out = (a.output or a.folder) / name if a.all else a.output or a.folder / name
-        compose(render(scene.surfaces(levels), scene.box(), camera, HEIGHT), scene, levels, camera, out)
+        compose(render(scene.surfaces(levels), camera, HEIGHT), scene, levels, camera, out)
         if not scene.wings:
             print(f"note: no wing surfaces and no mask at {snapshot.label}", file=sys.stderr)
 
