@@ -36,6 +36,7 @@ contains
         ranks = 2*ranks
       end do
       speed = reference_speed(p)
+      if (p%moving) speed = max(speed, 0.5_rp*PI*settings%flight%tip_speed()) ! the peak of a cosine
       endless = p
       endless%t_max = huge(1.0_rp)
       dt = next_step_length(endless, speed, 0.0_rp, 0.0_rp, [0.0_rp])
@@ -96,6 +97,9 @@ contains
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
       if (p%penalized .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
+      if (p%moving) write (unit, '(a)') '            kinematics.t aero_power.t wing_left.t wing_right.t'
+      if (p%moving) write (unit, '(a)') '  at the end summary.txt'
+      if (p%moving) write (unit, '(a)') '  surfaces  wing_left wing_right'
       if (n > 0) then
         ! One save at the start, one at the end, and one at each multiple between.
         times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1

@@ -61,10 +61,9 @@ contains
     call registry%add_inert_section('Scalar*', 'One transported scalar.')
   end subroutine register_unbuilt_flow_physics
 
-  !> The masks that draw these solids are refused by [Penalization] iMask.
+  !> The masks that draw these solids are refused by [Penalization] iMask. The mask's keys of [Flexible_wing] count.
   subroutine register_unbuilt_solids(registry)
     type(registry_t), intent(inout) :: registry
-    call registry%add_inert_section('Insects', 'Rigid insects.')
     call registry%add_inert_section('SolidModel', 'The elastic beam.')
     call registry%add_switch('SolidModel', 'use_solid_model', .false., 'an elastic beam in the flow', &
                              unbuilt='the elastic beam')

@@ -5,6 +5,7 @@ module app_keys
   use app_static_keys, only: write_static_reference
   use base_kinds, only: rp
   use fluid_keys, only: register_fluid_keys
+  use fsi_flight_params, only: register_flight_keys
   use io_registry, only: registry_t
   implicit none
   private
@@ -19,6 +20,7 @@ contains
     call register_fluid_keys(registry)
     call register_saving(registry)
     call register_slices(registry)
+    call register_flight_keys(registry)
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')
     call register_flusi_legacy(registry)
   end subroutine register_all_keys
@@ -35,7 +37,10 @@ contains
 
   subroutine register_units(r)
     type(registry_t), intent(inout) :: r
-    call r%add_section('units', 'SI values of the units of this file; without this section all is dimensionless')
+    call r%add_section('units', 'SI values of the units; without this section all is dimensionless')
+    call r%add_word('units', 'input', 'dimensionless', 'dimensionless|SI', &
+                    'units of the numbers in this file: L, T and M as named below, or m, s and kg in their place; '// &
+                    'results are in L, T and M, and those of summary.txt in both')
     call r%add_real('units', 'length', 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
     call r%add_real('units', 'frequency', 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
     call r%add_real('units', 'density', 1.0_rp, 'density of the fluid', unit='kg/m^3', above=0.0_rp)

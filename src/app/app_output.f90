@@ -2,12 +2,14 @@
 !> Fields and slices: what is due, and writing it.
 module app_output
   use app_settings, only: output_params_t
+  use app_wing_output, only: wing_output_t
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use fluid_fields, only: mask_field, solid_velocity_field
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use fluid_timestep, only: is_due
+  use fsi_flapping_wings, only: flapping_wings_t
   use io_fields, only: field_meta_t, write_field, write_slice, field_label, finest_naming, PRECISION_SINGLE, &
                        PRECISION_DOUBLE
   use io_xdmf, only: xdmf_index_t
@@ -20,8 +22,9 @@ module app_output
   type :: output_t
     type(output_params_t) :: params
     logical :: fields_due = .false., slices_due = .false., integrals_due = .false.
-    logical, private :: last = .false.
+    logical, private :: last = .false., saves_wings = .false.
     type(xdmf_index_t), private :: index
+    type(wing_output_t), private :: wings
     real(rp), allocatable, private :: scratch(:, :, :, :)
   contains
     procedure :: init => output_init
@@ -35,7 +38,7 @@ module app_output
 contains
 
   !> Opens the index of fields, `name`.xmf; with `restart_time` >= 0 earlier entries are kept. Collective.
-  subroutine output_init(self, world, params, fluid, name, restart_time, failure)
+  subroutine output_init(self, world, params, fluid, name, restart_time, failure, wings)
     class(output_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(output_params_t), intent(in) :: params
@@ -43,7 +46,10 @@ contains
     character(*), intent(in) :: name
     real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(in), optional :: wings
     self%params = params
+    if (present(wings)) call self%wings%init(world, wings, name, restart_time, failure)
+    self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
       if (params%needs_fields() .or. params%mask .or. params%solid_velocity) &
         allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
@@ -65,7 +71,8 @@ contains
     associate (p => self%params, t => fluid%rhs%state%time, dt => fluid%rhs%state%dt_old, &
                step => fluid%rhs%state%step)
       self%last = is_last
-      self%fields_due = (is_due(t, dt, p%t_save) .or. is_last) .and. t >= p%t_save_first .and. allocated(self%scratch)
+      self%fields_due = (is_due(t, dt, p%t_save) .or. is_last) .and. t >= p%t_save_first .and. &
+                        (allocated(self%scratch) .or. self%saves_wings)
       self%slices_due = p%slices .and. t >= p%t_slice_first .and. &
                         (is_due(t, dt, p%t_slice) .or. mod(step, p%it_slice) == 0)
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
@@ -77,10 +84,11 @@ contains
   end subroutine output_look_ahead
 
   !> Writes what `look_ahead` found due, from the pass that has run since. Collective.
-  subroutine output_write(self, fluid, failure)
+  subroutine output_write(self, fluid, failure, wings)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(in), optional :: wings
     character(:), allocatable :: label
     type(field_meta_t) :: meta
     character(8) :: saved(16) !< prefixes written so far
@@ -116,8 +124,9 @@ contains
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
-        call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, meta%domain_size, &
-                            meta%origin, p%stride, precision_of(p), failure)
+        if (present(wings)) call self%wings%write(wings, label, failure)
+        if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
+                                             meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
       end if
       if (self%slices_due) then
         label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))

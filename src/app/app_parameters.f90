@@ -7,7 +7,7 @@ module app_parameters
   use app_settings, only: settings_t, load_settings
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
-  use io_ini, only: read_text_file
+  use io_shared_text, only: read_shared_text
   use parallel_world, only: world_t
   implicit none
   private
@@ -26,32 +26,21 @@ contains
     type(message_list_t) :: errors, notices
     character(:), allocatable :: text, problem
     logical :: speaks
-    integer :: unread
 
     code = EXIT_OK
     speaks = .true.
     if (present(world)) speaks = world%is_root
-    unread = 0
-    if (speaks) then
-      call read_text_file(command%ini, text, problem)
-      if (allocated(problem)) then
-        unread = 1
-        call errors%add(problem)
-        text = ''
-      end if
-    end if
-    if (present(world)) then
-      call world%broadcast_integer(unread)
-      call world%broadcast_text(text)
-    end if
-    if (unread == 0) then
-      call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices)
+    call read_shared_text(command%ini, text, problem, world)
+    if (allocated(problem)) then
+      call errors%add(problem)
+    else
+      call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices, world)
       ! A dry run tells which numbers of ranks would do.
       if (present(world) .and. errors%count() == 0 .and. command%action /= ACTION_DRY_RUN) &
         call check_ranks(world, settings, errors)
     end if
     if (speaks .and. errors%count() > 0) call errors%print(error_unit, '')
-    if (errors%count() > 0 .or. unread > 0) code = EXIT_USER
+    if (errors%count() > 0) code = EXIT_USER
     ! A file that one rank sees and another does not must not part them.
     if (present(world)) code = world%max_integer(code)
     if (speaks .and. code == EXIT_USER .and. errors%count() == 0) write (error_unit, '(a)') &

@@ -4,6 +4,7 @@ module app_report
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_settings, only: settings_t
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
+  use base_constants, only: PI
   use base_kinds, only: rp, i8
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
@@ -56,12 +57,46 @@ contains
         ', K_eta = sqrt(nu C_eta)/dx = ', sqrt(p%nu*p%c_eta)/h, ' (0.1 to 0.5 resolves the penalization layer)'
       if (p%sponge) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//p%sponge_type//', C_sp =', p%c_sponge, ', ', &
         p%sponge_thickness, ' points'
+      if (p%moving) call print_flight(unit, settings)
       if (.not. u%given) return
       write (unit, '(3(a,g0.5))') 'units     L = ', u%length, ' m, 1/T = ', u%frequency, ' 1/s, density ', u%density
       write (unit, '(3(a,g0.5),a)') '          velocity ', u%length*u%frequency, ' m/s, force ', &
         u%density*u%length**4*u%frequency**2, ' N, power ', u%density*u%length**5*u%frequency**3, ' W'
     end associate
   end subroutine print_scales
+
+  !> Wings, motion and the numbers that make the flight comparable.
+  subroutine print_flight(unit, settings)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    real(rp) :: r, f, chord, tip, wind, low, high
+    integer :: i
+    associate (flight => settings%flight, p => settings%fluid, u => settings%units)
+      r = flight%wings(1)%length()
+      f = flight%frequency()
+      chord = flight%wings(1)%mean_chord()
+      tip = flight%tip_speed()
+      wind = norm2(p%mean_velocity)
+      do i = 1, size(flight%wings)
+        associate (wing => flight%wings(i))
+          call wing%motion%stroke_extremes(low, high)
+          write (unit, '(a,i0,a,2(f0.4,a),f0.2,a)') 'wing      '//trim(wing%side)//': ', size(wing%triangles, 2), &
+            ' triangles, R = ', wing%length(), ', mean chord ', wing%mean_chord(), ', stroke ', (high - low)*180/PI, &
+            ' degrees'
+        end associate
+      end do
+      write (unit, '(3(a,g0.5),a)') '          f = ', f, ', mean tip speed 2 (stroke) R f = ', tip, ', u_inf = ', wind
+      if (p%nu > 0) write (unit, '(a,f0.1,a,f0.3)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', &
+        (tip + wind)*chord/p%nu, ', advance ratio u_inf/u_tip = ', wind/max(tip, tiny(tip))
+      write (unit, '(2(a,f0.2),a)') 'thickness ', 2*flight%half_thickness/p%grid%max_spacing(), ' cells, smoothing ', &
+        flight%smoothing/p%grid%max_spacing(), ' cells'
+      write (unit, '(2(a,g0.5))', advance='no') 'scales    rho R^4 f^2 = ', r**4*f**2, ', rho R^5 f^3 = ', r**5*f**3
+      if (u%given) write (unit, '(4(a,g0.5),a)', advance='no') '; R = ', 1.0e3_rp*r*u%length, ' mm, f = ', &
+        f*u%frequency, ' 1/s, force ', 1.0e3_rp*u%density*(r*u%length)**4*(f*u%frequency)**2, ' mN, power ', &
+        1.0e3_rp*u%density*(r*u%length)**5*(f*u%frequency)**3, ' mW'
+      write (unit, '(a)') ''
+    end associate
+  end subroutine print_flight
 
   !> Where the time went, over all ranks. Collective.
   subroutine print_time_table(world, timers, whole, fluid)

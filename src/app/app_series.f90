@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The time series of a run, with FLUSI's file names and columns. Root writes, every record is flushed.
 module app_series
+  use app_wing_series, only: wing_series_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_penalty, only: N_COLORS, COLOR_BODY
   use fluid_solver, only: fluid_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_wing_loads, only: wing_loads_t, wing_loads
   use io_series, only: series_t
   use parallel_world, only: world_t
   implicit none
@@ -19,8 +22,9 @@ module app_series
     type(series_t) :: energy, divergence, mean_flow       !< every integral interval
     type(series_t) :: forces, mask_volume, residual
     type(series_t) :: part(0:N_COLORS - 1)
+    type(wing_series_t) :: flight
     logical :: has_color(0:N_COLORS - 1) = .false.
-    logical :: solids = .false., compute_forces = .false.
+    logical :: solids = .false., compute_forces = .false., has_wings = .false.
   contains
     procedure :: open => series_open
     procedure :: write_step => series_write_step
@@ -30,13 +34,16 @@ module app_series
 
 contains
 
-  !> Opens all files; with `restart_time` >= 0 the records before it are kept. Collective.
-  subroutine series_open(self, world, fluid, restart_time, failure)
+  !> Opens all files; with `restart_time` >= 0 the records before it are kept. Moving wings must be placed.
+  !> Collective.
+  subroutine series_open(self, world, fluid, note, restart_time, failure, wings)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_t), intent(in) :: fluid
+    character(*), intent(in) :: note !< second line of every file
     real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(in), optional :: wings
     character(*), parameter :: T = 'time [T]'
     character(40), allocatable :: forces(:)
     character(16) :: name
@@ -66,12 +73,15 @@ contains
     end if
     if (self%compute_forces) then
       forces = force_columns()
+      if (present(wings)) forces = [forces, power_columns()]
       call open_one(self%forces, 'forces.t', forces)
       do c = COLOR_BODY, N_COLORS - 1
         write (name, '(a,i1,a)') 'forces_part', c, '.t'
         if (self%has_color(c)) call open_one(self%part(c), trim(name), forces)
       end do
     end if
+    self%has_wings = present(wings)
+    if (present(wings)) call self%flight%open(world, wings, note, restart_time, failure)
 
   contains
 
@@ -80,9 +90,9 @@ contains
       character(*), intent(in) :: path, columns(:)
       ! After a failure the others are opened in name only, so that all of them can be closed.
       if (restart_time >= 0) then
-        call series%open(world, path, columns, failure, restart_time=restart_time)
+        call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
       else
-        call series%open(world, path, columns, failure)
+        call series%open(world, path, columns, failure, note=note)
       end if
     end subroutine open_one
   end subroutine series_open
@@ -122,6 +132,12 @@ contains
     end do
   end function force_columns
 
+  !> What forces.t has in addition if there are wings.
+  function power_columns() result(columns)
+    character(40) :: columns(2)
+    columns = [character(40) :: 'aerodynamic power [rho L^5/T^3]', 'inertial power [rho L^5/T^3]']
+  end function power_columns
+
   !> Records of every step; `seconds` is the wall time that the step took.
   subroutine series_write_step(self, fluid, seconds, ranks)
     class(run_series_t), intent(inout) :: self
@@ -138,17 +154,21 @@ contains
   end subroutine series_write_step
 
   !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be
-  !> written, for instance on a full disk. Collective.
-  subroutine series_write_integrals(self, fluid, failure)
+  !> written, for instance on a full disk. Wings must be where they were in that pass. Collective.
+  subroutine series_write_integrals(self, fluid, failure, wings)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(in), optional :: wings
+    type(wing_loads_t), allocatable :: loads(:)
     real(rp) :: rms(0:N_COLORS - 1)
-    integer :: c
+    integer :: c, i
+    allocate (loads(0))
+    if (present(wings)) loads = [(wing_loads(wings, i, fluid), i=1, size(wings%surfaces))]
     associate (t => fluid%sums_time, s => fluid%sums, nu => fluid%rhs%params%nu)
       call self%energy%write([t, sum(s%energy_fluid), s%energy_fluid, nu*sum(s%enstrophy_fluid), &
                               nu*s%enstrophy_fluid, sum(s%energy), s%energy, nu*sum(s%enstrophy), nu*s%enstrophy, &
-                              sum(s%power), s%power])
+                              sum(s%power), sum(s%power, 2)])
       call self%divergence%write([t, s%divergence, s%divergence_fluid])
       call self%mean_flow%write([t, s%mean])
       if (self%solids) then
@@ -158,17 +178,39 @@ contains
       end if
       if (self%compute_forces) then
         call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2), sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
-                                sum(s%moment(:, COLOR_BODY:), 2), sum(fluid%unsteady_moment(:, COLOR_BODY:), 2)])
+                                sum(s%moment(:, COLOR_BODY:), 2), sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
+                                total_power(loads)])
         do c = COLOR_BODY, N_COLORS - 1
-          if (self%has_color(c)) call self%part(c)%write([t, s%force(:, c), fluid%unsteady_force(:, c), &
-                                                          s%moment(:, c), fluid%unsteady_moment(:, c)])
+          if (self%has_color(c) .and. .not. present(wings)) call self%part(c)%write( &
+            [t, s%force(:, c), fluid%unsteady_force(:, c), s%moment(:, c), fluid%unsteady_moment(:, c)])
+        end do
+        ! As in FLUSI, moments of a wing are about its hinge.
+        do i = 1, size(loads)
+          c = wings%surfaces(i)%color
+          associate (l => loads(i))
+            if (self%has_color(c)) call self%part(c)%write( &
+              [t, l%force - l%unsteady_force, l%unsteady_force, l%torque - l%unsteady_torque, l%unsteady_torque, &
+               l%power, l%inertial_power])
+          end associate
         end do
       end if
+      if (present(wings)) call self%flight%write(wings, loads)
     end associate
     ! All series live in one folder: a full disk shows in the one that is written at every step, too.
     call self%ekin%check(failure)
     call self%energy%check(failure)
   end subroutine series_write_integrals
+
+  !> Aerodynamic and inertial power of all wings; nothing if there are none.
+  pure function total_power(loads) result(power)
+    type(wing_loads_t), intent(in) :: loads(:)
+    real(rp), allocatable :: power(:)
+    if (size(loads) > 0) then
+      power = [sum(loads%power), sum(loads%inertial_power)]
+    else
+      allocate (power(0))
+    end if
+  end function total_power
 
   !> Closes all files; fails if any of them could not be written completely. Collective.
   subroutine series_close(self, failure)
@@ -191,5 +233,6 @@ contains
         if (self%has_color(c)) call self%part(c)%close(failure)
       end do
     end if
+    if (self%has_wings) call self%flight%close(failure)
   end subroutine series_close
 end module app_series

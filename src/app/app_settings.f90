@@ -5,8 +5,11 @@ module app_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
+  use fsi_flight_params, only: flight_params_t, read_flight_params
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use io_units, only: unit_scales_t
+  use parallel_world, only: world_t
   implicit none
   private
   public :: settings_t, output_params_t, units_t, load_settings
@@ -14,7 +17,11 @@ module app_settings
   !> SI values of one code unit.
   type :: units_t
     logical :: given = .false.
+    logical :: si_input = .false. !< numbers of the parameter file are in SI units
     real(rp) :: length = 1, frequency = 1, density = 1
+  contains
+    procedure :: scales => units_scales
+    procedure :: note => units_note
   end type units_t
 
   !> What to write, how often, and when to stop.
@@ -39,6 +46,7 @@ module app_settings
 
   type :: settings_t
     type(fluid_params_t) :: fluid
+    type(flight_params_t) :: flight !< set if fluid%moving
     type(output_params_t) :: output
     type(units_t) :: units
     type(config_t) :: config
@@ -46,20 +54,22 @@ module app_settings
 
 contains
 
-  !> Reads parameter text; all mistakes go to `errors`, remarks to `notices`. Not collective: every rank
-  !> reads the same text.
-  subroutine load_settings(text, name, flusi_compat, settings, errors, notices)
+  !> Reads parameter text, the same on every rank, and the files that it names; all mistakes go to `errors`,
+  !> remarks to `notices`. With `world` root reads these files for all, and this is collective.
+  subroutine load_settings(text, name, flusi_compat, settings, errors, notices, world)
     character(*), intent(in) :: text, name !< content and name of the file
     logical, intent(in) :: flusi_compat
     type(settings_t), intent(out) :: settings
     type(message_list_t), intent(inout) :: errors, notices
+    type(world_t), intent(in), optional :: world
     type(registry_t) :: registry
     call register_all_keys(registry)
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
+    call read_units(settings%config, settings%units, errors, notices)
     call read_fluid_params(settings%config, settings%fluid, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)
-    call read_units(settings%config, settings%units, notices)
+    if (settings%fluid%moving) call read_wings(settings, name, errors, notices, world)
     call notice_idle_settings(settings, notices)
   end subroutine load_settings
 
@@ -119,17 +129,67 @@ contains
     end associate
   end subroutine notice_idle_settings
 
-  subroutine read_units(c, units, notices)
-    type(config_t), intent(in) :: c
+  !> The wings; moments of force are taken about the body's centre from now on, as in FLUSI.
+  subroutine read_wings(s, name, errors, notices, world)
+    type(settings_t), intent(inout) :: s
+    character(*), intent(in) :: name
+    type(message_list_t), intent(inout) :: errors, notices
+    type(world_t), intent(in), optional :: world
+    associate (u => s%units)
+      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, &
+                              metre=merge(1/u%length, 0.0_rp, u%given), &
+                              file_unit=merge(u%length, 1.0_rp, u%si_input), params=s%flight, errors=errors, &
+                              notices=notices, world=world)
+    end associate
+    s%fluid%centre = s%flight%body%centre
+  end subroutine read_wings
+
+  !> The SI values of the units; with input = SI all numbers of the file are read in SI units.
+  subroutine read_units(c, units, errors, notices)
+    type(config_t), intent(inout) :: c
     type(units_t), intent(inout) :: units
-    type(message_list_t), intent(inout) :: notices
-    units%given = c%is_given('units', 'length') .or. c%is_given('units', 'frequency') .or. &
-                  c%is_given('units', 'density')
+    type(message_list_t), intent(inout) :: errors, notices
+    character(9), parameter :: KEYS(3) = ['length   ', 'frequency', 'density  ']
+    character(2), parameter :: BOX(3) = ['xl', 'yl', 'zl']
+    integer :: i
+    units%given = any([(c%is_given('units', trim(KEYS(i))), i=1, 3)])
     units%length = c%get_real('units', 'length')
     units%frequency = c%get_real('units', 'frequency')
     units%density = c%get_real('units', 'density')
-    if (.not. units%given) call notices%add('no [units] section: all quantities are dimensionless, fluid density 1')
+    units%si_input = c%get_word('units', 'input') == 'SI'
+    if (units%si_input) then
+      do i = 1, 3
+        if (.not. c%is_given('units', trim(KEYS(i)))) &
+          call c%complain(errors, 'units', trim(KEYS(i)), 'is missing: input = SI needs the value of every unit')
+        if (.not. c%is_given('Geometry', BOX(i))) &
+          call c%complain(errors, 'Geometry', BOX(i), 'is missing: with input = SI the box has no default')
+      end do
+      call c%set_units(units%scales())
+    else if (.not. units%given) then
+      call notices%add('no [units] section: all quantities are dimensionless, fluid density 1')
+    end if
   end subroutine read_units
+
+  !> SI values of the units in one line for the head of files; empty if they were not given.
+  function units_note(self) result(text)
+    class(units_t), intent(in) :: self
+    character(:), allocatable :: text
+    character(200) :: line
+    text = ''
+    if (.not. self%given) return
+    associate (u => self)
+      write (line, '(5(a,es12.5),a)') 'units: L =', u%length, ' m, 1/T =', u%frequency, ' 1/s, rho =', u%density, &
+        ' kg/m^3, force rho L^4/T^2 =', u%density*u%length**4*u%frequency**2, ' N, power rho L^5/T^3 =', &
+        u%density*u%length**5*u%frequency**3, ' W'
+    end associate
+    text = trim(line)
+  end function units_note
+
+  !> SI values of one L, T and M.
+  pure type(unit_scales_t) function units_scales(self) result(scales)
+    class(units_t), intent(in) :: self
+    scales = unit_scales_t(self%length, 1/self%frequency, self%density*self%length**3)
+  end function units_scales
 
   !> Whether any output needs velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)

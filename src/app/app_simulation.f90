@@ -9,6 +9,7 @@ module app_simulation
   use app_series, only: run_series_t
   use app_settings, only: settings_t
   use app_stop, only: stop_rules_t
+  use app_summary, only: write_summary
   use base_constants, only: EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED
   use base_errors, only: failure_t
   use base_files, only: name_of
@@ -17,6 +18,7 @@ module app_simulation
   use fluid_requests, only: request_t
   use fluid_restart, only: save_fluid, load_fluid
   use fluid_solver, only: fluid_t
+  use fsi_flapping_wings, only: flapping_wings_t
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use parallel_world, only: world_t
@@ -31,6 +33,7 @@ module app_simulation
     type(world_t) :: world
     type(settings_t) :: settings
     type(fluid_t) :: fluid
+    type(flapping_wings_t), allocatable :: wings !< if anything moves
     type(run_series_t), private :: series
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
@@ -38,6 +41,7 @@ module app_simulation
     type(progress_t), private :: progress
     type(timers_t), private :: timers
     integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_output = 0, t_backup = 0
+    character(:), allocatable, private :: name
     type(failure_t) :: failure
     logical, private :: blown_up = .false. !< `failure` is numerical: the velocity is no longer one
     integer :: exit_code = EXIT_OK
@@ -62,6 +66,7 @@ contains
 
     self%world = world
     self%settings = settings
+    self%name = run_name(command%ini)
     self%t_whole = self%timers%region('whole run')
     call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
@@ -72,6 +77,8 @@ contains
     call self%stop_rules%init(settings%output)
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
     call self%fluid%init(world, settings%fluid, settings%output%needs_fields(), self%failure)
+    if (settings%fluid%moving) allocate (self%wings)
+    if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
 
     restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
@@ -82,6 +89,8 @@ contains
     else if (.not. self%failure%failed) then
       call self%fluid%start(self%failure)
     end if
+    if (allocated(self%wings) .and. .not. self%failure%failed) &
+      call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%failure)
     if (self%failure%failed) then
       call self%fail(EXIT_USER)
       return
@@ -90,8 +99,8 @@ contains
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                  settings%output%slices), 0.0_rp]
     call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, restart_time, self%failure)
-    call self%output%init(world, settings%output, self%fluid, run_name(command%ini), restart_time, self%failure)
+    call self%series%open(world, self%fluid, settings%units%note(), restart_time, self%failure, self%wings)
+    call self%output%init(world, settings%output, self%fluid, self%name, restart_time, self%failure, self%wings)
     if (self%failure%failed) then
       call self%fail(EXIT_FAILURE)
       return
@@ -111,7 +120,7 @@ contains
       do while (.not. self%is_done())
         call self%output%look_ahead(fluid, .false., request)
         call self%timers%start(self%t_step)
-        call fluid%step(request, self%failure)
+        call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
         self%blown_up = self%failure%failed
         if (self%failure%failed) exit
@@ -148,7 +157,7 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
     call self%output%look_ahead(self%fluid, .true., request)
-    call self%fluid%evaluate(request, self%failure)
+    call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
     call write_all(self)
@@ -160,6 +169,8 @@ contains
     class(simulation_t), intent(inout) :: self
     if (self%exit_code /= EXIT_USER) then
       call self%series%close(self%failure)
+      if (self%exit_code == EXIT_OK .and. allocated(self%wings) .and. self%world%is_root .and. &
+          self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%failure)
       if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_FAILURE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid)
@@ -178,8 +189,8 @@ contains
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
-    if (self%output%integrals_due) call self%series%write_integrals(self%fluid, self%failure)
-    call self%output%write(self%fluid, self%failure)
+    if (self%output%integrals_due) call self%series%write_integrals(self%fluid, self%failure, self%wings)
+    call self%output%write(self%fluid, self%failure, self%wings)
     call self%timers%stop(self%t_output)
   end subroutine write_all
 
@@ -218,7 +229,7 @@ contains
     logical :: written
     if (self%failure%failed .or. self%fluid%rhs%state%step == 0) return
     call self%timers%start(self%t_backup)
-    call self%fluid%evaluate(nothing, self%failure)
+    call self%fluid%evaluate(nothing, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (.not. self%blown_up) then
       call self%slots%begin(writer, self%failure)

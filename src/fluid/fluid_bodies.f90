@@ -101,7 +101,7 @@ contains
     integer :: x
     logical :: along_x
     h = SMOOTHING_CELLS*p%grid%max_spacing()
-    if (any(p%mask == ['none ', 'empty'])) return
+    if (any(p%mask == ['none  ', 'empty ', 'Insect'])) return
     along_x = p%mask == 'cylinder_x' .or. p%mask == 'couette' .or. p%grid%is_2d
     ! Lines that cannot touch a compact body cost one comparison.
     reach = p%size/2*merge(sqrt(2.0_rp), 1.0_rp, p%mask == 'plate') + h

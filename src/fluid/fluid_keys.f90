@@ -97,12 +97,14 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     type(registry_t), intent(inout) :: r
     call r%add_section('Penalization', 'solid bodies by volume penalization')
     call r%add_switch('Penalization', 'iPenalization', .false., 'whether there are solids at all')
-  call r%add_word('Penalization', 'iMask', 'none', 'none|empty|sphere|cylinder|cylinder_x|plate|couette|from_file::*', &
-                'body: sphere; cylinder along z (2-D: along x); cylinder along x; square plate; Couette device; file', &
-                    unbuilt='Insect|insect|Flexible_wing|Flexibility|Flapper|moving_cylinder|cylinder_asym_z|'// &
-                    'rotating_cylinder|oscillating_cylinder_2D|turek_wan|noncircular_cylinder|romain_open_cavity|'// &
-                    'floor_yz|active_grid|fractal_tree')
-    call r%add_switch('Penalization', 'iMoving', .false., 'whether the body moves', unbuilt='moving bodies')
+    call r%add_word('Penalization', 'iMask', 'none', &
+                  'none|empty|sphere|cylinder|cylinder_x|plate|couette|from_file::*|Insect|insect', 'body: sphere; '// &
+                    'cylinder along z (2-D: along x); cylinder along x; square plate; Couette device; file; '// &
+                    'Insect: the wings of [Insects]', unbuilt='Flexible_wing|Flexibility|Flapper|'// &
+                    'moving_cylinder|cylinder_asym_z|rotating_cylinder|oscillating_cylinder_2D|turek_wan|'// &
+                    'noncircular_cylinder|romain_open_cavity|floor_yz|active_grid|fractal_tree')
+    call r%add_switch('Penalization', 'iMoving', .false., &
+                      'whether the body moves: the wings of Insect do, no other body can')
     call r%add_real('Penalization', 'eps', 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call r%add_word('Penalization', 'iCavity', 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', &
                     unbuilt='freestream*')

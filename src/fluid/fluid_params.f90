@@ -29,6 +29,7 @@ module fluid_params
     ! Solids
     logical :: penalized = .false.
     character(:), allocatable :: mask, channel
+    logical :: moving = .false. !< the body is drawn by a layer above, anew in every step
     logical :: cavity = .false.
     integer :: cavity_size = 0
     real(rp) :: c_eta = 1.0e-2_rp, thick_wall = 0, pos_wall = 0, us_fixed(3) = 0, omega = 0
@@ -201,6 +202,8 @@ contains
     logical :: exists
     p%penalized = c%get_switch('Penalization', 'iPenalization')
     p%mask = c%get_word('Penalization', 'iMask')
+    if (p%mask == 'insect') p%mask = 'Insect'
+    p%moving = p%penalized .and. p%mask == 'Insect'
     p%c_eta = c%get_real('Penalization', 'eps')
     p%cavity = any(c%get_word('Penalization', 'iCavity') == ['yes', '1  '])
     p%cavity_size = c%get_integer('Penalization', 'cavity_size')
@@ -225,6 +228,11 @@ contains
       if (c%is_given('Geometry', CENTRES(i))) p%centre(i) = c%get_real('Geometry', CENTRES(i))
     end do
     if (.not. p%penalized) return
+    if (c%is_given('Penalization', 'iMoving') .and. (c%get_switch('Penalization', 'iMoving') .neqv. p%moving)) &
+      call c%complain(errors, 'Penalization', 'iMoving', 'contradicts iMask: the wings of Insect always move (with '// &
+                      'FlappingMotion none they are at rest), other bodies never do')
+    if (p%moving .and. p%grid%is_2d) &
+      call c%complain(errors, 'Penalization', 'iMask', 'wings need a three-dimensional box')
     if (any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .and. p%size <= 0) &
       call c%complain(errors, 'Geometry', 'Size', 'the body needs a size above 0')
     if (p%mask == 'couette' .and. p%r2 <= p%r1) &

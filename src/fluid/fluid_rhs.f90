@@ -45,6 +45,7 @@ module fluid_rhs
     integer :: pass = PASS_EVALUATE
     type(request_t) :: request
     real(rp) :: intervals(4) = 0                 !< output intervals that intelligent_dt respects
+    real(rp) :: solid_speed = 0                  !< largest |u_s| of solids that move
     real(rp) :: dt = 0                           !< the step, chosen when the products are known
     type(sums_t) :: sums
     type(failure_t) :: failure
@@ -60,6 +61,7 @@ module fluid_rhs
   contains
     procedure :: init => rhs_init
     procedure :: prepare => rhs_prepare
+    procedure :: time_of => rhs_time_of
     procedure :: spectral_in => rhs_spectral_in
     procedure :: product => rhs_product
     procedure :: reduce => rhs_reduce
@@ -264,7 +266,8 @@ contains
     end if
     if (self%failure%failed) return
     if (self%pass == PASS_AB2 .or. self%pass == PASS_RK_FIRST) then
-      self%dt = next_step_length(self%params, self%sums%u_max, self%state%time, self%state%dt_old, self%intervals)
+      self%dt = next_step_length(self%params, max(self%sums%u_max, self%solid_speed), self%state%time, &
+                                 self%state%dt_old, self%intervals)
       call self%full%update(self%sticks, self%params%nu, self%dt)
       if (self%pass == PASS_RK_FIRST) call self%half%update(self%sticks, self%params%nu, self%dt/2)
     end if
@@ -339,6 +342,15 @@ contains
       call self%sticks%truncate(s, h)
     end associate
   end subroutine advance_stick
+
+  !> The time at which pass `pass` evaluates the right-hand side; dt must be that of its step.
+  pure real(rp) function rhs_time_of(self, pass) result(time)
+    class(rhs_t), intent(in) :: self
+    integer, intent(in) :: pass
+    time = self%state%time
+    if (pass == PASS_RK_SECOND .or. pass == PASS_RK_THIRD) time = time + self%dt/2
+    if (pass == PASS_RK_FOURTH) time = time + self%dt
+  end function rhs_time_of
 
   !> The time that the state has after this pass.
   pure real(rp) function stage_time(self) result(time)

@@ -5,6 +5,7 @@ module fluid_solver
   use base_kinds, only: rp
   use fluid_bodies, only: draw_bodies
   use fluid_initial, only: initial_velocity
+  use fluid_moving_solids, only: moving_solids_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH
   use fluid_rhs, only: rhs_t
@@ -66,23 +67,28 @@ contains
 
   !> Advances the state by one step and leaves the integrals of its beginning in `sums`. On numerical
   !> failure `failure` tells why, time and step are not advanced, and the velocity is the one that failed:
-  !> that of the state, or of a Runge-Kutta stage. Collective.
-  subroutine fluid_step(self, request, failure)
+  !> that of the state, or of a Runge-Kutta stage. `moving` are solids that move; they are placed at the time
+  !> of every evaluation, and are left where they were at the time of `sums`. Collective.
+  subroutine fluid_step(self, request, failure, moving)
     class(fluid_t), intent(inout) :: self
     type(request_t), intent(in) :: request
     type(failure_t), intent(inout) :: failure
+    class(moving_solids_t), intent(inout), optional :: moving
     type(request_t) :: nothing
     integer :: pass
     if (self%rhs%params%scheme == SCHEME_AB2) then
-      call run_pass(self, PASS_AB2, request)
-      if (.not. self%rhs%failure%failed) call keep_sums(self)
+      call run_pass(self, PASS_AB2, request, moving)
+      if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
     else
-      call run_pass(self, PASS_RK_FIRST, request)
-      if (.not. self%rhs%failure%failed) call keep_sums(self)
+      call run_pass(self, PASS_RK_FIRST, request, moving)
+      if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
       do pass = PASS_RK_FIRST + 1, PASS_RK_FOURTH
         if (self%rhs%failure%failed) exit
-        call run_pass(self, pass, nothing)
+        call run_pass(self, pass, nothing, moving)
       end do
+      ! What is written after the step belongs to its beginning.
+      if (present(moving) .and. .not. self%rhs%failure%failed) &
+        call moving%place(self%rhs%state%time, self%rhs%penalty, self%rhs%failure)
     end if
     if (self%rhs%failure%failed) then
       call failure%raise(self%rhs%failure%reason)
@@ -101,34 +107,47 @@ contains
   end subroutine fluid_step
 
   !> Computes integrals and fields of the present state without advancing it. Collective.
-  subroutine fluid_evaluate(self, request, failure)
+  subroutine fluid_evaluate(self, request, failure, moving)
     class(fluid_t), intent(inout) :: self
     type(request_t), intent(in) :: request
     type(failure_t), intent(inout) :: failure
-    call run_pass(self, PASS_EVALUATE, request)
+    class(moving_solids_t), intent(inout), optional :: moving
+    call run_pass(self, PASS_EVALUATE, request, moving)
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
-    call keep_sums(self)
+    call keep_sums(self, moving)
   end subroutine fluid_evaluate
 
-  subroutine run_pass(self, pass, request)
+  subroutine run_pass(self, pass, request, moving)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: pass
     type(request_t), intent(in) :: request
+    class(moving_solids_t), intent(inout), optional :: moving
+    if (present(moving)) then
+      call moving%place(self%rhs%time_of(pass), self%rhs%penalty, self%rhs%failure)
+      if (self%rhs%failure%failed) return
+      self%rhs%solid_speed = moving%max_speed()
+    end if
     call self%rhs%prepare(pass, request)
     call self%transform%pipeline(self%rhs)
     ! The untruncated initial field has served once it was advanced.
     if (pass /= PASS_EVALUATE .and. allocated(self%rhs%initial)) deallocate (self%rhs%initial)
   end subroutine run_pass
 
-  !> Keeps the integrals of a pass and completes them by the rate of change of the solids' momentum.
-  subroutine keep_sums(self)
+  !> Keeps the integrals of a pass and completes them by the rate of change of the solids' momentum: exact for
+  !> solids whose motion is known, by a backward difference for others.
+  subroutine keep_sums(self, moving)
     class(fluid_t), intent(inout) :: self
+    class(moving_solids_t), intent(in), optional :: moving
     self%sums = self%rhs%sums
     self%dt = self%rhs%dt
     associate (state => self%rhs%state)
       self%sums_time = state%time
       self%unsteady_force = 0
       self%unsteady_moment = 0
+      if (present(moving)) then
+        call moving%momentum_rate(self%rhs%params%centre, self%unsteady_force, self%unsteady_moment)
+        return
+      end if
       if (.not. self%rhs%params%unsteady_corrections .or. state%step == 0) return
       self%unsteady_force = (self%sums%solid_momentum - state%solid_momentum)/state%dt_old
       self%unsteady_moment = (self%sums%solid_moment - state%solid_moment)/state%dt_old

@@ -19,7 +19,7 @@ module fluid_sums
     real(rp) :: solid_moment(3, 0:LAST) = 0     !< int chi r x u_s
     real(rp) :: solid_volume(0:LAST) = 0        !< int chi
     real(rp) :: slip(0:LAST) = 0                !< int chi |u - u_s|^2
-    real(rp) :: power(3) = 0                    !< components of -int u_s . chi/C_eta (u - u_s)
+    real(rp) :: power(3, 0:LAST) = 0            !< components of -int u_s . chi/C_eta (u - u_s)
     real(rp) :: energy(3) = 0                   !< 1/2 int u_i^2
     real(rp) :: enstrophy(3) = 0                !< int omega_i^2
     real(rp) :: energy_fluid(3) = 0             !< 1/2 int (1-chi)^2 u_i^2
@@ -77,7 +77,7 @@ contains
       self%solid_moment(:, c) = self%solid_moment(:, c) + chi*cross(r, us)
       self%solid_volume(c) = self%solid_volume(c) + chi
       self%slip(c) = self%slip(c) + chi*sum(slip**2)
-      self%power = self%power - us*f
+      self%power(:, c) = self%power(:, c) - us*f
     end do
   end subroutine sums_add_solid_line
 
@@ -92,7 +92,7 @@ contains
     class(sums_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: cell_volume
-    real(rp) :: total(19 + 14*N_COLORS), largest(4)
+    real(rp) :: total(16 + 17*N_COLORS), largest(4)
     integer :: n
     n = 0
     call pack_or_unpack(self, total, n, packing=.true.)
@@ -118,7 +118,6 @@ contains
     call move(s%kinetic_energy)
     do i = 1, 3
       call move(s%mean(i))
-      call move(s%power(i))
       call move(s%energy(i))
       call move(s%enstrophy(i))
       call move(s%energy_fluid(i))
@@ -129,6 +128,7 @@ contains
       call move(s%slip(c))
       do i = 1, 3
         call move(s%force(i, c))
+        call move(s%power(i, c))
         call move(s%moment(i, c))
         call move(s%solid_momentum(i, c))
         call move(s%solid_moment(i, c))

@@ -23,6 +23,7 @@ module fsi_kinematics
     real(rp) :: centre(3) = 0       !< L
     real(rp) :: velocity(3) = 0     !< L/T
     real(rp) :: acceleration(3) = 0 !< L/T^2
+    real(rp) :: angles(3) = 0       !< roll, pitch, yaw, rad
     type(rotation_t) :: rotation    !< space to body
   end type body_t
 

@@ -56,23 +56,25 @@ contains
     real(rp) :: attitude(3)
     body%centre = config%get_reals(SECTION, 'x0')
     attitude = config%get_reals(SECTION, 'yawpitchroll_0')*(PI/180)
+    body%angles = attitude([3, 2, 1])
     body%rotation = body_rotation(roll=angle_t(value=attitude(3)), pitch=angle_t(value=attitude(2)), &
                                   yaw=angle_t(value=attitude(1)))
   end subroutine read_body
 
-  !> Left and right wing: how they hang on the body, and what all motions share. Complains if both hang at
-  !> the same point.
+  !> Left and right wing: how they hang on the body, and what all motions share. With `errors` complains if
+  !> both hang at the same point.
   subroutine read_mounts(config, mounts, motions, errors)
     type(config_t), intent(in) :: config
     type(wing_mount_t), intent(out) :: mounts(2)
     type(wing_motion_t), intent(out) :: motions(2)
-    type(message_list_t), intent(inout) :: errors
+    type(message_list_t), intent(inout), optional :: errors
     mounts%eta = config%get_real(SECTION, 'eta0')*(PI/180)
     mounts(1)%hinge = config%get_reals(SECTION, 'x_pivot_l')
     mounts(2)%hinge = config%get_reals(SECTION, 'x_pivot_r')
     mounts(2)%is_right = .true.
     motions%frequency = config%get_real(SECTION, 'wing_frequency')
     motions%ramp = config%get_real(SECTION, 'wing_ramp')
+    if (.not. present(errors)) return
     if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
                                             'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
   end subroutine read_mounts

@@ -21,11 +21,11 @@ contains
   subroutine register_mask_keys(registry)
     type(registry_t), intent(inout) :: registry
     call registry%add_length(RIGID, 'WingThickness', '4 max(dx)', 'thickness of the wings in the mask', &
-                             unit='length', above=0.0_rp)
+                             unit='L', above=0.0_rp)
     call registry%add_length(FLEXIBLE, 't_wing', '2 max(dx)', 'half the thickness of the wings in the mask', &
-                             unit='length', above=0.0_rp)
+                             unit='L', above=0.0_rp)
     call registry%add_length(FLEXIBLE, 'wing_smoothing', 'max(dx)', 'half the width of the step of the mask', &
-                             unit='length', above=0.0_rp)
+                             unit='L', above=0.0_rp)
   end subroutine register_mask_keys
 
   !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`.

@@ -6,6 +6,7 @@
 module fsi_surface
   use base_errors, only: require
   use base_kinds, only: rp
+  use fsi_free_edges, only: find_free_edges
   use fsi_kinematics, only: wing_pose_t
   use fsi_rotation, only: cross
   implicit none
@@ -87,39 +88,12 @@ contains
   !> Length of all edges that belong to one triangle only. Allocates.
   pure real(rp) function surface_free_perimeter(self) result(length)
     class(surface_t), intent(in) :: self
-    integer, allocatable :: first(:), next(:), other(:), owners(:)
-    integer :: i, k, low, high, e, n
-    ! Edges hang in a chain on their lower point.
-    allocate (first(size(self%points, 2)), source=0)
-    allocate (next(3*size(self%triangles, 2)), other(3*size(self%triangles, 2)))
-    allocate (owners(3*size(self%triangles, 2)), source=0)
-    n = 0
-    do i = 1, size(self%triangles, 2)
-      do k = 1, 3
-        low = min(self%triangles(k, i), self%triangles(mod(k, 3) + 1, i))
-        high = max(self%triangles(k, i), self%triangles(mod(k, 3) + 1, i))
-        e = first(low)
-        do while (e > 0)
-          if (other(e) == high) exit
-          e = next(e)
-        end do
-        if (e == 0) then
-          n = n + 1
-          e = n
-          other(e) = high
-          next(e) = first(low)
-          first(low) = e
-        end if
-        owners(e) = owners(e) + 1
-      end do
-    end do
+    integer, allocatable :: edges(:, :)
+    integer :: e
+    call find_free_edges(size(self%points, 2), self%triangles, edges)
     length = 0
-    do i = 1, size(first)
-      e = first(i)
-      do while (e > 0)
-        if (owners(e) == 1) length = length + norm2(self%points(:, i) - self%points(:, other(e)))
-        e = next(e)
-      end do
+    do e = 1, size(edges, 2)
+      length = length + norm2(self%points(:, edges(2, e)) - self%points(:, edges(1, e)))
     end do
   end function surface_free_perimeter
 end module fsi_surface

@@ -13,7 +13,8 @@ module io_config
                     KEY_TEXT, KEY_WORD
   use io_lookup, only: report_unknown_key, report_unknown_section
   use io_registry, only: registry_t
-  use io_value, only: read_value, value_t, value_text
+  use io_units, only: unit_scales_t, unit_value
+  use io_value, only: effective_line, read_value, value_t
   implicit none
   private
   public :: config_t
@@ -34,6 +35,7 @@ module io_config
     procedure :: get_text => config_get_text
     procedure :: get_reals => config_get_reals
     procedure :: get_matrix => config_get_matrix
+    procedure :: set_units => config_set_units
     procedure :: is_given => config_is_given
     procedure :: line_of => config_line_of
     procedure :: print_effective => config_print_effective
@@ -259,7 +261,9 @@ contains
   real(rp) function config_get_real(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
-    value = self%values(slot(self, section, key, KEY_REAL, KEY_LENGTH))%number
+    associate (found => self%values(slot(self, section, key, KEY_REAL, KEY_LENGTH)))
+      value = found%number/found%unit
+    end associate
   end function config_get_real
 
   !> Value of a switch.
@@ -290,7 +294,9 @@ contains
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     real(rp), allocatable :: value(:)
-    value = self%values(slot(self, section, key, KEY_REALS, KEY_REALS))%reals
+    associate (found => self%values(slot(self, section, key, KEY_REALS, KEY_REALS)))
+      value = found%reals/found%unit
+    end associate
   end function config_get_reals
 
   !> Value of a matrix, (row, column); no rows if it is not given.
@@ -300,6 +306,17 @@ contains
     real(rp), allocatable :: value(:, :)
     value = self%values(slot(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
   end function config_get_matrix
+
+  !> From now on the numbers of the file are understood in the other system of units of `scales`, and are
+  !> delivered in L, T and M. Defaults always are in L, T and M.
+  subroutine config_set_units(self, scales)
+    class(config_t), intent(inout) :: self
+    type(unit_scales_t), intent(in) :: scales
+    integer :: i
+    do i = 1, self%registry%n_keys
+      if (self%values(i)%is_given) self%values(i)%unit = unit_value(self%registry%keys(i)%key%unit, scales)
+    end do
+  end subroutine config_set_units
 
   !> Whether the file gives a valid value, so that it is not the default.
   logical function config_is_given(self, section, key) result(is_given)
@@ -346,32 +363,12 @@ contains
           if (key%section /= self%registry%sections(s)%name .or. key%kind == KEY_INERT) cycle
           if (.not. has_header) write (unit, '(a)') '['//key%section//']'
           has_header = .true.
-          write (unit, '(a)') effective_line(self, i)
+          write (unit, '(a)') effective_line(key, self%values(i), self%name)
         end associate
       end do
       if (has_header) write (unit, '(a)') ''
     end do
   end subroutine config_print_effective
-
-  function effective_line(self, i) result(text)
-    type(config_t), intent(in) :: self
-    integer, intent(in) :: i
-    character(:), allocatable :: text, remark
-    integer, parameter :: REMARK_COLUMN = 40
-    integer :: last_line
-    associate (key => self%registry%keys(i)%key, value => self%values(i))
-      text = '  '//key%name//' = '
-      if (value%is_known .and. (value%is_given .or. key%kind /= KEY_MATRIX)) &
-        text = text//value_text(key, value)
-      text = text//'; '
-      remark = 'default'
-      if (value%is_given) remark = self%name//':'//number_text(value%line)
-      if (.not. value%is_known) remark = key%default_text//', worked out by the program'
-      if (len(key%unit) > 0) remark = key%unit//', '//remark
-      last_line = len(text) - index(text, achar(10), back=.true.)
-      text = text//repeat(' ', max(0, REMARK_COLUMN - last_line))//remark
-    end associate
-  end function effective_line
 
   integer function find(self, section, key) result(i)
     class(config_t), intent(in) :: self

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time series in text files (`*.t`): a header line that begins with % and names the columns, then one
-!> record a line, the time first. Rank 0 writes; the other ranks only share its verdict.
+!> Time series in text files (`*.t`): a header line that begins with % and names the columns, possibly a second
+!> one with a note, then one record a line, the time first. Rank 0 writes; the other ranks only share its verdict.
 !>
 !> A restarted run continues a series: records at and after the restart time, which it will write
 !> again, are dropped, and so is a record that a kill cut off.
@@ -22,7 +22,7 @@ module io_series
     type(world_t) :: world
     type(text_file_t) :: file
     type(failure_t) :: failure     !< on rank 0: the first failure; nothing is written after it
-    character(:), allocatable :: path
+    character(:), allocatable :: path, note
     integer :: n_columns = 0
     integer :: digits = 8
   contains
@@ -37,7 +37,7 @@ contains
   !> Opens the series `path`. Without `restart_time` an existing file is replaced; with it the records
   !> before that time are kept. Numbers get `digits` decimals (es15.8 for 8, the default). Fails if
   !> the file cannot be written or if it holds records with another number of columns. Collective.
-  subroutine series_open(self, world, path, columns, failure, restart_time, digits)
+  subroutine series_open(self, world, path, columns, failure, restart_time, digits, note)
     class(series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -45,12 +45,15 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), intent(in), optional :: restart_time
     integer, intent(in), optional :: digits
+    character(*), intent(in), optional :: note !< a second line that begins with %, unless it is empty
 
     self%world = world
     self%path = path
     self%failure = failure_t()
     self%n_columns = size(columns)
     self%digits = 8
+    self%note = ''
+    if (present(note)) self%note = note
     if (present(digits)) self%digits = digits
     call require(size(columns) > 0 .and. self%digits > 0, 'io_series: no columns or no digits')
     if (failure%failed) return
@@ -88,6 +91,7 @@ contains
       return
     end if
     call put(self, first_line, .true.)
+    if (self%note /= '') call put(self, '% '//self%note, .true.)
   end subroutine start_afresh
 
   !> Rewrites the file with the records before `restart_time` and opens it for appending.

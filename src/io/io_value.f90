@@ -8,7 +8,7 @@ module io_value
   use io_suggest, only: suggestion_t
   implicit none
   private
-  public :: value_t, is_length, read_value, value_text
+  public :: value_t, is_length, read_value, value_text, effective_line
 
   !> Only the component that belongs to the kind of the key is used.
   type :: value_t
@@ -19,6 +19,7 @@ module io_value
     character(:), allocatable :: spelling !< the key as the file writes it (it may be an alias)
     integer :: whole = 0
     real(rp) :: number = 0
+    real(rp) :: unit = 1         !< numbers and reals are given in this many units of the key
     logical :: switch = .false.
     character(:), allocatable :: text
     real(rp), allocatable :: reals(:)
@@ -303,6 +304,25 @@ contains
       text = ''
     end select
   end function value_text
+
+  !> `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default.
+  function effective_line(key, value, name) result(text)
+    type(key_t), intent(in) :: key
+    type(value_t), intent(in) :: value
+    character(*), intent(in) :: name
+    character(:), allocatable :: text, remark
+    integer, parameter :: REMARK_COLUMN = 40
+    integer :: last_line
+    text = '  '//key%name//' = '
+    if (value%is_known .and. (value%is_given .or. key%kind /= KEY_MATRIX)) text = text//value_text(key, value)
+    text = text//'; '
+    remark = 'default'
+    if (value%is_given) remark = name//':'//number_text(value%line)
+    if (.not. value%is_known) remark = key%default_text//', worked out by the program'
+    if (len(key%unit) > 0) remark = key%unit//', '//remark
+    last_line = len(text) - index(text, achar(10), back=.true.)
+    text = text//repeat(' ', max(0, REMARK_COLUMN - last_line))//remark
+  end function effective_line
 
   function list_text(x) result(text)
     real(rp), intent(in) :: x(:)

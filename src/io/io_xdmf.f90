@@ -10,6 +10,7 @@ module io_xdmf
   use base_errors, only: failure_t, require
   use base_files, only: file_exists
   use base_kinds, only: rp
+  use base_text, only: number_text
   use base_text_file, only: write_text
   use base_text_lines, only: read_line, real_text
   use io_fields, only: field_file, strided_points
@@ -37,6 +38,7 @@ module io_xdmf
   contains
     procedure :: open => index_open
     procedure :: add => index_add
+    procedure :: add_surface => index_add_surface
   end type xdmf_index_t
 
 contains
@@ -116,15 +118,13 @@ contains
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: text, size_text, stem
     integer :: i, y, z
-    logical :: ok
 
     if (failure%failed) return
     call require(stride >= 1, 'io_xdmf: stride below 1')
-    ok = .true.
+    text = ''
     if (self%world%is_root) then
       size_text = sizes(strided_points(n, stride))
-      text = GRID_HEAD//label//'">'//NL//TIME_HEAD//real_text(time)//'"/>'//NL// &
-             '<Topology TopologyType="3DCoRectMesh" Dimensions="'//size_text//'"/>'//NL// &
+      text = '<Topology TopologyType="3DCoRectMesh" Dimensions="'//size_text//'"/>'//NL// &
              '<Geometry GeometryType="ORIGIN_DXDYDZ">'//NL// &
              triple(origin)//triple(stride*domain_size/n)//'</Geometry>'//NL
       do i = 1, size(prefixes)
@@ -136,11 +136,8 @@ contains
         end if
         text = text//attribute(trim(prefixes(i)), 'Scalar', item(prefixes(i)))
       end do
-      self%grids = without(self%grids, label)//text//GRID_TAIL//NL
-      call write_text(self%path, HEAD//self%grids//TAIL, ok)
     end if
-    if (self%world%max_integer(merge(0, 1, ok)) > 0) call failure%raise( &
-      self%path//': cannot be written; is the folder missing or the disk full?')
+    call add_grid(self, time, label, text, failure)
 
   contains
 
@@ -152,6 +149,54 @@ contains
                                                           label)//':/'//trim(prefix)//'</DataItem>'//NL
     end function item
   end subroutine index_add
+
+  !> Adds a surface of `n_points` points and `n_triangles` triangles saved at one time in `file`, with the
+  !> datasets points (n, 3), triangles (m, 3) of 32 bits from 0, and `vectors` (n, 3); then as `add`. Collective.
+  subroutine index_add_surface(self, time, label, file, n_points, n_triangles, vectors, failure)
+    class(xdmf_index_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    character(*), intent(in) :: label, file
+    integer, intent(in) :: n_points, n_triangles
+    character(*), intent(in) :: vectors(:)
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: text
+    integer :: i
+    if (failure%failed) return
+    text = '<Topology TopologyType="Triangle" NumberOfElements="'//number_text(n_triangles)//'">'//NL// &
+           item('triangles', 'Int', 4, n_triangles)//'</Topology>'//NL//'<Geometry GeometryType="XYZ">'//NL// &
+           item('points', 'Float', 8, n_points)//'</Geometry>'//NL
+    do i = 1, size(vectors)
+      text = text//attribute(trim(vectors(i)), 'Vector', item(trim(vectors(i)), 'Float', 8, n_points))
+    end do
+    call add_grid(self, time, label, text, failure)
+
+  contains
+
+    function item(dataset, kind, precision, rows) result(xml)
+      character(*), intent(in) :: dataset, kind
+      integer, intent(in) :: precision, rows
+      character(:), allocatable :: xml
+      xml = '<DataItem Format="HDF" NumberType="'//kind//'" Precision="'//number_text(precision)//'" Dimensions="'// &
+            number_text(rows)//' 3">'//file//':/'//dataset//'</DataItem>'//NL
+    end function item
+  end subroutine index_add_surface
+
+  !> Adds the grid of this content and rewrites the index. Collective.
+  subroutine add_grid(self, time, label, content, failure)
+    class(xdmf_index_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    character(*), intent(in) :: label, content
+    type(failure_t), intent(inout) :: failure
+    logical :: ok
+    ok = .true.
+    if (self%world%is_root) then
+      self%grids = without(self%grids, label)//GRID_HEAD//label//'">'//NL//TIME_HEAD//real_text(time)//'"/>'//NL// &
+                   content//GRID_TAIL//NL
+      call write_text(self%path, HEAD//self%grids//TAIL, ok)
+    end if
+    if (self%world%max_integer(merge(0, 1, ok)) > 0) call failure%raise( &
+      self%path//': cannot be written; is the folder missing or the disk full?')
+  end subroutine add_grid
 
   !> `grids` but for the one of this label.
   function without(grids, label) result(others)

@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> `summary.txt` of a run with flapping wings: lift, drag and power averaged over wing beats, as in Table 2 of
+!> the paper, normalised and in SI units.
+!>
+!> Everything is computed from the series on the disk, so that a run in several parts has one summary.
+module app_summary
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use app_settings, only: settings_t
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text_file, only: write_text
+  use fsi_beats, only: complete_beats, beat_statistics, beat_t
+  use io_series_read, only: read_series
+  implicit none
+  private
+  public :: write_summary
+
+  character(*), parameter :: NL = new_line('a')
+  integer, parameter :: FORCE_COLUMNS = 15, LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
+  character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
+                                                                                                   'inertial power']
+
+contains
+
+  !> Writes `summary.txt` and prints it, if the series hold at least one whole wing beat. For root alone.
+  subroutine write_summary(settings, name, failure)
+    type(settings_t), intent(in) :: settings
+    character(*), intent(in) :: name !< of the run
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: series(:, :), values(:, :)
+    type(beat_t), allocatable :: beats(:, :)
+    character(:), allocatable :: text
+    real(rp) :: period
+    integer :: n, k, q
+    logical :: ok
+    call read_series('forces.t', FORCE_COLUMNS, series, failure)
+    if (failure%failed) return
+    period = 1/settings%flight%frequency()
+    n = complete_beats(series(1, :), period)
+    if (n < 1) return
+    call quantities(settings, series, values)
+    allocate (beats(size(NAMES), n))
+    do k = 1, n
+      do q = 1, size(NAMES)
+        beats(q, k) = beat_statistics(series(1, :), values(q, :), period, k)
+      end do
+    end do
+    text = summary_text(settings, name, beats)
+    write (output_unit, '(a)') '', text
+    call write_text('summary.txt', text, ok)
+    if (.not. ok) call failure%raise('summary.txt: cannot be written; is the disk full?')
+  end subroutine write_summary
+
+  !> Lift, drag and so on (quantity, record) from the records of forces.t. Lift is along z; drag is along the
+  !> horizontal mean flow, or along x if there is none.
+  subroutine quantities(settings, series, values)
+    type(settings_t), intent(in) :: settings
+    real(rp), intent(in) :: series(:, :)
+    real(rp), allocatable, intent(out) :: values(:, :)
+    real(rp) :: wind(2), force(3, size(series, 2))
+    wind = settings%fluid%mean_velocity(1:2)
+    if (norm2(wind) <= 0) wind = [1.0_rp, 0.0_rp]
+    wind = wind/norm2(wind)
+    force = series(2:4, :) + series(5:7, :)
+    allocate (values(size(NAMES), size(series, 2)))
+    values(LIFT, :) = force(3, :)
+    values(DRAG, :) = wind(1)*force(1, :) + wind(2)*force(2, :)
+    values(SIDE, :) = wind(1)*force(2, :) - wind(2)*force(1, :)
+    values(POWER, :) = series(14, :)
+    values(INERTIAL, :) = series(15, :)
+  end subroutine quantities
+
+  function summary_text(settings, name, beats) result(text)
+    type(settings_t), intent(in) :: settings
+    character(*), intent(in) :: name
+    type(beat_t), intent(in) :: beats(:, :) !< (quantity, beat)
+    character(:), allocatable :: text
+    character(160) :: line
+    real(rp) :: unit(size(NAMES)), si(size(NAMES)), mean(size(NAMES)), spread, r, f
+    integer :: n, first, q, k
+    n = size(beats, 2)
+    first = n - (n - 1)/2 ! the second half: 3 and 4 of 4
+    r = settings%flight%wings(1)%length()
+    f = settings%flight%frequency()
+    unit = r**4*f**2
+    unit(POWER:) = r**5*f**3
+    associate (u => settings%units)
+      si = 1.0e3_rp*u%density*u%length**4*u%frequency**2
+      si(POWER:) = si(POWER:)*u%length*u%frequency
+    end associate
+    text = 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//name//NL//NL
+    write (line, '(a,i0,a,i0,a,i0,2(a,es11.4))') 'wing beats ', first, ' to ', n, ' of ', n, '; R =', r, ' L, f =', f
+    text = text//trim(line)//' 1/T; lift along z, drag along the mean flow'//NL
+    text = text//'peak: the largest value of a beat; spread: half the range over these beats'//NL//NL
+    text = text//'                       normalised by rho R^4 f^2, rho R^5 f^3'
+    if (settings%units%given) text = text//'             SI [mN, mW]'
+    text = text//NL//'                         mean      spread        peak      spread'
+    if (settings%units%given) text = text//'        mean        peak'
+    text = text//NL
+    do q = 1, size(NAMES)
+      associate (b => beats(q, first:))
+        mean(q) = sum(b%mean)/size(b)
+        spread = (maxval(b%mean) - minval(b%mean))/2
+        write (line, '(a18,6f12.5)') NAMES(q), mean(q)/unit(q), spread/unit(q), &
+          sum(b%largest)/size(b)/unit(q), (maxval(b%largest) - minval(b%largest))/2/unit(q), &
+          mean(q)*si(q), sum(b%largest)/size(b)*si(q)
+        if (.not. settings%units%given) line(67:) = ''
+        text = text//trim(line)//NL
+      end associate
+    end do
+    text = text//NL//ratio('lift / drag', mean(LIFT), mean(DRAG))
+    text = text//ratio('lift / power', mean(LIFT)/unit(LIFT), mean(POWER)/unit(POWER))
+    if (settings%units%given) text = text//ratio('lift / power, mN/mW', mean(LIFT)*si(LIFT), mean(POWER)*si(POWER))
+    text = text//NL//'beat        lift        drag       power    inertial   (means, normalised)'//NL
+    do k = 1, n
+      write (line, '(i4,4f12.5)') k, beats(LIFT, k)%mean/unit(LIFT), beats(DRAG, k)%mean/unit(DRAG), &
+        beats(POWER, k)%mean/unit(POWER), beats(INERTIAL, k)%mean/unit(INERTIAL)
+      text = text//trim(line)//NL
+    end do
+  end function summary_text
+
+  function ratio(name, a, b) result(text)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: a, b
+    character(:), allocatable :: text
+    character(60) :: line
+    write (line, '(a20,f10.4)') name, a/b
+    if (abs(b) <= tiny(b)) write (line, '(a20,a10)') name, '-'
+    text = trim(line)//NL
+  end function ratio
+end module app_summary

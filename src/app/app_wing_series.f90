@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The time series of flapping wings: `kinematics.t` with FLUSI's columns, `aero_power.t`, and what is known of
+!> each wing, `wing_left.t` and `wing_right.t`.
+module app_wing_series
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_kinematics, only: swap_flusi_wing
+  use fsi_wing_loads, only: wing_loads_t
+  use io_series, only: series_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: wing_series_t
+
+  character(*), parameter :: XYZ = 'xyz'
+
+  type :: wing_series_t
+    private
+    type(series_t) :: kinematics, power
+    type(series_t), allocatable :: wing(:)
+  contains
+    procedure :: open => series_open
+    procedure :: write => series_write
+    procedure :: close => series_close
+  end type wing_series_t
+
+contains
+
+  !> Opens all files; with `restart_time` >= 0 the records before it are kept. Collective.
+  subroutine series_open(self, world, wings, note, restart_time, failure)
+    class(wing_series_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(flapping_wings_t), intent(in) :: wings
+    character(*), intent(in) :: note !< second line of every file
+    real(rp), intent(in) :: restart_time
+    type(failure_t), intent(inout) :: failure
+    character(*), parameter :: T = 'time [T]', P = ' power [rho L^5/T^3]'
+    integer :: i
+    call open_one(self%kinematics, 'kinematics.t', kinematics_columns())
+    call open_one(self%power, 'aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P])
+    allocate (self%wing(size(wings%params%wings)))
+    do i = 1, size(self%wing)
+      call open_one(self%wing(i), 'wing_'//trim(wings%params%wings(i)%side)//'.t', wing_columns())
+    end do
+
+  contains
+
+    subroutine open_one(series, path, columns)
+      type(series_t), intent(inout) :: series
+      character(*), intent(in) :: path, columns(:)
+      if (restart_time >= 0) then
+        call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
+      else
+        call series%open(world, path, columns, failure, note=note)
+      end if
+    end subroutine open_one
+  end subroutine series_open
+
+  function kinematics_columns() result(columns)
+    character(40) :: columns(26)
+    character(5), parameter :: SIDES(2) = ['left ', 'right']
+    character(5), parameter :: ANGLES(3) = ['alpha', 'phi  ', 'theta']
+    integer :: i, c
+    columns(1) = 'time [T]'
+    columns(5:8) = [character(40) :: 'roll [rad]', 'pitch [rad]', 'yaw [rad]', 'eta [rad]']
+    do c = 1, 3
+      columns(1 + c) = XYZ(c:c)//'c [L]'
+      do i = 1, 2
+        columns(8 + 3*(i - 1) + c) = trim(ANGLES(c))//' '//trim(SIDES(i))//' [rad]'
+        columns(14 + 3*(i - 1) + c) = 'omega'//XYZ(c:c)//' '//trim(SIDES(i))//' [rad/T]'
+        columns(20 + 3*(i - 1) + c) = 'omega rate '//XYZ(c:c)//' '//trim(SIDES(i))//' [rad/T^2]'
+      end do
+    end do
+  end function kinematics_columns
+
+  function wing_columns() result(columns)
+    character(40) :: columns(16)
+    integer :: c
+    columns(1) = 'time [T]'
+    do c = 1, 3
+      columns(1 + c) = 'F'//XYZ(c:c)//' [rho L^4/T^2]'
+      columns(4 + c) = 'F'//XYZ(c:c)//' wing frame [rho L^4/T^2]'
+      columns(7 + c) = 'M'//XYZ(c:c)//' hinge [rho L^5/T^2]'
+      columns(10 + c) = 'M'//XYZ(c:c)//' hinge, wing frame [rho L^5/T^2]'
+    end do
+    columns(14:16) = [character(40) :: 'aerodynamic power [rho L^5/T^3]', 'of it unsteady [rho L^5/T^3]', &
+                      'inertial power [rho L^5/T^3]']
+  end function wing_columns
+
+  !> One record of everything; `loads` are those of the wings in their order.
+  subroutine series_write(self, wings, loads)
+    class(wing_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    type(wing_loads_t), intent(in) :: loads(:)
+    real(rp) :: angles(3, 2), omega(3, 2), omega_rate(3, 2)
+    integer :: i, side
+    angles = 0
+    omega = 0
+    omega_rate = 0
+    do i = 1, size(loads)
+      associate (pose => wings%poses(i), l => loads(i), wing => wings%params%wings(i))
+        side = merge(2, 1, wing%mount%is_right)
+        angles(:, side) = [pose%alpha%value, pose%phi%value, pose%theta%value]
+        omega(:, side) = swap_flusi_wing(pose%omega_relative)
+        omega_rate(:, side) = swap_flusi_wing(pose%omega_relative_rate)
+        call self%wing(i)%write([wings%time, l%force, pose%vector_to_wing(l%force), l%torque, &
+                                 pose%vector_to_wing(l%torque), l%power, l%unsteady_power, l%inertial_power])
+      end associate
+    end do
+    associate (body => wings%params%body)
+      call self%kinematics%write([wings%time, body%centre, body%angles, wings%params%wings(1)%mount%eta, &
+                                  angles, omega, omega_rate])
+    end associate
+    call self%power%write([wings%time, sum(loads%power), sum(loads%inertial_power)])
+  end subroutine series_write
+
+  !> Closes all files; fails if any of them could not be written completely. Collective.
+  subroutine series_close(self, failure)
+    class(wing_series_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    call self%kinematics%close(failure)
+    call self%power%close(failure)
+    do i = 1, size(self%wing)
+      call self%wing(i)%close(failure)
+    end do
+  end subroutine series_close
+end module app_wing_series

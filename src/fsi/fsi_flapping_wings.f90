@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Wings that follow their prescribed motion rigidly, as moving solids in the fluid.
+module fsi_flapping_wings
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_moving_solids, only: moving_solids_t
+  use fluid_penalty, only: N_COLORS, penalty_t
+  use fsi_displaced, only: displaced_volumes
+  use fsi_flight_params, only: flight_params_t
+  use fsi_kinematics, only: pose_wing, wing_pose_t
+  use fsi_mask, only: mask_t
+  use fsi_rotation, only: cross
+  use fsi_surface, only: surface_t
+  use parallel_block, only: block_t
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: flapping_wings_t
+
+  !> Volumes of the fluid that each point of a wing displaces, L^3.
+  type :: displaced_t
+    real(rp), allocatable :: volumes(:)
+  end type displaced_t
+
+  !> The wings where they are at `time`, the same on all ranks. Their state is the time alone: a restart
+  !> needs nothing of them.
+  type, extends(moving_solids_t) :: flapping_wings_t
+    type(flight_params_t) :: params
+    real(rp) :: time = 0                          !< of the last `place`, T
+    type(wing_pose_t), allocatable :: poses(:)
+    type(surface_t), allocatable :: surfaces(:)
+    type(mask_t) :: mask
+    type(displaced_t), allocatable, private :: displaced(:)
+  contains
+    procedure :: init => wings_init
+    procedure :: place => wings_place
+    procedure :: momentum_rate => wings_momentum_rate
+    procedure :: inertial_power_of_fluid => wings_inertial_power_of_fluid
+    procedure :: max_speed => wings_max_speed
+    procedure :: displaced_volume => wings_displaced_volume
+  end type flapping_wings_t
+
+contains
+
+  !> Prepares the wings for drawing on this rank's `block` of `grid`.
+  subroutine wings_init(self, params, grid, block)
+    class(flapping_wings_t), intent(inout) :: self
+    type(flight_params_t), intent(in) :: params
+    type(grid_t), intent(in) :: grid
+    type(block_t), intent(in) :: block
+    integer :: i
+    self%params = params
+    call self%mask%init(grid, block, params%half_thickness, params%smoothing)
+    if (allocated(self%poses)) deallocate (self%poses, self%surfaces, self%displaced)
+    allocate (self%poses(size(params%wings)), self%surfaces(size(params%wings)), self%displaced(size(params%wings)))
+    do i = 1, size(params%wings)
+      associate (wing => params%wings(i))
+        call self%surfaces(i)%init(wing%points, wing%triangles, wing%color)
+        call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes)
+      end associate
+    end do
+  end subroutine wings_init
+
+  !> Places the wings as the kinematics at `time` say and draws them; see moving_solids_t.
+  subroutine wings_place(self, time, penalty, failure)
+    class(flapping_wings_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    type(penalty_t), intent(inout) :: penalty
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    self%time = time
+    do i = 1, size(self%surfaces)
+      associate (wing => self%params%wings(i))
+        call pose_wing(self%params%body, wing%mount, wing%motion, time, self%poses(i))
+        call self%surfaces(i)%place_at(wing%points, self%poses(i))
+      end associate
+    end do
+    call self%mask%draw(self%surfaces, penalty, failure)
+  end subroutine wings_place
+
+  !> See moving_solids_t: sums over the points of displaced volume times exact acceleration.
+  subroutine wings_momentum_rate(self, centre, force, moment)
+    class(flapping_wings_t), intent(in) :: self
+    real(rp), intent(in) :: centre(3)
+    real(rp), intent(inout) :: force(3, 0:N_COLORS - 1)
+    real(rp), intent(inout) :: moment(3, 0:N_COLORS - 1)
+    real(rp) :: rate(3)
+    integer :: i, p
+    do i = 1, size(self%surfaces)
+      associate (c => self%surfaces(i)%color, points => self%params%wings(i)%points)
+        do p = 1, size(points, 2)
+          rate = self%displaced(i)%volumes(p)*self%poses(i)%acceleration_at(points(:, p))
+          force(:, c) = force(:, c) + rate
+          moment(:, c) = moment(:, c) + cross(self%surfaces(i)%points(:, p) - centre, rate)
+        end do
+      end associate
+    end do
+  end subroutine wings_momentum_rate
+
+  !> d/dt int chi u_s^2/2 dV of wing i, rho L^5/T^3: what it takes to accelerate the fluid inside the mask.
+  real(rp) function wings_inertial_power_of_fluid(self, i) result(power)
+    class(flapping_wings_t), intent(in) :: self
+    integer, intent(in) :: i
+    integer :: p
+    power = 0
+    associate (points => self%params%wings(i)%points)
+      do p = 1, size(points, 2)
+        power = power + self%displaced(i)%volumes(p)* &
+                dot_product(self%surfaces(i)%velocities(:, p), self%poses(i)%acceleration_at(points(:, p)))
+      end do
+    end associate
+  end function wings_inertial_power_of_fluid
+
+  !> See moving_solids_t.
+  real(rp) function wings_max_speed(self) result(speed)
+    class(flapping_wings_t), intent(in) :: self
+    integer :: i, p
+    speed = 0
+    do i = 1, size(self%surfaces)
+      do p = 1, size(self%surfaces(i)%velocities, 2)
+        speed = max(speed, norm2(self%surfaces(i)%velocities(:, p)))
+      end do
+    end do
+  end function wings_max_speed
+
+  !> Volume of the sheet that stands for wing i in the flow, L^3.
+  pure real(rp) function wings_displaced_volume(self, i) result(volume)
+    class(flapping_wings_t), intent(in) :: self
+    integer, intent(in) :: i
+    volume = sum(self%displaced(i)%volumes)
+  end function wings_displaced_volume
+end module fsi_flapping_wings

@@ -1,0 +1,70 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Small text files that every rank needs, read from the disk once.
+module io_shared_text
+  use base_files, only: file_exists, folder_of, join_path
+  use base_text, only: quoted
+  use io_ini, only: read_text_file
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: read_shared_text, read_named_text, named_path
+
+contains
+
+  !> The content of the file at `path`. With `world` root reads it and all ranks get it; collective then. If
+  !> it cannot be read, `problem` says why on all ranks, and `text` is empty.
+  subroutine read_shared_text(path, text, problem, world)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: text, problem
+    type(world_t), intent(in), optional :: world
+    character(:), allocatable :: found
+    logical :: reads
+    reads = .true.
+    if (present(world)) reads = world%is_root
+    found = ''
+    if (reads) then
+      call read_text_file(path, text, problem)
+      if (allocated(problem)) found = problem
+    end if
+    if (.not. allocated(text)) text = ''
+    if (found /= '') text = ''
+    if (present(world)) then
+      call world%broadcast_text(found)
+      call world%broadcast_text(text)
+    end if
+    if (allocated(problem)) deallocate (problem)
+    if (found /= '') problem = found
+  end subroutine read_shared_text
+
+  !> `read_shared_text` of a file that the parameter file `ini` names: looked for here, then beside `ini`.
+  !> `path` is the name under which it was found.
+  subroutine read_named_text(name, ini, path, text, problem, world)
+    character(*), intent(in) :: name, ini
+    character(:), allocatable, intent(out) :: path, text, problem
+    type(world_t), intent(in), optional :: world
+    path = named_path(name, ini, world)
+    if (path == '') then
+      text = ''
+      problem = quoted(name)//' does not exist, neither here nor beside '//ini
+    else
+      call read_shared_text(path, text, problem, world)
+    end if
+  end subroutine read_named_text
+
+  !> Where the file `name` is that the parameter file `ini` names: here, or beside `ini`; '' if nowhere.
+  function named_path(name, ini, world) result(path)
+    character(*), intent(in) :: name, ini
+    type(world_t), intent(in), optional :: world
+    character(:), allocatable :: path
+    logical :: looks
+    looks = .true.
+    if (present(world)) looks = world%is_root
+    path = ''
+    if (looks) then
+      path = name
+      if (.not. file_exists(path) .and. index(name, '/') /= 1) path = join_path(folder_of(ini), name)
+      if (.not. file_exists(path)) path = ''
+    end if
+    if (present(world)) call world%broadcast_text(path)
+  end function named_path
+end module io_shared_text
