@@ -90,7 +90,7 @@ class FlappingRun:
         total = self._read("aero_power.t")
         parts = [total] if total else [s for s in map(self._read, ("wing_left.t", "wing_right.t")) if s]
         found = {}
-        for quantity, names in (("aerodynamic power", ("aerodynamic power", "aero power", "aerodynamic_power")),
+        for quantity, names in (("aerodynamic power", ("aerodynamic power", "aerodynamic_power")),
                                 ("inertial power", ("inertial power", "inertial_power"))):
             signals = [self._signal(part, part.column(*names)) for part in parts]
             if signals:

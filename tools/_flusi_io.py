@@ -43,9 +43,6 @@ KNOWN_COLUMNS = {
                   + [f"{angle}_{side}" for side in "lr" for angle in ("alpha", "phi", "theta")]
                   + [f"{q}_{side}{c}" for q in ("omega", "acceleration") for side in "lr" for c in _XYZ],
 }
-KNOWN_COLUMNS["wing_left"] = KNOWN_COLUMNS["wing_right"] = (
-    ["time"] + [f"{q}{c}{frame}" for q in "FM" for frame in ("", "_wing") for c in _XYZ]
-    + ["aerodynamic_power", "aerodynamic_power_unsteady", "inertial_power"])
 
 
 class Series:
@@ -120,13 +117,17 @@ def _header_names(header, kind, n_columns):
     return list(names), [""] * n_columns
 
 
+SCALES = {"L": "length", "1/T": "frequency", "rho": "density", "force": "force", "power": "power"}
+
+
 def _scales(line):
-    """{'length': 0.009, ...} of a line 'units: length 0.009 m, frequency 158 1/s'."""
-    pairs = re.findall(r"([A-Za-z]\w*)\s*=?\s+([-+.\d]\S*)", line)
-    try:
-        return {name.lower(): float(value.rstrip(",;")) for name, value in pairs}
-    except ValueError:
-        return {}
+    """{'length': 0.009, 'force': 2e-4, ...} in SI of 'L = 9.0E-03 m, ..., force rho L^4/T^2 = 2.0E-04 N'."""
+    scales = {}
+    for item in line.split(","):
+        match = re.fullmatch(r"\s*(\S+)[^=]*=\s*(\S+)\s+\S+\s*", item)
+        if match and match[1] in SCALES:
+            scales[SCALES[match[1]]] = _number(match[2])
+    return scales
 
 
 def _without_repeats(data):

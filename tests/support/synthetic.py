@@ -81,7 +81,8 @@ def picture(path):
 
 # ---- a run with flapping wings --------------------------------------------------------------------
 
-UNITS = "% units: length 0.009 m, frequency 158 1/s, density 1.225 kg/m^3, force 2.006e-04 N, power 2.853e-04 W\n"
+UNITS = ("% units: L = 9.00000E-03 m, 1/T = 1.58000E+02 1/s, rho = 1.22500E+00 kg/m^3, "
+         "force rho L^4/T^2 = 2.00600E-04 N, power rho L^5/T^3 = 2.85300E-04 W\n")
 CYCLE_MEANS = {"lift": 3.5, "drag": 0.8, "aerodynamic power": 17.0, "inertial power": 0.0}
 
 
@@ -110,12 +111,13 @@ def write_flapping_run(folder, cycles=4.0, steps=200, factor=1.0, drift=0.0, uni
     write_table(folder / "aero_power.t",
                 ["time [T]", "aerodynamic power [rho L^5/T^3]", "inertial power [rho L^5/T^3]"],
                 np.column_stack([t, factor * (17 + 20 * np.sin(turn)**3), 12 * np.sin(2 * turn)]), units)
-    names = ["time", "xc", "yc", "zc", "psi", "beta", "gamma", "eta", "alpha_l", "phi_l", "theta_l",
-             "alpha_r", "phi_r", "theta_r"]
+    names = ["time [T]", "xc [L]", "yc [L]", "zc [L]", "roll [rad]", "pitch [rad]", "yaw [rad]", "eta [rad]"]
+    names += [f"{angle} {side} [rad]" for side in ("left", "right") for angle in ("alpha", "phi", "theta")]
+    names += [f"{q}{c} {side} [{unit}]" for q, unit in (("omega", "rad/T"), ("omega rate ", "rad/T^2"))
+              for side in ("left", "right") for c in "xyz"]
     phi = 1.18 * np.cos(turn)
     rows = np.column_stack([t] + 7 * [zero] + 2 * [0.8 * np.sin(turn), phi, zero] + 12 * [zero])
-    write_table(folder / "kinematics.t", names + [f"{q}_{side}{c}" for q in ("omega", "domega") for side in "lr"
-                                                   for c in "xyz"], rows, units)
+    write_table(folder / "kinematics.t", names, rows, units)
 
 
 def axes_of(span, chord):

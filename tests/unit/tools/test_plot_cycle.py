@@ -82,7 +82,8 @@ class Numbers(Cycle):
 
     def test_units(self):
         run = _cycles.FlappingRun(self.run_folder)
-        self.assertEqual(read_series(self.run_folder / "forces.t").scales["frequency"], 158)
+        self.assertEqual(read_series(self.run_folder / "forces.t").scales, {
+            "length": 0.009, "frequency": 158, "density": 1.225, "force": 2.006e-4, "power": 2.853e-4})
         self.assertAlmostEqual(run.si_factor("lift")[0], 0.2006)
         self.assertEqual(run.si_factor("inertial power"), (0.2853, "mW"))
         run.scales = {"length": 0.009, "frequency": 158.0, "density": 1.225}  # rho R^4 f^2 and rho R^5 f^3
