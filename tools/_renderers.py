@@ -70,7 +70,8 @@ def merged(surfaces, camera):
 
 # ---- numpy ---------------------------------------------------------------------------------------
 
-MOST_FRAGMENTS = 4_000_000  # candidates at a time
+MOST_FRAGMENTS = 1_000_000  # candidates at a time
+EDGES = ((1, 2), (2, 0), (0, 1))  # each opposite to its corner
 
 
 def render_numpy(surfaces, camera, height):
@@ -81,15 +82,18 @@ def render_numpy(surfaces, camera, height):
     image = np.zeros((rows * columns, 4))
     if surfaces:
         points, triangles, colours = merged(surfaces, camera)
-        pixel, depth, triangle, weights = fragments(points, triangles, camera, rows, columns)
-        order = np.lexsort((depth, pixel))  # near first
-        pixel, triangle, weights = pixel[order], triangle[order], weights[order]
-        layer = np.arange(len(pixel)) - np.searchsorted(pixel, pixel)
+        pixel, depth, corners, weights = fragments(points, triangles, camera, rows, columns)
+        # Near first in each pixel: one sort of both in one number.
+        nearness = (depth - depth.min(initial=np.inf)) / max(np.ptp(depth) if len(depth) else 0.0, 1e-300)
+        order = np.argsort(pixel * 2**36 + (nearness * (2**36 - 1)).astype(np.int64))
+        pixel, corners, weights = pixel[order], corners[:, order], weights[:, order]
+        number = np.arange(len(pixel))
+        layer = number - np.maximum.accumulate(np.where(np.diff(pixel, prepend=-1) > 0, number, 0))
         by_layer = np.argsort(layer, kind="stable")
         ends = np.searchsorted(layer[by_layer], np.arange(layer.max(initial=-1) + 2))
         for begin, end in zip(ends[-2::-1], ends[:0:-1]):
             chosen = by_layer[begin:end]
-            colour = np.einsum("ij,ijk->ik", weights[chosen], colours[triangles[triangle[chosen]]])
+            colour = sum(weights[c, chosen, None] * colours[corners[c, chosen]] for c in range(3))
             alpha = colour[:, 3:]
             below = image[pixel[chosen]]
             image[pixel[chosen]] = np.column_stack([alpha * colour[:, :3] + (1 - alpha) * below[:, :3],
@@ -100,41 +104,43 @@ def render_numpy(surfaces, camera, height):
 
 
 def fragments(points, triangles, camera, rows, columns):
-    """(pixel, depth, triangle, weights of its corners) wherever a triangle covers the middle of a pixel."""
+    """Wherever a triangle covers the middle of a pixel: number of the pixel, depth, the points (3, m) of the triangle
+    and their weights (3, m)."""
     place, depth = camera.project(points)
     x = (place[:, 0] / camera.aspect + 1) / 2 * columns - 0.5
     y = (1 - place[:, 1]) / 2 * rows - 0.5
-    corner_x, corner_y = x[triangles], y[triangles]
-    visible = depth[triangles].min(axis=1) > 1e-3 * camera.distance
-    left, right = (np.clip(edge, 0, columns).astype(int) for edge in
-                   (np.ceil(corner_x.min(axis=1)), np.floor(corner_x.max(axis=1)) + 1))
-    top, bottom = (np.clip(edge, 0, rows).astype(int) for edge in
-                   (np.ceil(corner_y.min(axis=1)), np.floor(corner_y.max(axis=1)) + 1))
+    corners = triangles.T.copy()
+    a, b, c = corners
+    clockwise = (x[b] - x[a]) * (y[c] - y[a]) < (x[c] - x[a]) * (y[b] - y[a])
+    corners[1:, clockwise] = corners[:0:-1, clockwise]
+    x, y, depth = x[corners], y[corners], depth[corners]
+    # A pixel exactly on an edge belongs to one of the two triangles there.
+    takes_edge = [(y[j] < y[i]) | ((y[j] == y[i]) & (x[j] > x[i])) for i, j in EDGES]
+    left, right = (np.clip(edge, 0, columns).astype(int) for edge in (np.ceil(x.min(0)), np.floor(x.max(0)) + 1))
+    top, bottom = (np.clip(edge, 0, rows).astype(int) for edge in (np.ceil(y.min(0)), np.floor(y.max(0)) + 1))
     width = right - left
-    count = np.where(visible, width * (bottom - top), 0)
-    chunks = np.searchsorted(np.cumsum(count), np.arange(0, count.sum() + MOST_FRAGMENTS, MOST_FRAGMENTS), "right")
-    found = [(np.zeros(0, int), np.zeros(0), np.zeros(0, int), np.zeros((0, 3)))]
-    for begin, end in zip(chunks[:-1], np.append(chunks[1:-1], len(count))):
+    count = np.where(depth.min(0) > 1e-3 * camera.distance, width * (bottom - top), 0)
+    total = np.append(0, np.cumsum(count))
+    ends = np.searchsorted(total, np.arange(MOST_FRAGMENTS, total[-1] + MOST_FRAGMENTS, MOST_FRAGMENTS), "left")
+    ends = np.unique(np.clip(ends, 0, len(count)))
+    found = [(np.zeros(0, int), np.zeros(0), np.zeros((3, 0), int), np.zeros((3, 0)))]
+    for begin, end in zip(np.append(0, ends[:-1]), ends):
         t = np.repeat(np.arange(begin, end), count[begin:end])
-        if len(t) == 0:
-            continue
-        number = np.arange(len(t)) - np.repeat(np.cumsum(count[begin:end]) - count[begin:end], count[begin:end])
-        px, py = left[t] + number % width[t], top[t] + number // width[t]
-        weights = barycentric(corner_x[t], corner_y[t], px, py)
-        inside = np.all(weights >= 0, axis=1)
-        t, weights = t[inside], weights[inside]
-        weights /= depth[triangles[t]]  # perspective: what is linear in space is not linear in the picture
-        inverse = weights.sum(axis=1)
-        found.append((py[inside] * columns + px[inside], 1 / inverse, t, weights / inverse[:, None]))
-    return tuple(np.concatenate(part) for part in zip(*found))
-
-
-def barycentric(corner_x, corner_y, x, y):
-    """Weights (m, 3) of the corners at a point; negative outside, NaN in a triangle without area."""
-    dx, dy = corner_x - x[:, None], corner_y - y[:, None]
-    parts = np.stack([dx[:, b] * dy[:, c] - dx[:, c] * dy[:, b] for b, c in ((1, 2), (2, 0), (0, 1))], axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return parts / parts.sum(axis=1)[:, None]
+        number = np.arange(len(t)) + total[begin] - total[t]
+        row = number // width[t]
+        px, py = left[t] + number - row * width[t], top[t] + row
+        dx, dy = x[:, t] - px, y[:, t] - py
+        parts = [dx[i] * dy[j] - dx[j] * dy[i] for i, j in EDGES]
+        inside = np.all([(part > 0) | ((part == 0) & takes[t]) for part, takes in zip(parts, takes_edge)], axis=0)
+        t = t[inside]
+        # Perspective: what is linear in space is not linear in the picture.
+        weights = np.array([part[inside] for part in parts]) / depth[:, t]
+        area = sum(part[inside] for part in parts)
+        inverse = weights.sum(axis=0)
+        good = area > 0
+        found.append(((py * columns + px)[inside][good], (area / np.where(good, inverse, 1))[good], corners[:, t[good]],
+                      weights[:, good] / inverse[good]))
+    return tuple(np.concatenate(part, axis=-1) for part in zip(*found))
 
 
 # ---- PyVista -------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ OPACITIES = (0.2, 0.3, 1.0)
 WING = "#c9b48a"
 VIEWS = {"perspective": (-125.0, 35.0), "top": (-90.0, 90.0), "side": (-90.0, 0.0), "front": (180.0, 0.0),
          "behind": (0.0, 20.0)}
-ASPECT, HEIGHT = 4 / 3, 900
+ASPECT = 4 / 3
 MOST_CELLS = 2e7  # of a field that is drawn with all its points
 
 
@@ -124,9 +124,9 @@ class Scene:
 def compose(pixels, scene, levels, camera, out):
     use_style()
     height, width = pixels.shape[:2]
-    figure = plt.figure(figsize=(width / 150, height / 150 + 0.35))
-    share = height / 150 / (height / 150 + 0.35)
-    ax = figure.add_axes((0, 0, 1, share))
+    dpi = height / 6
+    figure = plt.figure(figsize=(width / dpi, 6.35), dpi=dpi)
+    ax = figure.add_axes((0, 0, 1, 6 / 6.35))
     ax.set(xlim=(0, width), ylim=(height, 0))
     ax.axis("off")
     lines = camera.project(scene.box_behind(camera))[0] / (camera.aspect, -1)
@@ -141,6 +141,7 @@ def compose(pixels, scene, levels, camera, out):
                   columnspacing=1.2)
     if np.isfinite(scene.time):
         figure.text(0.01, 0.985, f"$t = {scene.time:.4g}$", va="top")
+    matplotlib.rcParams["savefig.dpi"] = dpi
     save(figure, out)
 
 
@@ -191,6 +192,7 @@ def main():
     parser.add_argument("--view", default="perspective", help=f"{', '.join(VIEWS)} or azimuth,elevation in degrees: "
                         "--view=-125,35 is perspective")
     parser.add_argument("--stride", type=int, help="use every n-th point of the grid (default: by its size)")
+    parser.add_argument("--height", type=int, default=900, help="of the picture in pixels (default 900)")
     parser.add_argument("--with", dest="renderer", choices=("auto", "pyvista", "numpy"), default="auto")
     parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures "
                         "(default: beside the data)")
@@ -200,6 +202,8 @@ def main():
         raise InputError(f"--label takes digits like 000500, not '{a.label}'")
     if (a.stride is not None and a.stride < 1) or a.frequency <= 0:
         raise InputError("--stride and --frequency must be positive")
+    if not 100 <= a.height <= 10000:
+        raise InputError("--height takes 100 to 10000 pixels")
     try:
         levels = sorted(float(word) for word in a.levels.split(",")) if a.levels else None
     except ValueError:
@@ -227,7 +231,7 @@ def main():
         scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride)
         name = f"render_{snapshot.label}.png"
         out = (a.output or a.folder) / name if a.all else a.output or a.folder / name
-        compose(render(scene.surfaces(levels), camera, HEIGHT), scene, levels, camera, out)
+        compose(render(scene.surfaces(levels), camera, a.height), scene, levels, camera, out)
         if not scene.wings:
             print(f"note: no wing surfaces and no mask at {snapshot.label}", file=sys.stderr)
 
