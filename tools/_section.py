@@ -43,14 +43,14 @@ class Section:
 
 
 def sections_of(snapshot, wing, fractions, spacing):
-    """Sections in one window, half a chord wider than all cuts."""
+    """Sections in one window, which is wider than all cuts by more than half a chord."""
     cuts = [wing.cut(fraction * wing.length()) for fraction in fractions]
     for fraction, cut in zip(fractions, cuts):
         if len(cut) == 0:
             raise InputError(f"{wing.path}: no part of the wing at {fraction:g} of the span")
     ends = np.concatenate(cuts).reshape(-1, 2)
     chord = max(np.linalg.norm(np.ptp(cut.reshape(-1, 2), axis=0)) for cut in cuts)
-    low, high = ends.min(axis=0) - (0.5 * chord, 0.6 * chord), ends.max(axis=0) + (0.5 * chord, 0.6 * chord)
+    low, high = ends.min(axis=0) - (0.6 * chord, 0.9 * chord), ends.max(axis=0) + (0.6 * chord, 0.9 * chord)
     step = max(spacing / 2, (high[0] - low[0]) / MOST_POINTS)
     y, z = (low[i] + step * np.arange(int((high[i] - low[i]) / step) + 2) for i in (0, 1))
     return [Section(snapshot, wing, fraction, cut, y, z) for fraction, cut in zip(fractions, cuts)]

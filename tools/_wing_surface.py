@@ -12,8 +12,8 @@ UPPER_SIDE = {"left": -1, "right": 1}  # sign of z there
 
 
 class WingSurface:
-    """points, velocities (n, 3) in space; triangles (m, 3) of point numbers from 0; hinge (3); the rows of
-    matrix (3, 3) are the axes of the wing frame in space."""
+    """points (n, 3) in space; triangles (m, 3) of point numbers from 0; hinge (3); the rows of
+    matrix (3, 3) are the axes of the wing frame in space, axis_x, axis_y and axis_z of the file."""
 
     def __init__(self, path, side):
         import h5py
@@ -24,12 +24,14 @@ class WingSurface:
                 self.triangles = file["triangles"][...].astype(int)
                 self.time = float(np.ravel(file.attrs["time"])[0])
                 self.hinge = np.ravel(file.attrs["hinge"]).astype(float)
-                self.matrix = np.reshape(file.attrs["matrix"], (3, 3)).astype(float)
+                self.matrix = np.array([np.ravel(file.attrs[f"axis_{c}"]) for c in "xyz"], dtype=float)
         except OSError:
             reason = "not a readable HDF5 file" if path.exists() else "no such file"
             raise InputError(f"{path}: {reason}") from None
-        except (KeyError, ValueError) as error:
+        except (KeyError, ValueError, IndexError) as error:
             raise InputError(f"{path}: not a wing surface: {str(error).strip(chr(39))}") from None
+        if self.hinge.shape != (3,) or self.matrix.shape != (3, 3):
+            raise InputError(f"{path}: the attributes hinge, axis_x, axis_y and axis_z must have three numbers each")
         if (self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 3 or self.triangles.ndim != 2
                 or self.triangles.shape[1] != 3):
             raise InputError(f"{path}: points must be (n, 3) and triangles (m, 3)")

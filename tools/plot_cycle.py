@@ -133,10 +133,10 @@ def draw_panel(ax, runs, main, extra):
         strong.append(best_curve(run, main, cycles))
         ax.plot(*strong[-1], color=colour, linewidth=1.8, label=", ".join(text), zorder=2.5)
         ax.axhline(run.means(main, cycles)[0], color=colour, linewidth=0.9, linestyle=(0, (1, 1.5)), zorder=2)
-        for quantity in set(extra) & set(run.signals):
+        for quantity in moving(run, extra):
             strong.append(best_curve(run, quantity, cycles))
             ax.plot(*strong[-1], "--", color=colour, linewidth=1.1, zorder=2.5)
-    if any(set(extra) & set(run.signals) for run, _, _ in runs):
+    if any(moving(run, extra) for run, _, _ in runs):
         ax.plot([], [], "--", color="0.3", linewidth=1.1, label=" ".join(extra).replace(" power", ""))
     ax.set_xlim(0, 1)
     low = min(0.0, *(np.min(y) for _, y in strong))
@@ -151,6 +151,11 @@ def draw_panel(ax, runs, main, extra):
         right = ax.secondary_yaxis("right", functions=(lambda y: y * factor, lambda y: y / factor))
         right.set_ylabel(f"[{unit}]")
         right.spines["right"].set_visible(True)
+
+
+def moving(run, quantities):
+    """Those that are there and not zero throughout, as is the inertial power of wings without mass."""
+    return [q for q in quantities if q in run.signals and np.any(run.signals[q].values)]
 
 
 def best_curve(run, quantity, cycles):

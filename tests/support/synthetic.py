@@ -135,7 +135,9 @@ def write_wing(folder, label, side, local, triangles, hinge, matrix, time):
         file["points"] = np.asarray(local) @ matrix + hinge
         file["velocities"] = np.zeros_like(local, dtype=float)
         file["triangles"] = np.asarray(triangles, dtype="i4")
-        file.attrs["time"], file.attrs["hinge"], file.attrs["matrix"] = time, np.array(hinge), matrix
+        file.attrs["time"], file.attrs["hinge"] = time, np.array(hinge)
+        for c, axis in zip("xyz", matrix):
+            file.attrs[f"axis_{c}"] = axis
 
 
 def rectangle(span, chord, n_span=8, n_chord=4):
