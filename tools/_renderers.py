@@ -157,7 +157,8 @@ def why_no_pyvista():
     """'' if PyVista can draw here. Tried in a process of its own: without a graphics system it can crash."""
     try:
         done = subprocess.run([sys.executable, "-c", PROBE], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                              timeout=120, text=True, errors="replace", env={**os.environ, "PYVISTA_OFF_SCREEN": "true"})
+                              timeout=120, text=True, errors="replace",
+                              env={**os.environ, "PYVISTA_OFF_SCREEN": "true"})
     except (OSError, subprocess.TimeoutExpired):
         return "it does not answer"
     if done.returncode == 0:

@@ -188,7 +188,8 @@ def main():
                        "of the last")
     parser.add_argument("--levels", help="levels of the vorticity, separated by commas (default: 100,150,200 times the "
                         "frequency where the flow reaches them, else from the data)")
-    parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time of the run (default 1)")
+    parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time of the run "
+                        "(default 1)")
     parser.add_argument("--view", default="perspective", help=f"{', '.join(VIEWS)} or azimuth,elevation in degrees: "
                         "--view=-125,35 is perspective")
     parser.add_argument("--stride", type=int, help="use every n-th point of the grid (default: by its size)")

@@ -97,6 +97,34 @@ class Pixels(unittest.TestCase):
         inner = image[100 - int(half) + 2:100 + int(half) - 2, 150 - int(half) + 2:150 + int(half) - 2, 3]
         np.testing.assert_allclose(inner, 0.5, atol=1e-12)
 
+    def test_a_pixel_on_an_edge_belongs_to_one_triangle(self):
+        class Straight:
+            aspect, distance = 1.0, 1.0
+
+            @staticmethod
+            def project(points):
+                return points[:, :2], np.ones(len(points))
+        # corners at the middles of the pixels 1 and 6 of 8
+        points = np.array([[-0.625, -0.625, 0], [0.625, -0.625, 0], [0.625, 0.625, 0], [-0.625, 0.625, 0]])
+        for triangles in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]):
+            pixel, _, _, weights = _renderers.fragments(points, np.array(triangles), Straight, 8, 8)
+            self.assertEqual(len(pixel), 5 * 5)
+            self.assertEqual(len(np.unique(pixel)), 5 * 5)
+            np.testing.assert_allclose(weights.sum(axis=0), 1)
+
+    def test_perspective_within_a_triangle(self):
+        # A strip that leads away: the points found are those which the camera shows in their pixels.
+        points = np.array([[0.0, -1, 0], [0, 1, 0], [0, 1, 0.3], [0, -1, 0.3]])
+        points[:, 0] = (-20, 0, 0, -20)
+        camera = _renderers.Camera(0, 0, points, 1.5)
+        pixel, depth, corners, weights = _renderers.fragments(points, np.array([[0, 1, 2], [0, 2, 3]]), camera, 100, 150)
+        place = sum(weights[c, :, None] * points[corners[c]] for c in range(3))
+        self.assertGreater(len(pixel), 50)
+        seen, distance = camera.project(place)
+        np.testing.assert_allclose(depth, distance, rtol=1e-9)
+        np.testing.assert_allclose((seen[:, 0] / 1.5 + 1) / 2 * 150 - 0.5, pixel % 150, atol=1e-9)
+        np.testing.assert_allclose((1 - seen[:, 1]) / 2 * 100 - 0.5, pixel // 150, atol=1e-9)
+
     def test_a_tilted_surface_is_nearer_where_it_is_nearer(self):
         tilted = self.square(0, 1, (1, 0, 0), 1.0)
         tilted.points[:, 0] = 0.9 * tilted.points[:, 1]  # the right half is nearer
