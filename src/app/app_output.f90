@@ -2,7 +2,7 @@
 !> Fields and slices: what is due, and writing it.
 module app_output
   use app_settings, only: output_params_t
-  use app_wing_output, only: wing_output_t
+  use app_flight_output, only: flight_output_t
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use fluid_fields, only: mask_field, solid_velocity_field
@@ -24,7 +24,7 @@ module app_output
     logical :: fields_due = .false., slices_due = .false., integrals_due = .false.
     logical, private :: last = .false., saves_wings = .false.
     type(xdmf_index_t), private :: index
-    type(wing_output_t), private :: wings
+    type(flight_output_t), private :: wings
     real(rp), allocatable, private :: scratch(:, :, :, :)
   contains
     procedure :: init => output_init

@@ -9,6 +9,7 @@ module app_report
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_solver, only: fluid_t
+  use fsi_flapping_wings, only: flapping_wings_t
   use parallel_report, only: report_timers
   use parallel_world, only: world_t
   implicit none
@@ -99,16 +100,24 @@ contains
   end subroutine print_flight
 
   !> Where the time went, over all ranks. Collective.
-  subroutine print_time_table(world, timers, whole, fluid)
+  subroutine print_time_table(world, timers, whole, fluid, wings)
     type(world_t), intent(in) :: world
     type(timers_t), intent(in) :: timers
     integer, intent(in) :: whole !< region that covers the run
     type(fluid_t), intent(in) :: fluid
-    real(rp) :: exchange(1)
+    type(flapping_wings_t), intent(in), optional :: wings
+    real(rp) :: exchange(1), busy(1), sums(2)
     call report_timers(world, timers, whole, output_unit)
     exchange(1) = fluid%transform%exchange_seconds
     call world%max_reals(exchange)
     if (world%is_root) write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
       exchange(1), ' s on a rank'
+    if (.not. present(wings)) return
+    busy = wings%seconds
+    call world%max_reals(busy)
+    sums = [wings%seconds, wings%cells]
+    call world%sum_reals(sums)
+    if (world%is_root) write (output_unit, '(2(a,f0.2),a)') 'drawing the wings took at most ', busy(1), &
+      ' s on a rank, ', 1.0e9_rp*sums(1)/max(1.0_rp, sums(2)), ' ns per cell of the band around them'
   end subroutine print_time_table
 end module app_report

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The time series of a run, with FLUSI's file names and columns. Root writes, every record is flushed.
 module app_series
-  use app_wing_series, only: wing_series_t
+  use app_flight_series, only: flight_series_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_penalty, only: N_COLORS, COLOR_BODY
@@ -22,7 +22,7 @@ module app_series
     type(series_t) :: energy, divergence, mean_flow       !< every integral interval
     type(series_t) :: forces, mask_volume, residual
     type(series_t) :: part(0:N_COLORS - 1)
-    type(wing_series_t) :: flight
+    type(flight_series_t) :: flight
     logical :: has_color(0:N_COLORS - 1) = .false.
     logical :: solids = .false., compute_forces = .false., has_wings = .false.
   contains

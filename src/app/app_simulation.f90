@@ -173,7 +173,7 @@ contains
           self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%failure)
       if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_FAILURE)
       call self%timers%stop(self%t_whole)
-      call print_time_table(self%world, self%timers, self%t_whole, self%fluid)
+      call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
     end if
     call self%fluid%free()
   end subroutine simulation_finish

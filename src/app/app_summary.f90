@@ -10,6 +10,7 @@ module app_summary
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
+  use fluid_penalty, only: N_COLORS
   use fsi_beats, only: complete_beats, beat_statistics, beat_t
   use io_series_read, only: read_series
   implicit none
@@ -17,7 +18,8 @@ module app_summary
   public :: write_summary
 
   character(*), parameter :: NL = new_line('a')
-  integer, parameter :: FORCE_COLUMNS = 15, LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
+  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS
+  integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
   character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
                                                                                                    'inertial power']
 
@@ -47,6 +49,9 @@ contains
       end do
     end do
     text = summary_text(settings, name, beats)
+    call read_series('u_residual.t', SLIP_COLUMNS, series, failure)
+    if (failure%failed) return
+    text = text//slip_text(settings, series, period, n)
     write (output_unit, '(a)') '', text
     call write_text('summary.txt', text, ok)
     if (.not. ok) call failure%raise('summary.txt: cannot be written; is the disk full?')
@@ -119,6 +124,30 @@ contains
       text = text//trim(line)//NL
     end do
   end function summary_text
+
+  !> How much flow passes the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
+  function slip_text(settings, series, period, n) result(text)
+    type(settings_t), intent(in) :: settings
+    real(rp), intent(in) :: series(:, :) !< of u_residual.t
+    real(rp), intent(in) :: period
+    integer, intent(in) :: n
+    character(:), allocatable :: text
+    real(rp), parameter :: MUCH = 0.1_rp
+    type(beat_t) :: beat
+    character(160) :: line
+    real(rp) :: share
+    integer :: i
+    share = 0
+    do i = 1, size(settings%flight%wings)
+      beat = beat_statistics(series(1, :), series(2 + settings%flight%wings(i)%color, :), period, n)
+      share = max(share, beat%mean/settings%flight%tip_speed())
+    end do
+    write (line, '(a,f0.1,a)') 'slip        rms |u - u_s| inside the wings is ', 100*share, &
+      ' % of the mean tip speed (last beat)'
+    text = NL//trim(line)//NL
+    if (share > MUCH) text = text//'            the flow leaks through the wings, forces are too small: it falls '// &
+                             'in proportion to eps'//NL
+  end function slip_text
 
   function ratio(name, a, b) result(text)
     character(*), intent(in) :: name

@@ -3,6 +3,7 @@
 module fsi_flapping_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_process, only: wall_seconds
   use fluid_moving_solids, only: moving_solids_t
   use fluid_penalty, only: N_COLORS, penalty_t
   use fsi_displaced, only: displaced_volumes
@@ -30,6 +31,8 @@ module fsi_flapping_wings
     type(wing_pose_t), allocatable :: poses(:)
     type(surface_t), allocatable :: surfaces(:)
     type(mask_t) :: mask
+    real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
+    real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
     type(displaced_t), allocatable, private :: displaced(:)
   contains
     procedure :: init => wings_init
@@ -67,7 +70,9 @@ contains
     real(rp), intent(in) :: time
     type(penalty_t), intent(inout) :: penalty
     type(failure_t), intent(inout) :: failure
+    real(rp) :: begun
     integer :: i
+    begun = wall_seconds()
     self%time = time
     do i = 1, size(self%surfaces)
       associate (wing => self%params%wings(i))
@@ -76,6 +81,8 @@ contains
       end associate
     end do
     call self%mask%draw(self%surfaces, penalty, failure)
+    self%seconds = self%seconds + wall_seconds() - begun
+    self%cells = self%cells + self%mask%n_cells
   end subroutine wings_place
 
   !> See moving_solids_t: sums over the points of displaced volume times exact acceleration.

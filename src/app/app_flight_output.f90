@@ -3,7 +3,7 @@
 !>
 !> A file holds points (n, 3) [L] and velocities (n, 3) [L/T] in space, triangles (m, 3) from 0, and as
 !> attributes time, hinge (3) and axis_x, axis_y, axis_z (3 each), the axes of the wing frame in space.
-module app_wing_output
+module app_flight_output
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use fsi_flapping_wings, only: flapping_wings_t
@@ -15,22 +15,22 @@ module app_wing_output
   use parallel_world, only: world_t
   implicit none
   private
-  public :: wing_output_t
+  public :: flight_output_t
 
-  type :: wing_output_t
+  type :: flight_output_t
     private
     type(world_t) :: world
     type(xdmf_index_t), allocatable :: index(:)
   contains
     procedure :: init => output_init
     procedure :: write => output_write
-  end type wing_output_t
+  end type flight_output_t
 
 contains
 
   !> Opens the indices of the run called `name`; with `restart_time` >= 0 earlier entries are kept. Collective.
   subroutine output_init(self, world, wings, name, restart_time, failure)
-    class(wing_output_t), intent(inout) :: self
+    class(flight_output_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: name
@@ -52,7 +52,7 @@ contains
 
   !> Writes all wings under one label. Root writes, all ranks share its verdict. Collective.
   subroutine output_write(self, wings, label, failure)
-    class(wing_output_t), intent(inout) :: self
+    class(flight_output_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: label
     type(failure_t), intent(inout) :: failure
@@ -100,4 +100,4 @@ contains
       call put_attribute(file, name, 'units', units, failure)
     end subroutine put_vectors
   end subroutine write_surface
-end module app_wing_output
+end module app_flight_output

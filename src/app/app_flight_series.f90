@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The time series of flapping wings: `kinematics.t` with FLUSI's columns, `aero_power.t`, and what is known of
 !> each wing, `wing_left.t` and `wing_right.t`.
-module app_wing_series
+module app_flight_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fsi_flapping_wings, only: flapping_wings_t
@@ -11,11 +11,11 @@ module app_wing_series
   use parallel_world, only: world_t
   implicit none
   private
-  public :: wing_series_t
+  public :: flight_series_t
 
   character(*), parameter :: XYZ = 'xyz'
 
-  type :: wing_series_t
+  type :: flight_series_t
     private
     type(series_t) :: kinematics, power
     type(series_t), allocatable :: wing(:)
@@ -23,13 +23,13 @@ module app_wing_series
     procedure :: open => series_open
     procedure :: write => series_write
     procedure :: close => series_close
-  end type wing_series_t
+  end type flight_series_t
 
 contains
 
   !> Opens all files; with `restart_time` >= 0 the records before it are kept. Collective.
   subroutine series_open(self, world, wings, note, restart_time, failure)
-    class(wing_series_t), intent(inout) :: self
+    class(flight_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: note !< second line of every file
@@ -90,7 +90,7 @@ contains
 
   !> One record of everything; `loads` are those of the wings in their order.
   subroutine series_write(self, wings, loads)
-    class(wing_series_t), intent(inout) :: self
+    class(flight_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     type(wing_loads_t), intent(in) :: loads(:)
     real(rp) :: angles(3, 2), omega(3, 2), omega_rate(3, 2)
@@ -117,7 +117,7 @@ contains
 
   !> Closes all files; fails if any of them could not be written completely. Collective.
   subroutine series_close(self, failure)
-    class(wing_series_t), intent(inout) :: self
+    class(flight_series_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
     integer :: i
     call self%kinematics%close(failure)
@@ -126,4 +126,4 @@ contains
       call self%wing(i)%close(failure)
     end do
   end subroutine series_close
-end module app_wing_series
+end module app_flight_series
