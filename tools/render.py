@@ -16,7 +16,7 @@ from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import to_rgb  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
-from _flow import VELOCITY, VORTICITY, vorticity_magnitude  # noqa: E402
+from _flow import VELOCITY, VORTICITY, every, vorticity_files, vorticity_magnitude  # noqa: E402
 from _flusi_io import InputError, Snapshot, choose_snapshot, fields_in, has_field, load_field, run_tool  # noqa: E402
 from _flusi_io import snapshot_times  # noqa: E402
 from _isosurface import iso_surface  # noqa: E402
@@ -78,14 +78,14 @@ class Scene:
 
     def __init__(self, snapshot, stride):
         self.snapshot = snapshot
-        values, field = vorticity_magnitude(snapshot)
-        self.stride = stride or max(1, int(np.ceil((values.size / MOST_CELLS)**(1 / 3))))
-        self.values = values[::self.stride, ::self.stride, ::self.stride]
+        field = load_field(snapshot, vorticity_files(snapshot)[0])
+        self.stride = stride or max(1, int(np.ceil((field.data.size / MOST_CELLS)**(1 / 3))))
+        self.values = vorticity_magnitude(snapshot, self.stride)
         self.origin, self.spacing, self.length = field.origin, field.spacing * self.stride, field.length
         self.time = field.time
         self.mask = None
         if has_field(snapshot, "mask"):
-            mask = load_field(snapshot, "mask").data[::self.stride, ::self.stride, ::self.stride].astype("f4")
+            mask = every(load_field(snapshot, "mask"), self.stride)
             self.mask = mask if mask.shape == self.values.shape else None
         self.wings = [(wing.points, wing.triangles, vertex_normals(wing.points, wing.triangles))
                       for wing in surfaces_of(snapshot)]
@@ -184,8 +184,8 @@ def main():
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--time", type=float, help="the snapshot nearest to this time (default: the last)")
     which.add_argument("--label", help="the snapshot of this label, like 000500")
-    which.add_argument("--all", action="store_true", help="a picture of every snapshot, with the levels and the camera "
-                       "of the last")
+    which.add_argument("--all", action="store_true", help="a picture of every snapshot, with the levels of the last and one "
+                       "camera")
     parser.add_argument("--levels", help="levels of the vorticity, separated by commas (default: 100,150,200 times the "
                         "frequency where the flow reaches them, else from the data)")
     parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time of the run "
@@ -222,7 +222,8 @@ def main():
     surfaces = last.surfaces(levels)
     if not surfaces:
         raise InputError(f"nothing to draw: |omega| is at most {np.nanmax(last.values):.4g} and there are no wings")
-    camera = Camera(*view, np.concatenate([s.points for s in surfaces]), ASPECT)
+    shown = [s.points for s in surfaces] + [wing.points for at in chosen for wing in surfaces_of(at)]
+    camera = Camera(*view, np.concatenate(shown), ASPECT)
     render, note = choose_renderer(a.renderer)
     print(f"|omega| = {', '.join(f'{level:g}' for level in levels)} (largest {np.nanmax(last.values):.4g}); {note}"
           + (f"; every {last.stride}. point" if last.stride > 1 else ""))

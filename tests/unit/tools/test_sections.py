@@ -109,8 +109,14 @@ class Interpolation(Section):
             wanted = [sum(d * c[k % N[2], j % N[1], i % N[0]] for d, c in zip(direction, curl))
                       for i, j, k in ((39, 31, 23), (40, 33, 24), (41, 34, 26))]
             np.testing.assert_allclose(got, wanted, atol=1e-5)  # single precision in the files
-        magnitude, _ = _flow.vorticity_magnitude(self.at)
-        np.testing.assert_allclose(magnitude, np.sqrt(sum(c**2 for c in curl)), atol=2e-5)
+        exact = np.sqrt(sum(c**2 for c in curl))
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at), exact, atol=2e-5)
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=2e-5)
+        for c, values in zip("xyz", curl):
+            write_field(self.folder, f"vor{c}", LABEL, values, LENGTH, 0.5)
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=1e-5)
+        write_field(self.folder, "vorabs", LABEL, 2 * exact, LENGTH, 0.5)
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 2), 2 * exact[::2, ::2, ::2], atol=1e-5)
 
     def test_files_that_are_missing(self):
         write_field(self.folder, "ux", LABEL, np.zeros(N[::-1]), LENGTH, 0.5)
