@@ -184,8 +184,8 @@ def main():
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--time", type=float, help="the snapshot nearest to this time (default: the last)")
     which.add_argument("--label", help="the snapshot of this label, like 000500")
-    which.add_argument("--all", action="store_true", help="a picture of every snapshot, with the levels of the last and one "
-                       "camera")
+    which.add_argument("--all", action="store_true", help="a picture of every snapshot, with the "
+                       "levels of the last and one camera")
     parser.add_argument("--levels", help="levels of the vorticity, separated by commas (default: 100,150,200 times the "
                         "frequency where the flow reaches them, else from the data)")
     parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time of the run "
