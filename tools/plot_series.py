@@ -22,6 +22,9 @@ PANELS = {
     "timesteps_info": [("wall time per step [s]", (1,)), ("time step", (3,))],
     "meanflow": [("mean velocity", (1, 2, 3))],
 }
+# Series of `flusi --solid`, whose file has the name of the run.
+WING_COLUMNS = ("tip_x", "tip_y", "tip_z", "largest", "E_kin", "E_kin_rel", "E_elastic")
+WING_PANELS = [("displacement", (1, 2, 3, 4)), ("energy", (5, 6, 7)), ("work and loss", (8, 9, 10, 11, 12))]
 MOST_COLUMNS = 8  # in one panel of an unknown file
 
 
@@ -35,7 +38,8 @@ def panels_of(series, wanted):
             by_unit.setdefault(series.units[i], []).append(i)
         return [(f"[{unit}]" if unit else "", columns) for unit, columns in by_unit.items()]
     kind = "forces" if series.kind.startswith("forces_part") else series.kind
-    known = [(label, [i for i in columns if i < n]) for label, columns in PANELS.get(kind, [])]
+    panels = WING_PANELS if tuple(series.names[1:8]) == WING_COLUMNS else PANELS.get(kind, [])
+    known = [(label, [i for i in columns if i < n]) for label, columns in panels]
     largest = np.nanmax(np.abs(series.data[:, 1:]), initial=0.0)
     # A moment that vanishes by symmetry would be drawn as a panel of round-off.
     known = [(label, columns) for number, (label, columns) in enumerate(known)

@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a wing file: veins to scale and coloured by diameter, mesh, joints with their numbers, root.
+"""Draws a wing file: veins to scale and coloured by diameter, mesh, joints with their numbers, root; or deformed
+wings: map of the deflection, side view, sections.
 
 usage: plot_wing.py WING [-o PNG] [--no-mesh] [--no-names] [--field FILE --dataset NAME [--label TEXT]]
+       plot_wing.py --shape FILE [FILE ...] [-o PNG]
 
-With --field the membrane is coloured by a dataset of one value per point (or three: the last one, the deflection
-normal to the wing, is taken) of an HDF5 file.
+FILE of --shape is what `flusi --static` (static_01.h5) and `flusi --solid` (solid_00012.h5) save; of several the
+last one is mapped, and all are seen from the side. With --field the membrane is coloured by a dataset of one value
+per point (or three: the last one, the deflection normal to the wing, is taken) of an HDF5 file.
 """
 import argparse
 from pathlib import Path
@@ -22,6 +25,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize  # noqa: E402
 from _flusi_io import InputError, run_tool  # noqa: E402
 from _style import save, use_style  # noqa: E402
 from _wing_file import read_wing  # noqa: E402
+from _wing_shape import draw_shapes, read_shape  # noqa: E402
 
 MEMBRANE, MESH, INK, JOINT, ROOT = "#F6F1E4", "#CFC4AC", "#3A2A18", "#0072B2", "#B2182B"
 CUTICLE = LinearSegmentedColormap.from_list("cuticle", ["#D9A441", "#A8642A", "#6B3A1E", "#2B1810"])
@@ -171,8 +175,9 @@ def draw(wing, mesh=True, names=True, values=None, label=""):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("wing", metavar="WING", help="wing file")
-    parser.add_argument("-o", "--output", metavar="PNG", help="picture to write (default: WING with the ending .png)")
+    parser.add_argument("wing", metavar="WING", nargs="?", help="wing file")
+    parser.add_argument("-o", "--output", metavar="PNG", help="picture to write (default: the last file as .png)")
+    parser.add_argument("--shape", nargs="+", metavar="FILE", help="deformed wings of flusi --static or --solid")
     parser.add_argument("--no-mesh", action="store_true", help="leave out the edges of the mesh")
     parser.add_argument("--no-names", action="store_true", help="leave out the names of the veins")
     parser.add_argument("--field", metavar="FILE", help="HDF5 file with a value for every point")
@@ -180,6 +185,12 @@ def main():
     parser.add_argument("--label", default="deflection [m]", metavar="TEXT", help="of the colours")
     options = parser.parse_args()
     use_style()
+    if bool(options.wing) == bool(options.shape):
+        parser.error("give a wing file or --shape with deformed wings")
+    if options.shape:
+        save(draw_shapes([read_shape(path) for path in options.shape]),
+             options.output or Path(options.shape[-1]).with_suffix(".png"))
+        return
     wing = read_wing(options.wing)
     wing.title = wing.title or Path(options.wing).stem
     values = field_of(options.field, options.dataset, len(wing.points)) if options.field else None

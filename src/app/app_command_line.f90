@@ -7,11 +7,11 @@ module app_command_line
   private
   public :: command_t, parse_command_line, print_usage, print_version
   public :: ACTION_RUN, ACTION_CHECK, ACTION_DRY_RUN, ACTION_VERSION, ACTION_HELP, ACTION_KEYVALUES, &
-            ACTION_COMPARE_KEYS, ACTION_PARAMETERS, ACTION_STATIC, ACTION_STATIC_CHECK
+            ACTION_COMPARE_KEYS, ACTION_PARAMETERS, ACTION_STATIC, ACTION_STATIC_CHECK, ACTION_SOLID, ACTION_SOLID_CHECK
 
   integer, parameter :: ACTION_RUN = 1, ACTION_CHECK = 2, ACTION_DRY_RUN = 3, ACTION_VERSION = 4, ACTION_HELP = 5, &
                         ACTION_KEYVALUES = 6, ACTION_COMPARE_KEYS = 7, ACTION_PARAMETERS = 8, ACTION_STATIC = 9, &
-                        ACTION_STATIC_CHECK = 10
+                        ACTION_STATIC_CHECK = 10, ACTION_SOLID = 11, ACTION_SOLID_CHECK = 12
 
   !> What the user wants.
   type :: command_t
@@ -32,13 +32,14 @@ contains
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: argument
     integer :: i, n_files
-    logical :: is_static
+    logical :: is_static, is_solid
     command%ini = ''
     command%restart_file = ''
     command%file = ''
     command%other_file = ''
     n_files = 0
     is_static = .false.
+    is_solid = .false.
     do i = 1, command_argument_count()
       argument = argument_text(i)
       select case (argument)
@@ -53,6 +54,8 @@ contains
         return
       case ('--static')
         is_static = .true.
+      case ('--solid')
+        is_solid = .true.
       case ('--check')
         call choose(ACTION_CHECK)
       case ('--dry-run')
@@ -81,7 +84,10 @@ contains
         end if
       end select
     end do
-    if (is_static) call choose_static(command, errors)
+    if (is_static .and. is_solid) call errors%add('--solid contradicts --static')
+    if (is_static) call choose_wing_alone(command, '--static', ACTION_STATIC, ACTION_STATIC_CHECK, errors)
+    if (is_solid .and. .not. is_static) &
+      call choose_wing_alone(command, '--solid', ACTION_SOLID, ACTION_SOLID_CHECK, errors)
     call check_files(command, n_files, errors)
 
   contains
@@ -94,19 +100,23 @@ contains
     end subroutine choose
   end subroutine parse_command_line
 
-  !> --static changes what is run or checked.
-  subroutine choose_static(command, errors)
+  !> --static and --solid change what is run or checked.
+  subroutine choose_wing_alone(command, argument, to_run, to_check, errors)
     type(command_t), intent(inout) :: command
+    character(*), intent(in) :: argument
+    integer, intent(in) :: to_run, to_check
     type(message_list_t), intent(inout) :: errors
     select case (command%action)
     case (ACTION_RUN)
-      command%action = ACTION_STATIC
+      command%action = to_run
     case (ACTION_CHECK)
-      command%action = ACTION_STATIC_CHECK
+      command%action = to_check
     case default
-      call errors%add('--static goes with --check and --flusi-compat only')
+      call errors%add(argument//' goes with '//trim(merge('--check, --restart and --flusi-compat', &
+                                                          '--check and --flusi-compat           ', &
+                                                          to_run == ACTION_SOLID))//' only')
     end select
-  end subroutine choose_static
+  end subroutine choose_wing_alone
 
   subroutine check_files(command, n_files, errors)
     type(command_t), intent(inout) :: command
@@ -125,7 +135,7 @@ contains
       if (n_files < 1) call errors%add('the name of a parameter file is missing')
       command%ini = command%file
     end select
-    if (command%restart .and. command%action /= ACTION_RUN .and. command%action /= ACTION_DRY_RUN) &
+    if (command%restart .and. all(command%action /= [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])) &
       call errors%add('--restart goes with a run')
   end subroutine check_files
 
@@ -141,7 +151,7 @@ contains
   !> Writes how the program is called.
   subroutine print_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(19) = [character(84) :: &
+    character(*), parameter :: LINES(20) = [character(84) :: &
                                             'usage: mpirun -n RANKS flusi FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
@@ -153,6 +163,7 @@ contains
                                             '  --help              print this', &
                                             '', &
                                '       flusi --static FILE.ini [--check]           shape of a wing under given loads', &
+                                '       flusi --solid FILE.ini [--check|--restart]  motion of a wing without a fluid', &
                                             '       flusi [--postprocess] --keyvalues FIELD.h5', &
                                             '       flusi [--postprocess] --compare-keys A.key B.key', &
                                             '', &

@@ -2,6 +2,7 @@
 !> The register of all ini keys of `flusi`, and those that concern output and running.
 module app_keys
   use app_flusi_keys, only: register_flusi_legacy
+  use app_solid_keys, only: write_solid_reference
   use app_static_keys, only: write_static_reference
   use base_kinds, only: rp
   use fluid_keys, only: register_fluid_keys
@@ -33,6 +34,7 @@ contains
     write (unit, '(a)') '# Parameters', '', '<!-- Written by `flusi --parameters`; a test compares. -->', ''
     call registry%write_markdown(unit)
     call write_static_reference(unit)
+    call write_solid_reference(unit)
   end subroutine write_reference
 
   subroutine register_units(r)

@@ -15,6 +15,7 @@ module app_progress
     real(rp) :: interval = 30, begun = 0, shown = -huge(1.0_rp), last_step = 0
     real(rp) :: seconds_per_step = 0 !< moving average
     integer :: steps = 0
+    character(:), allocatable :: quantity !< what is shown beside the time step
   contains
     procedure :: init => progress_init
     procedure :: step_done => progress_step_done
@@ -23,11 +24,14 @@ module app_progress
 
 contains
 
-  !> `speaks` on root only.
-  subroutine progress_init(self, speaks, interval)
+  !> `speaks` on root only. `quantity` names the number that `step_done` gets as u_max.
+  subroutine progress_init(self, speaks, interval, quantity)
     class(progress_t), intent(inout) :: self
     logical, intent(in) :: speaks
     real(rp), intent(in) :: interval !< seconds between lines in a log
+    character(*), intent(in), optional :: quantity
+    self%quantity = 'max|u|'
+    if (present(quantity)) self%quantity = quantity
     self%speaks = speaks
     self%live = is_terminal()
     self%interval = merge(0.2_rp, interval, self%live)
@@ -54,8 +58,8 @@ contains
     steps_left = min((t_max - time)/dt, real(max_steps - step, rp))
     done = max(time/t_max, real(step, rp)/max_steps)
     left = steps_left*self%seconds_per_step
-    write (line, '(a,i8,a,es10.3,a,es9.2,a,f7.3,a,es9.2,a,f6.1,a)') 'step', step, '  t', time, '  dt', dt, '  max|u|', &
-      min(u_max, 999.0_rp), '  s/step', self%seconds_per_step, '  ', 100*done, ' %  ETA '//duration(left)
+    write (line, '(a,i8,a,es10.3,a,es9.2,a,f7.3,a,es9.2,a,f6.1,a)') 'step', step, '  t', time, '  dt', dt, &
+      '  '//self%quantity, min(u_max, 999.0_rp), '  s/step', self%seconds_per_step, '  ', 100*done, ' %  ETA '//duration(left)
     if (self%live) then
       write (output_unit, '(a)', advance='no') achar(13)//trim(line)//'   '
     else

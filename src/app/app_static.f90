@@ -6,12 +6,12 @@ module app_static
   use app_command_line, only: command_t, ACTION_STATIC_CHECK
   use app_static_output, only: remove_shape, static_row_t, static_table_t, write_shape
   use app_static_settings, only: load_static_settings, static_settings_t
-  use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_VERSION
+  use app_wing_modes, only: find_modes, save_modes
+  use app_wing_report, only: print_wing
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
-  use solid_params, only: membrane_note
   use solid_statics, only: solve_static
   implicit none
   private
@@ -40,13 +40,32 @@ contains
       call settings%config%print_effective(output_unit)
       return
     end if
-    call print_wing(output_unit, settings)
-    call solve_all(settings, n_failed, failure)
+    call print_wing(output_unit, 'end of the loading path from the flat wing', settings%setup)
+    if (settings%n_modes > 0) call solve_modes(settings, code, failure)
+    n_failed = 0
+    if (.not. failure%failed .and. size(settings%loads) > 0) call solve_all(settings, n_failed, failure)
     if (n_failed > 0) code = EXIT_NUMERICAL
     if (.not. failure%failed) return
     write (error_unit, '(a)') failure%reason
     code = EXIT_FAILURE
   end subroutine run_static
+
+  !> Prints and saves the natural modes of the unloaded wing; without them the loads go on.
+  subroutine solve_modes(settings, code, failure)
+    type(static_settings_t), intent(in) :: settings
+    integer, intent(inout) :: code
+    type(failure_t), intent(inout) :: failure
+    type(failure_t) :: numerical
+    real(rp), allocatable :: frequencies(:), shapes(:, :, :)
+    allocate (frequencies(settings%n_modes), shapes(3, settings%setup%model%n_all, settings%n_modes))
+    call find_modes(settings%setup, frequencies, shapes, numerical)
+    if (numerical%failed) then
+      write (output_unit, '(a)') 'modes     failed: '//numerical%reason
+      code = EXIT_NUMERICAL
+    else
+      call save_modes(settings%setup, settings%name, settings%save_shapes, frequencies, shapes, failure)
+    end if
+  end subroutine solve_modes
 
   !> Solves and saves load by load; `failure` means that files cannot be written.
   subroutine solve_all(settings, n_failed, failure)
@@ -62,8 +81,8 @@ contains
     n_failed = 0
     call table%start(settings%name, failure)
     if (failure%failed) return
-    allocate (u(3, settings%model%n_all), source=0.0_rp)
-    call work%init(settings%model)
+    allocate (u(3, settings%setup%model%n_all), source=0.0_rp)
+    call work%init(settings%setup%model)
     call print_head(output_unit)
     do i = 1, size(settings%loads)
       call solve_one(settings, i, work, u, row)
@@ -96,63 +115,18 @@ contains
     type(static_row_t), intent(out) :: row
     real(rp) :: t0, t1
     integer :: n
-    associate (model => settings%model, l => settings%loads(i))
+    associate (model => settings%setup%model, l => settings%loads(i))
       call cpu_time(t0)
       call solve_static(work, model, l%load, .false., settings%options, u, row%report)
       call cpu_time(t1)
       row%seconds = t1 - t0
       if (.not. row%report%converged) return ! u belongs to a part of the load only
       n = model%n_points
-      row%at_load = sum(l%load%force*u)/norm2(l%force)
-      row%tip = u(:, tip_point(settings))
+      row%at_load = sum(l%applied*u)/l%magnitude
+      row%tip = u(:, settings%setup%tip)
       row%largest = sqrt(maxval(sum(u(:, :n)**2, 1)))
     end associate
   end subroutine solve_one
-
-  !> The point farthest from the centre of the root.
-  integer function tip_point(settings) result(point)
-    type(static_settings_t), intent(in) :: settings
-    real(rp) :: centre(3)
-    associate (wing => settings%wing)
-      centre = sum(wing%points(:, wing%root), 2)/size(wing%root)
-      point = maxloc(sum((wing%points - spread(centre, 2, size(wing%points, 2)))**2, 1), 1)
-    end associate
-  end function tip_point
-
-  !> What the wing is: size, mass, stiffness, with what these numbers mean.
-  subroutine print_wing(unit, s)
-    integer, intent(in) :: unit
-    type(static_settings_t), intent(in) :: s
-    real(rp), parameter :: UG = 1.0e9_rp, UM = 1.0e6_rp, MM = 1.0e3_rp
-    character(:), allocatable :: note
-    logical :: is_soft
-    integer :: i
-    write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
-    write (unit, '(a)') 'method    Truong et al. (masses and springs); end of the loading path from the flat wing'
-    write (unit, '(a,6(i0,a),f0.3,a)') 'wing      '//s%wing_path//': ', s%model%n_points, ' points, ', &
-      size(s%wing%triangles, 2), ' triangles, ', size(s%wing%veins), ' veins, ', size(s%wing%joints), ' joints, ', &
-      size(s%wing%root), ' root points, ', s%model%springs%n, ' springs, size ', MM*s%model%size, ' mm'
-    if (s%has_mass) then
-      associate (m => s%mass)
-        write (unit, '(a,f0.2,a,f0.2,a,f0.2,a,3(f7.3,a))') 'mass      ', UG*m%total, ' ug: veins ', UG*m%veins, &
-   ' ug, membrane ', UG*m%membrane, ' ug; centre of mass', MM*m%centre(1), '', MM*m%centre(2), '', MM*m%centre(3), ' mm'
-        if (m%area > 0) write (unit, '(a,f0.3,a,f0.2,a,i0,a)') 'membrane  ', MM**2*m%area, ' mm^2; its mass means ', &
-          UM*m%thickness, ' um at ', nint(s%material%vein_density), ' kg/m^3'
-      end associate
-    end if
-    if (size(s%wing%triangles) > 0) then
-      call membrane_note(s%model%params, note, is_soft)
-      write (unit, '(a)') '          '//note
-    end if
-    associate (p => s%model%params)
-      write (unit, '(a,es11.4,a,3(es10.3,a))') 'veins     E = ', p%young, ' Pa; springs of veins, membrane, cross ', &
-        p%k_vein, ' ', p%k_membrane, ' ', p%k_cross, ' N/m; cross-springs '//trim(merge('yes', 'no ', p%cross_springs))
-      do i = 1, size(p%joint)
-        write (unit, '(a,a,es11.4,a)') 'joint     '//p%joint_names(i), ' ', p%joint(i), ' N m/rad'// &
-          trim(merge(' (as the vein)', '              ', s%asked%joint(i) < 0))
-      end do
-    end associate
-  end subroutine print_wing
 
   subroutine print_head(unit)
     integer, intent(in) :: unit
@@ -168,7 +142,7 @@ contains
     real(rp), parameter :: MM = 1.0e3_rp
     associate (l => settings%loads(i), r => row%report)
       write (unit, '(i4,2f10.4,es12.3,a11)', advance='no') i, MM*l%place, &
-        merge(l%force(3), norm2(l%force), all(abs(l%force(:2)) <= 0)), merge('yes', 'NO ', r%converged)
+        merge(l%force(3), l%magnitude, abs(l%force(3)) >= 0.999_rp*l%magnitude), merge('yes', 'NO ', r%converged)
       if (r%converged) then
         write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &
           MM*row%tip(3), 1000*row%seconds

@@ -1,30 +1,23 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Files of `flusi --static`: for each load the deformed wing in HDF5 with an XDMF index, and a table of all
-!> loads.
-!>
-!> `<name>_NN.h5` holds points, displacement, force (n x 3) and triangles (m x 3, from 0) of the membrane; the
-!> veins have points of their own, since a point where veins meet has several diameters: vein_points,
-!> vein_displacement, vein_diameter, and vein_cells, one polyline a vein in XDMF's mixed topology: 2, number
-!> of points, points. SI units, 64 bits. Every file gets its name when it is complete.
+!> Files of `flusi --static`: for each load the deformed wing in HDF5, with the forces of the load, and an
+!> XDMF index (see app_wing_output); and a table of all loads. Every file gets its name when it is complete.
 module app_static_output
-  use app_static_settings, only: static_load_t, static_settings_t
+  use app_static_settings, only: static_settings_t
+  use app_wing_output, only: put_wing, put_wing_vectors, shape_grid, wing_lines_t
   use base_errors, only: failure_t
   use base_files, only: name_of, remove_file
-  use base_kinds, only: rp, i8
-  use base_text, only: number_text
+  use base_kinds, only: rp
   use base_text_file, only: write_text
   use io_attributes, only: put_attribute
-  use io_datasets, only: write_integers, write_slab
   use io_hdf5, only: hdf5_file_t
+  use io_xdmf_series, only: xdmf_text
   use solid_statics, only: static_report_t
-  use solid_wing, only: wing_t
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none
   private
   public :: static_table_t, static_row_t, write_shape, remove_shape
 
   character(*), parameter :: NL = new_line('a')
-  integer, parameter :: POLYLINE = 2 !< XDMF's number of this kind of cell
   character(*), parameter :: COLUMNS(19) = [character(14) :: 'load [-]', 'x [m]', 'y [m]', 'fx [N]', 'fy [N]', &
       'fz [N]', 'converged [-]', 'residual [-]', 'factors [-]', 'snaps [-]', 'stages [-]', 'rcond [-]', 'at_load [m]', &
                                                'tip_x [m]', 'tip_y [m]', 'tip_z [m]', 'largest [m]', 'R [m]', 'CPU [s]']
@@ -82,7 +75,7 @@ contains
     end if
     associate (l => settings%loads(number), r => row%report)
       write (line, '(es16.8,*(es17.8))') real(number, rp), l%place, l%force, merge(1.0_rp, 0.0_rp, r%converged), &
-        residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%model%size, row%seconds
+     residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%setup%model%size, row%seconds
     end associate
     self%text = self%text//NL//trim(line)
     call save(self, failure)
@@ -123,117 +116,28 @@ contains
     type(static_row_t), intent(in) :: row
     type(failure_t), intent(inout) :: failure
     type(hdf5_file_t) :: file
+    type(wing_lines_t) :: lines
     character(:), allocatable :: path
-    integer, allocatable :: vein_nodes(:), cells(:)
-    real(rp), allocatable :: diameters(:)
+    character(8), parameter :: none(0) = [character(8) ::]
     logical :: ok
-    integer :: n
     path = shape_file(settings, number)
-    n = settings%model%n_points
-    call list_veins(settings%wing, vein_nodes, diameters, cells)
-    associate (wing => settings%wing, moved => settings%wing%points + u(:, :n), load => settings%loads(number))
+    associate (s => settings%setup, load => settings%loads(number))
+      call lines%init(s%wing)
       call file%create_serial(path//'.h5.part', failure)
-      if (size(wing%triangles) > 0) then
-        call put_vectors(file, 'points', 'm', moved, failure)
-        call put_vectors(file, 'displacement', 'm', u(:, :n), failure)
-        call put_vectors(file, 'force', 'N', load%load%force(:, :n), failure)
-        call write_integers(file, 'triangles', int(shape(wing%triangles), i8), &
-                            [wing%triangles - 1], failure)
-      end if
-      if (size(wing%veins) > 0) then
-        call put_vectors(file, 'vein_points', 'm', moved(:, vein_nodes), failure)
-        call put_vectors(file, 'vein_displacement', 'm', u(:, vein_nodes), failure)
-        call write_slab(file, 'vein_diameter', [size(diameters, kind=i8)], [0_i8], [size(diameters, kind=i8)], &
-                        diameters, .false., failure)
-        call put_attribute(file, 'vein_diameter', 'units', 'm', failure)
-        call write_integers(file, 'vein_cells', [size(cells, kind=i8)], cells, failure)
-      end if
+      call put_wing(file, lines, s%wing, u, failure)
+      call put_wing_vectors(file, lines, 'force', 'N', load%load%force(:, :s%model%n_points), .false., failure)
       call put_attribute(file, '/', 'schema', 'flusi-msm static shape', failure)
-      call put_attribute(file, '/', 'wing', settings%wing_path, failure)
+      call put_attribute(file, '/', 'wing', s%path, failure)
       call put_attribute(file, '/', 'load', number, failure)
       call put_attribute(file, '/', 'place', load%place, failure)
       call put_attribute(file, '/', 'force', load%force, failure)
-      call put_attribute(file, '/', 'E', settings%model%params%young, failure)
-      call put_attribute(file, '/', 'D', settings%model%params%plate, failure)
+      call put_attribute(file, '/', 'E', s%model%params%young, failure)
+      call put_attribute(file, '/', 'D', s%model%params%plate, failure)
       call put_attribute(file, '/', 'residual', row%report%residual, failure)
-      call file%publish(path//'.h5', .false., failure)
-      if (failure%failed) return
-      call write_text(path//'.xmf', index_text(name_of(path)//'.h5', wing, size(vein_nodes), size(cells)), ok)
     end associate
+    call file%publish(path//'.h5', .false., failure)
+    if (failure%failed) return
+    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'wing', ['force'], none)), ok)
     if (.not. ok) call failure%raise(path//'.xmf: cannot be written; is the disk full?')
   end subroutine write_shape
-
-  subroutine put_vectors(file, name, units, values, failure)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: name, units
-    real(rp), intent(in) :: values(:, :)
-    type(failure_t), intent(inout) :: failure
-    integer(i8) :: dims(2)
-    dims = shape(values, kind=i8)
-    call write_slab(file, name, dims, [0_i8, 0_i8], dims, [values], .false., failure)
-    call put_attribute(file, name, 'units', units, failure)
-  end subroutine put_vectors
-
-  !> Points and diameters of all veins one after the other, and the cells that join them.
-  subroutine list_veins(wing, nodes, diameters, cells)
-    type(wing_t), intent(in) :: wing
-    integer, allocatable, intent(out) :: nodes(:), cells(:)
-    real(rp), allocatable, intent(out) :: diameters(:)
-    integer :: i, k, n
-    allocate (nodes(0), cells(0), diameters(0))
-    do i = 1, size(wing%veins)
-      n = size(wing%veins(i)%nodes)
-      cells = [cells, POLYLINE, n, [(size(nodes) + k, k=0, n - 1)]]
-      nodes = [nodes, wing%veins(i)%nodes]
-      diameters = [diameters, wing%veins(i)%diameters]
-    end do
-  end subroutine list_veins
-
-  !> The XDMF index: membrane and veins as two grids of one collection.
-  function index_text(file, wing, n_vein_points, n_cells) result(xml)
-    character(*), intent(in) :: file
-    type(wing_t), intent(in) :: wing
-    integer, intent(in) :: n_vein_points, n_cells
-    character(:), allocatable :: xml
-    integer :: n, m
-    n = size(wing%points, 2)
-    m = size(wing%triangles, 2)
-    xml = '<?xml version="1.0" ?>'//NL//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//NL//'<Xdmf Version="3.0">'//NL// &
-          '<Domain>'//NL//'<Grid Name="wing" GridType="Collection" CollectionType="Spatial">'//NL
-    if (m > 0) xml = xml//'<Grid Name="membrane" GridType="Uniform">'//NL// &
-                     '<Topology TopologyType="Triangle" NumberOfElements="'//number_text(m)//'">'//NL// &
-                     item('triangles', 'Int', number_text(m)//' 3')//'</Topology>'//NL//geometry('points', n)// &
-                     vector('displacement', 'displacement', n)//vector('force', 'force', n)//'</Grid>'//NL
-    if (n_vein_points > 0) xml = xml//'<Grid Name="veins" GridType="Uniform">'//NL// &
-                        '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(size(wing%veins))//'">'//NL// &
-          item('vein_cells', 'Int', number_text(n_cells))//'</Topology>'//NL//geometry('vein_points', n_vein_points)// &
-                                 vector('displacement', 'vein_displacement', n_vein_points)// &
-                                 '<Attribute Name="diameter" AttributeType="Scalar" Center="Node">'//NL// &
-                           item('vein_diameter', 'Float', number_text(n_vein_points))//'</Attribute>'//NL//'</Grid>'//NL
-    xml = xml//'</Grid>'//NL//'</Domain>'//NL//'</Xdmf>'
-
-  contains
-
-    function item(dataset, kind, dimensions) result(text)
-      character(*), intent(in) :: dataset, kind, dimensions
-      character(:), allocatable :: text
-      text = '<DataItem Format="HDF" NumberType="'//kind//'" Precision="'//merge('4', '8', kind == 'Int')// &
-             '" Dimensions="'//dimensions//'">'//file//':/'//dataset//'</DataItem>'//NL
-    end function item
-
-    function geometry(dataset, count) result(text)
-      character(*), intent(in) :: dataset
-      integer, intent(in) :: count
-      character(:), allocatable :: text
-      text = '<Geometry GeometryType="XYZ">'//NL//item(dataset, 'Float', number_text(count)//' 3')//'</Geometry>'//NL
-    end function geometry
-
-    function vector(name, dataset, count) result(text)
-      character(*), intent(in) :: name, dataset
-      integer, intent(in) :: count
-      character(:), allocatable :: text
-      text = '<Attribute Name="'//name//'" AttributeType="Vector" Center="Node">'//NL// &
-             item(dataset, 'Float', number_text(count)//' 3')//'</Attribute>'//NL
-    end function vector
-  end function index_text
 end module app_static_output

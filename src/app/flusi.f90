@@ -4,13 +4,15 @@ program flusi
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: command_t, parse_command_line, print_usage, print_version, ACTION_CHECK, &
                               ACTION_COMPARE_KEYS, ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
-                              ACTION_PARAMETERS, ACTION_RUN, ACTION_STATIC, ACTION_STATIC_CHECK, ACTION_VERSION
+                              ACTION_PARAMETERS, ACTION_RUN, ACTION_SOLID, ACTION_SOLID_CHECK, ACTION_STATIC, &
+                              ACTION_STATIC_CHECK, ACTION_VERSION
   use app_dry_run, only: print_dry_run
   use app_keys, only: write_reference
   use app_parameters, only: read_parameters
   use app_postprocess, only: run_keyvalues, run_compare_keys
   use app_settings, only: settings_t
   use app_simulation, only: simulation_t
+  use app_solid, only: check_solid, run_solid
   use app_static, only: run_static
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
@@ -26,7 +28,7 @@ program flusi
   logical :: needs_mpi
 
   call parse_command_line(command, errors)
-  needs_mpi = errors%count() == 0 .and. (command%action == ACTION_RUN .or. command%action == ACTION_DRY_RUN)
+  needs_mpi = errors%count() == 0 .and. any(command%action == [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])
   ! Whatever runs without MPI is said once, also behind a launcher.
   if (.not. needs_mpi .and. launched_rank() > 0) call exit_with(EXIT_OK)
   if (errors%count() > 0) then
@@ -49,6 +51,12 @@ program flusi
     call run_compare_keys(command, code)
   case (ACTION_STATIC, ACTION_STATIC_CHECK)
     call run_static(command, code)
+  case (ACTION_SOLID_CHECK)
+    call check_solid(command, code)
+  case (ACTION_SOLID)
+    call world%start()
+    call run_solid(command, world, code)
+    call world%stop()
   case (ACTION_CHECK)
     call read_parameters(command, settings, code)
     if (code == EXIT_OK) call settings%config%print_effective(output_unit)

@@ -9,7 +9,7 @@ import struct
 import xml.etree.ElementTree as ET
 
 from whole_program import (EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER, SOURCE, check, live_keys, main, merged,
-                           STATIC_REFERENCE)
+                           SOLID_REFERENCE, STATIC_REFERENCE)
 
 NO_MPI = {"OMPI_MCA_pml": "no_such_component"}
 WING = SOURCE / "wings/calliphora_small.h5"
@@ -204,6 +204,81 @@ def test_parameters(case):
     check(abs(one - two) < 1e-7 * abs(one), f"a place and a point are the same load: {one} {two}")
 
 
+def only(case, loads):
+    """Rows of the table of a run with these loads."""
+    case.write("run.ini", {"Wing": {"file": WING}, "Loads": loads})
+    case.run("--static", "run.ini", ranks=0)
+    return table(case)
+
+
+def same_shape(one, two, what, names=("at_load", "tip_x", "tip_y", "tip_z", "largest")):
+    """Both loads are the same up to round-off, and both solutions end at 1e-8 of the load, which soft directions
+    turn into some 1e-7 of the movement."""
+    for name in names:
+        check(abs(one[name] - two[name]) < 1e-6 * abs(two["largest"]), f"{what}: {name} {one[name]} and {two[name]}")
+
+
+def listed(forces, root=()):
+    """Forces at points as one load of named_forces; not at the root, which nothing moves."""
+    return " + ".join(f"point:{i + 1} {f[0]!r} {f[1]!r} {f[2]!r}" for i, f in enumerate(forces)
+                      if any(f) and i not in root)
+
+
+def test_combined_loads(case):
+    """Several forces in one load are statics of their sum, whatever names their places have."""
+    points = vectors_of_wing(case)
+    tip = max(range(len(points)), key=lambda i: points[i][0]) + 1
+    place, second = (0.00721, -0.00032, 3e-4), (0.00405, 0.00066, 2e-3)
+    rows = only(case, {"forces": f"(/ {place[0]} {place[1]} {place[2]}\n {second[0]} {second[1]} {second[2]} /)",
+                       "point_forces": f"(/ {tip} 1e-5 0 1e-4 /)"})
+    forces = [vectors(case, f"static_0{i}.h5", "force") for i in (1, 2, 3)]
+    check([sum(any(f) for f in one) for one in forces] == [3, 3, 1], "three corners, three corners, a point")
+    parts = only(case, {"named_forces": f"{listed(forces[0])}, at:{second[0]}:{second[1]} 0 0 {second[2]}, "
+                                        "tip 1e-5 0 1e-4"})
+    check(len(parts) == 3, "commas separate loads")
+    for one, two, what in zip(rows, parts, ("corners", "a place", "the tip")):
+        same_shape(one, two, what)
+        check(abs(one["fz"] - two["fz"]) < 1e-15, "with the same force")
+    total = [[sum(f[k] for f in at) for k in range(3)] for at in zip(*forces)]
+    once, twice = only(case, {"named_forces": f"at:{place[0]}:{place[1]} 0 0 {place[2]} + at:{second[0]}:{second[1]} "
+                                              f"0 0 {second[2]} + point:{tip} 1e-5 0 1e-4, {listed(total)}"})
+    same_shape(once, twice, "three forces")
+    check(abs(once["fz"] - 2.4e-3) < 1e-12 and abs(once["fx"] - 1e-5) < 1e-15, f"which add up: {once}")
+    check(once["tip_z"] > 1.1 * max(r["tip_z"] for r in rows), "and act together")
+    # Points of veins and joints.
+    veins = only(case, {"named_forces": "vein:C:last 0 0 1e-4, vein:C:2 0 0 1e-4, joint:C_Sc 0 0 1e-4"})
+    here = case.folder / "wing.h5"
+    here.write_bytes(WING.read_bytes())
+    nodes = integers(case, "wing.h5", "/veins/C/nodes")
+    base = 1 - int(re.search(r'"index_base".*?\(0\): (\d)', case.header("wing.h5"), re.S).group(1))
+    numbers = [nodes[-1] + base, nodes[1] + base]
+    for row, number in zip(veins, numbers):
+        x, y, _ = points[number - 1]
+        check(abs(row["x"] - x) < 1e-9 and abs(row["y"] - y) < 1e-9, f"point {number} of the wing is meant: {row}")
+
+
+def test_gravity(case):
+    """The weight is a load: alone, and with others."""
+    alone, = only(case, {"gravity": "0 3 -9.81"})
+    weight = vectors(case, "static_01.h5", "force")
+    mass = sum(f[2] for f in weight) / -9.81
+    check(abs(mass - 250.03e-9) < 0.01e-9, f"it is that of the mass reported: {mass}")
+    check(abs(alone["fz"] + 9.81 * mass) < 1e-14 and abs(alone["fy"] - 3 * mass) < 1e-14, f"and told: {alone}")
+    check(abs(alone["x"] - 3.158e-3) < 1e-6 and abs(alone["y"] + 0.223e-3) < 1e-6, "at the centre of mass")
+    check(alone["tip_z"] < 0 < alone["at_load"], "the wing sinks")
+    (case.folder / "wing.h5").write_bytes(WING.read_bytes())
+    first = int(re.search(r'"index_base".*?\(0\): (\d)', case.header("wing.h5"), re.S).group(1))
+    forces = listed(weight, [n - first for n in integers(case, "wing.h5", "/root/nodes")])
+    moved = ("tip_x", "tip_y", "tip_z", "largest")
+    as_forces, = only(case, {"named_forces": forces})
+    same_shape(alone, as_forces, "the weight as forces", moved)
+    with_tip, = only(case, {"named_forces": "tip 0 0 2e-4", "gravity": "0 3 -9.81"})
+    as_forces, = only(case, {"named_forces": f"{forces} + tip 0 0 2e-4"})
+    check(abs(with_tip["fz"] - 2e-4) < 1e-15, "the weight is not counted as applied")
+    same_shape(with_tip, as_forces, "weight and tip", moved)
+    check(abs(with_tip["at_load"] - with_tip["tip_z"]) < 1e-11, "the loaded place is the tip")
+
+
 def test_mistakes(case):
     def forces(text):
         return {"Loads": {"forces": text}}
@@ -226,6 +301,11 @@ def test_mistakes(case):
          ["run.ini:4: [Loads] forces: row 2: the place 0.02 0.0 m is not on the membrane; row 3: the force is zero"]),
         ({"Loads": {"point_forces": "(/ 201 0 0 1\n 1.5 0 0 1\n 5 0 0 0 /)"}},
          ["row 1: 201.0 is no point; valid: 1 to 200; row 2: 1.5 is no point", "row 3: the force is zero"]),
+        ({"Loads": {"named_forces": "tip 0 0 1e-4 + nose 0 0 1, , tip 0 0 1 +"}},
+         ["[Loads] named_forces: 'nose' is no place; valid: tip", "'' is no place with three components"]),
+        ({"Loads": {"named_forces": "tip 0 0 1e-4 + tip 0 0 -1e-4"}}, ["the forces of load 1 cancel"]),
+        ({"Loads": {"gravity": "0 -9.81"}}, ["[Loads] gravity"]),
+        ({"Modes": {"modes": -1}}, ["[Modes] modes"]),
         ({"Solver": {"tolerance": 1}}, ["[Solver] tolerance"]),
         ({"Saving": {"name": "a<b"}}, ["[Saving] name: must not contain"]),
     ]
@@ -255,7 +335,7 @@ def test_check(case):
     """--check prints every documented key, needs no MPI and writes nothing; behind a launcher all is said once."""
     case.write("static.ini", shipped())
     done = case.run("--static", "--check", "static.ini", ranks=0, env=NO_MPI)
-    known = live_keys(case.flusi("--parameters").out.split(STATIC_REFERENCE)[1])
+    known = live_keys(case.flusi("--parameters").out.split(STATIC_REFERENCE)[1].split(SOLID_REFERENCE)[0])
     section, printed = "", set()
     for line in done.out.splitlines():
         section = line.strip("[]") if line.startswith("[") else section

@@ -52,6 +52,13 @@ class PlotSeries(Tool):
             with self.subTest(name):
                 self.assert_picture("plot_series.py", self.write(name, columns))
 
+    def test_wing_in_motion(self):
+        names = "tip_x tip_y tip_z largest E_kin E_kin_rel E_elastic W_loads W_weight W_frame Q_damping imbalance"
+        header = "% time [s]  " + "  ".join(f"{name} [J]" for name in names.split()) + "\n"
+        wing = self.assert_picture("plot_series.py", self.write("any_name.t", 13, header=header))
+        one = self.assert_picture("plot_series.py", self.write("ekin.t", 2))
+        self.assertGreater(wing[0], 2 * one[0], "displacement, energy, work")
+
     def test_two_panels_are_higher_than_one(self):
         one = self.assert_picture("plot_series.py", self.write("ekin.t", 2))
         two = self.assert_picture("plot_series.py", self.write("ekin.t", 2), self.write("forces.t", 13))

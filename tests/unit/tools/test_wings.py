@@ -17,7 +17,8 @@ from synthetic import SOURCE, TOOLS, run_tool  # noqa: E402
 
 sys.path.insert(0, str(TOOLS))
 from _triangulate import Triangulation, in_circle  # noqa: E402
-from _wing_file import read_wing  # noqa: E402
+from _wing_file import Wing, read_wing  # noqa: E402
+from _wing_shape import read_shape, section  # noqa: E402
 from make_wing import make_calliphora, make_plate  # noqa: E402
 
 READER = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
@@ -166,6 +167,55 @@ class Pictures(InFolder):
             run = run_tool("plot_wing.py", SOURCE / "wings" / "calliphora_small.h5", "-o", picture, *options)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertGreater(picture.stat().st_size, 20000)
+
+    def write_shape(self, name, wing, bend, **facts):
+        """A deformed wing as the solver saves it: z = bend x^2."""
+        u = np.zeros_like(wing.points)
+        u[:, 2] = bend * wing.points[:, 0]**2
+        nodes = [n for chain, _ in wing.veins.values() for n in chain]
+        with h5py.File(self.folder / name, "w") as file:
+            file.attrs["schema"] = "flusi-msm shape"
+            for key, value in facts.items():
+                file.attrs[key] = value
+            if len(wing.triangles):
+                file["points"], file["displacement"], file["triangles"] = wing.points + u, u, wing.triangles
+            file["vein_points"], file["vein_displacement"] = (wing.points + u)[nodes], u[nodes]
+            cells, at = [], 0
+            for chain, _ in wing.veins.values():
+                cells += [2, len(chain), *range(at, at + len(chain))]
+                at += len(chain)
+            file["vein_cells"] = cells
+        return self.folder / name
+
+    def test_deformed_wings(self):
+        wing = read_wing(SOURCE / "wings" / "calliphora_small.h5")
+        bare = Wing(wing.points, np.zeros((0, 3), int), wing.veins, {}, wing.root)
+        cases = {"one": [self.write_shape("a.h5", wing, 20.0, load=3)],
+                 "small": [self.write_shape("b.h5", wing, 1e-4, frequency=517.0)],
+                 "flat": [self.write_shape("c.h5", wing, 0.0, time=0.0)],
+                 "many": [self.write_shape(f"d{i}.h5", wing, 3.0 * i - 9, time=1e-3 * i) for i in range(12)],
+                 "veins": [self.write_shape("e.h5", bare, 20.0, time=1.0)]}
+        for name, files in cases.items():
+            picture = self.folder / f"{name}.png"
+            run = run_tool("plot_wing.py", "--shape", *files, "-o", picture)
+            self.assertEqual((run.returncode, run.stderr), (0, ""), name)
+            self.assertGreater(picture.stat().st_size, 10000, name)
+        shape = read_shape(cases["one"][0])
+        self.assertEqual(shape.title, "load 3")
+        self.assertEqual(len(shape.veins), len(wing.veins))
+        np.testing.assert_allclose(shape.rest, 1e3 * wing.points, atol=1e-12)
+        cut = section(shape, 4.0)  # all at x = 4 mm, z = 20 x^2, linear between points of the mesh
+        np.testing.assert_allclose(cut[:, 0], 4.0, atol=1e-12)
+        self.assertTrue(np.all(np.diff(cut[:, 1]) > 0) and np.all(abs(cut[:, 2] - 0.32) < 0.02))
+
+    def test_wrong_shapes_are_named(self):
+        for name, word in (("wing.h5", "not a deformed wing"), ("text.h5", "text.h5: ")):
+            path = self.folder / name
+            path.write_bytes((SOURCE / "wings" / "plate.h5").read_bytes() if name == "wing.h5" else b"no HDF5")
+            run = run_tool("plot_wing.py", "--shape", path)
+            self.assertEqual(run.returncode, 2)
+            self.assertIn(word, run.stderr)
+        self.assertEqual(run_tool("plot_wing.py").returncode, 2)
 
     def test_wrong_input_is_named(self):
         (self.folder / "a.h5").write_text("no HDF5")

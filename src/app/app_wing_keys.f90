@@ -1,0 +1,51 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The ini keys that `flusi --static` and `flusi --solid` share: the wing, its stiffness, its mass. SI units.
+module app_wing_keys
+  use base_kinds, only: rp
+  use io_registry, only: registry_t
+  implicit none
+  private
+  public :: register_wing_keys
+
+  !> Help of every key that lists forces.
+  character(*), parameter, public :: PLACE_HELP = 'PLACE: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K '// &
+                                     '(its K-th point), joint:NAME, point:K (from 1) or at:X:Y (on the membrane, m)'
+
+contains
+
+  !> Adds [Wing] and [Mass] to `registry`.
+  subroutine register_wing_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    call register_wing(registry)
+    call register_mass(registry)
+  end subroutine register_wing_keys
+
+  subroutine register_wing(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Wing', 'the wing and what it is made of')
+   call r%add_text('Wing', 'file', '', 'wing file (docs/wing-format.md); looked for here and then in the folder of '// &
+                    'the input file', required=.true.)
+    call r%add_word('Wing', 'preset', 'default', 'default|paper', 'paper: with cross-springs, as in Truong et al.')
+    call r%add_real('Wing', 'E', 12.58e9_rp, 'Young''s modulus of all veins', unit='Pa', above=0.0_rp)
+    call r%add_real('Wing', 'k_e', 1.0e5_rp, 'extension stiffness of every spring', unit='N/m', above=0.0_rp)
+    call r%add_word('Wing', 'cross_springs', 'preset', 'preset|yes|no', &
+                    'springs between the apexes of neighbouring triangles; their effect depends on the mesh')
+    call r%add_real('Wing', 'D', 2.0e-7_rp, 'bending stiffness of the membrane: regularises, is not measured', &
+                    unit='N m', above=0.0_rp)
+    call r%add_real('Wing', 'joint_stiffness', -1.0_rp, 'of every joint; -1: as the vein without the joint', &
+                    unit='N m/rad', min=-1.0_rp)
+    call r%add_text('Wing', 'parameters', '', 'single parameters as pairs of name and value, separated by commas: '// &
+                    'joint:NAME [N m/rad], E:VEIN (factor on E), root (factor), diameter_exponent, k_vein, '// &
+                    'k_membrane, k_cross [N/m]')
+  end subroutine register_wing
+
+  subroutine register_mass(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Mass', 'what the wing weighs')
+    call r%add_real('Mass', 'vein_density', 1300.0_rp, 'of the veins'' cuticle', unit='kg/m^3', above=0.0_rp)
+    call r%add_word('Mass', 'membrane_law', 'bilinear', 'bilinear|uniform', &
+                    'areal density of the membrane: 1.75 - 147 x + 101 y scaled to membrane_mass, or areal_density')
+    call r%add_real('Mass', 'membrane_mass', 81.475e-9_rp, 'for bilinear', unit='kg', above=0.0_rp)
+    call r%add_real('Mass', 'areal_density', 3.0e-3_rp, 'for uniform', unit='kg/m^2', above=0.0_rp)
+  end subroutine register_mass
+end module app_wing_keys

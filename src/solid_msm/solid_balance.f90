@@ -1,0 +1,121 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The energy balance of a wing's motion in its own frame, step by step:
+!>
+!>     T + U = (T + U)(0) + W_loads + W_weight + W_frame - Q
+!>
+!> with the kinetic energy T of the motion within the frame, the elastic energy U, the work of the external
+!> forces, of the weight and of the fictitious forces -m (a + alpha x r + omega x (omega x r)) of the moving
+!> frame (the Coriolis force does none), and the loss Q to damping. Over a step from n to n+1 a force does
+!> the work (F_n + F_(n+1))/2 . (u_(n+1) - u_n), second order in the step like the motion itself. The balance
+!> is therefore open by O(h^2): what it lacks is what the time stepping loses.
+module solid_balance
+  use base_kinds, only: rp
+  use solid_inertia, only: inertia_t
+  use solid_model, only: solid_model_t
+  use solid_motion, only: frame_t
+  use solid_vectors, only: cross
+  implicit none
+  private
+  public :: work_t, balance_t
+
+  !> What a restart needs: sums since time 0.
+  type :: work_t
+    real(rp) :: start = 0      !< [J] T + U at time 0
+    real(rp) :: loads = 0      !< [J] by external forces
+    real(rp) :: weight = 0     !< [J]
+    real(rp) :: frame = 0      !< [J] by the fictitious forces
+    real(rp) :: damped = 0     !< [J] lost to damping
+  contains
+    procedure :: imbalance => work_imbalance
+  end type work_t
+
+  !> Forces and displacements at the beginning of a step; nothing is allocated after `init`.
+  type :: balance_t
+    private
+    real(rp), dimension(:, :), allocatable :: u, g, force, weight, apparent, new_weight, new_apparent
+  contains
+    procedure :: init => balance_init
+    procedure :: look => balance_look
+    procedure :: add_step => balance_add_step
+  end type balance_t
+
+contains
+
+  !> What the energy T + U [J] has more than the balance accounts for.
+  pure real(rp) function work_imbalance(self, energy) result(excess)
+    class(work_t), intent(in) :: self
+    real(rp), intent(in) :: energy
+    excess = energy - self%start - self%loads - self%weight - self%frame + self%damped
+  end function work_imbalance
+
+  !> Room for this model.
+  subroutine balance_init(self, model)
+    class(balance_t), intent(out) :: self
+    type(solid_model_t), intent(in) :: model
+    integer :: n
+    n = model%n_all
+    allocate (self%u(3, n), self%g(3, n), self%force(3, n), self%weight(3, n), self%apparent(3, n), &
+              self%new_weight(3, n), self%new_apparent(3, n), source=0.0_rp)
+  end subroutine balance_init
+
+  !> Remembers displacements u, elastic forces g and external forces, all (3, n_all), before a step.
+  subroutine balance_look(self, model, inertia, frame, u, g, force)
+    class(balance_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), g(:, :), force(:, :)
+    self%u = u
+    self%g = g
+    self%force = force
+    call evaluate(model, inertia, frame, u, self%weight, self%apparent)
+  end subroutine balance_look
+
+  !> Adds what happened in the step of size h [s] since `look` to `work`; the arguments are those after it.
+  subroutine balance_add_step(self, model, inertia, frame, u, g, force, h, work)
+    class(balance_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), g(:, :), force(:, :), h
+    type(work_t), intent(inout) :: work
+    real(rp) :: du(3), loads, weight, apparent, damped
+    integer :: i, p
+    call evaluate(model, inertia, frame, u, self%new_weight, self%new_apparent)
+    loads = 0
+    weight = 0
+    apparent = 0
+    damped = 0
+    do i = 1, model%n_free
+      p = model%movable(i)
+      du = u(:, p) - self%u(:, p)
+      loads = loads + dot_product(self%force(:, p) + force(:, p), du)
+      weight = weight + dot_product(self%weight(:, p) + self%new_weight(:, p), du)
+      apparent = apparent + dot_product(self%apparent(:, p) + self%new_apparent(:, p), du)
+      damped = damped + ((inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
+                         inertia%rayleigh_stiffness*dot_product(g(:, p) - self%g(:, p), du))/h
+    end do
+    work%loads = work%loads + 0.5_rp*loads
+    work%weight = work%weight + 0.5_rp*weight
+    work%frame = work%frame + 0.5_rp*apparent
+    work%damped = work%damped + damped
+  end subroutine balance_add_step
+
+  !> Weight and fictitious forces [N] of all movable points.
+  pure subroutine evaluate(model, inertia, frame, u, weight, apparent)
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(inout) :: weight(:, :), apparent(:, :)
+    real(rp) :: x(3)
+    integer :: i, p
+    do i = 1, model%n_free
+      p = model%movable(i)
+      x = model%points(:, p) + u(:, p)
+      weight(:, p) = inertia%mass(p)*frame%gravity
+      apparent(:, p) = -inertia%mass(p)*(frame%acceleration + cross(frame%alpha, x) &
+                                         + cross(frame%omega, cross(frame%omega, x)))
+    end do
+  end subroutine evaluate
+end module solid_balance
