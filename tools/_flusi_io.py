@@ -38,14 +38,20 @@ KNOWN_COLUMNS = {
               + [f"{q}{c}_{part}" for part in ("fluid", "total") for q in ("E", "dissipation")
                  for c in ("", "x", "y", "z")]
               + [f"penal_power{c}" for c in ("", "_x", "_y", "_z")],
+    "aero_power": ["time", "aerodynamic_power", "inertial_power"],
+    "kinematics": ["time", "xc", "yc", "zc", "psi", "beta", "gamma", "eta"]
+                  + [f"{angle}_{side}" for side in "lr" for angle in ("alpha", "phi", "theta")]
+                  + [f"{q}_{side}{c}" for q in ("omega", "acceleration") for side in "lr" for c in _XYZ],
 }
 
 
 class Series:
-    """A time series: one name, unit (or '') and column of data for each quantity; column 0 is time."""
+    """A time series: one name, unit (or '') and column of data for each quantity; column 0 is time.
+    scales: the units of the run in SI, {'length': 0.009, 'force': 2e-4, ...}, empty if the file has none."""
 
-    def __init__(self, path, names, units, data):
+    def __init__(self, path, names, units, data, scales=None):
         self.path, self.names, self.units, self.data = Path(path), names, units, data
+        self.scales = scales or {}
 
     @property
     def kind(self):
@@ -66,6 +72,19 @@ class Series:
         near = difflib.get_close_matches(name, self.names, n=1, cutoff=0.5)
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise InputError(f"{self.path}: no column '{name}'{hint}; it has {', '.join(self.names)}")
+
+    def column(self, *names):
+        """The data of the first of these names that the header has; else those of the place that FLUSI's order
+        of columns gives to one of them."""
+        lower = [n.lower() for n in self.names]
+        for name in names:
+            if lower.count(name.lower()) == 1:
+                return self.data[:, lower.index(name.lower())]
+        known = KNOWN_COLUMNS.get(self.kind, [])
+        for name in names:
+            if name in known and len(known) == len(self.names):
+                return self.data[:, known.index(name)]
+        raise InputError(f"{self.path}: no column '{names[0]}'; it has {', '.join(self.names)}")
 
 
 def _number(text):
@@ -98,6 +117,19 @@ def _header_names(header, kind, n_columns):
     return list(names), [""] * n_columns
 
 
+SCALES = {"L": "length", "1/T": "frequency", "rho": "density", "force": "force", "power": "power"}
+
+
+def _scales(line):
+    """{'length': 0.009, 'force': 2e-4, ...} in SI of 'L = 9.0E-03 m, ..., force rho L^4/T^2 = 2.0E-04 N'."""
+    scales = {}
+    for item in line.split(","):
+        match = re.fullmatch(r"\s*(\S+)[^=]*=\s*(\S+)\s+\S+\s*", item)
+        if match and match[1] in SCALES:
+            scales[SCALES[match[1]]] = _number(match[2])
+    return scales
+
+
 def _without_repeats(data):
     """Drops rows that a restart computed again: a row stays if all later times are larger."""
     data = data[np.isfinite(data[:, 0])]
@@ -115,10 +147,12 @@ def read_series(path):
         lines = path.read_text(errors="replace").splitlines()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
-    header, rows, n_bad = "", [], 0
+    header, rows, n_bad, scales = "", [], 0, {}
     for line in lines:
         text = line.strip()
-        if text.startswith("%"):
+        if re.match(r"%\s*units\s*:", text, re.IGNORECASE):
+            scales = _scales(text.split(":", 1)[1])
+        elif text.startswith("%"):
             header = header if rows else text.lstrip("% \t")  # the last one before the numbers
         elif text:
             try:
@@ -135,7 +169,7 @@ def read_series(path):
     if n_bad:
         print(f"note: {path}: {n_bad} damaged line(s) left out", file=sys.stderr)
     names, units = _header_names(header, path.stem, n_columns)
-    return Series(path, names, units, _without_repeats(np.array(whole)))
+    return Series(path, names, units, _without_repeats(np.array(whole)), scales)
 
 
 # ---- fields --------------------------------------------------------------------------------------
@@ -196,6 +230,28 @@ def fields_in(folder):
     if not labels:
         raise InputError(f"{folder}: no field files like ux_000500.h5 in this folder")
     return labels
+
+
+def snapshot_times(folder):
+    """{label: time} of a folder."""
+    return {label: Field(folder / f"{sorted(prefixes)[0]}_{label}.h5").time
+            for label, prefixes in fields_in(folder).items()}
+
+
+def choose_snapshot(folder, time, label):
+    """The snapshot of a folder with that label, nearest to that time, or the last one."""
+    labels = fields_in(folder)
+    if label is not None:
+        same = [have for have in labels if int(have) == int(label)]
+        if not same:
+            raise InputError(f"{folder}: nothing with label {label}; there is {', '.join(sorted(labels))}")
+        return Snapshot(folder, same[0])
+    times = snapshot_times(folder)
+    if time is None:
+        best = max(times, key=lambda have: (np.nan_to_num(times[have], nan=-np.inf), int(have)))
+    else:
+        best = min(times, key=lambda have: abs(np.nan_to_num(times[have], nan=np.inf) - time))
+    return Snapshot(folder, best)
 
 
 def field_path(snapshot, name):

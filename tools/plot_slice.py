@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a plane of a field: by default the vorticity normal to the mid plane, at the last time."""
+"""Draws a plane of a field: by default the vorticity normal to the mid plane, at the last time. With --section it
+draws the vorticity along the span of a wing on planes normal to it."""
 import argparse
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from mpl_toolkits.axes_grid1 import make_axes_locatable  # noqa: E402
 
-from _flusi_io import (Field, InputError, Snapshot, derivative_on_plane, field_path, fields_in,  # noqa: E402
-                       has_field, load_field, run_tool)
+from _flusi_io import (Field, InputError, Snapshot, choose_snapshot, derivative_on_plane,  # noqa: E402
+                       field_path, fields_in, has_field, load_field, run_tool)
+from _section import draw_sections, parse_section  # noqa: E402
 from _style import save, use_style  # noqa: E402
 
 AXES = "xyz"
@@ -23,23 +25,7 @@ SYMBOLS = {"vorx": r"$\omega_x$", "vory": r"$\omega_y$", "vorz": r"$\omega_z$", 
 COMPUTED = {"vorx": 0, "vory": 1, "vorz": 2, "vorabs": None, "speed": None}
 
 
-# ---- which snapshot ------------------------------------------------------------------------------
-
-def choose_snapshot(folder, time, label):
-    """The snapshot of a folder with that label, nearest to that time, or the last one."""
-    labels = fields_in(folder)
-    if label is not None:
-        same = [have for have in labels if int(have) == int(label)]
-        if not same:
-            raise InputError(f"{folder}: nothing with label {label}; there is {', '.join(sorted(labels))}")
-        return Snapshot(folder, same[0])
-    times = {have: Field(folder / f"{sorted(prefixes)[0]}_{have}.h5").time for have, prefixes in labels.items()}
-    if time is None:
-        best = max(times, key=lambda have: (np.nan_to_num(times[have], nan=-np.inf), int(have)))
-    else:
-        best = min(times, key=lambda have: abs(np.nan_to_num(times[have], nan=np.inf) - time))
-    return Snapshot(folder, best)
-
+# ---- what to draw --------------------------------------------------------------------------------
 
 def choose_plane(field, plane, index, position):
     """(axis, index) of the plane to draw."""
@@ -53,8 +39,6 @@ def choose_plane(field, plane, index, position):
         raise InputError(f"plane {AXES[axis]}, index {index}: outside 0 to {n - 1}")
     return axis, index
 
-
-# ---- what to draw --------------------------------------------------------------------------------
 
 def vorticity(snapshot, component, axis, index):
     """Component of curl u on a plane, with the derivatives of the solver."""
@@ -171,6 +155,8 @@ def main():
     parser.add_argument("--plane", choices=list(AXES), help="normal of the plane (default z; x if nx = 1)")
     parser.add_argument("--index", type=int, help="number of the plane, from 0 (default: the middle)")
     parser.add_argument("--position", type=float, help="coordinate of the plane instead of its number")
+    parser.add_argument("--section", nargs="+", metavar=("SIDE", "FRACTION"), help="spanwise vorticity around the left "
+                        "or right wing at fractions of its span (default 0.25 0.5 0.75)")
     parser.add_argument("--limit", type=float, help="end of the colour scale")
     parser.add_argument("-o", "--output", help="picture to write (default: beside the data)")
     a = parser.parse_args()
@@ -180,12 +166,19 @@ def main():
         raise InputError(f"--label takes digits like 000500, not '{a.label}'")
     if a.limit is not None and a.limit <= 0:
         raise InputError("--limit must be positive")
+    section = parse_section(a.section) if a.section else None
+    if section and (a.quantity or a.plane or a.index is not None or a.position is not None):
+        raise InputError("--section has a plane and a quantity of its own: leave out --quantity, --plane, --index, "
+                         "--position")
     for source in map(Path, a.sources):
         if source.is_dir():
             snapshot, quantity = choose_snapshot(source, a.time, a.label), a.quantity
         else:
             field = Field(source)
             snapshot, quantity = Snapshot(source.parent, field.label), a.quantity or field.name
+        if section:
+            draw_sections(snapshot, *section, a.limit, a.output)
+            continue
         draw(snapshot, quantity, a.plane, a.index, a.position, a.limit, a.output)
 
 

@@ -77,3 +77,74 @@ def picture(path):
     pixels = imread(str(path))
     packed = np.round(pixels[..., :3] * 255).astype(int) @ (65536, 256, 1)
     return pixels.shape[0], pixels.shape[1], len(np.unique(packed))
+
+
+# ---- a run with flapping wings --------------------------------------------------------------------
+
+UNITS = ("% units: L = 9.00000E-03 m, 1/T = 1.58000E+02 1/s, rho = 1.22500E+00 kg/m^3, "
+         "force rho L^4/T^2 = 2.00600E-04 N, power rho L^5/T^3 = 2.85300E-04 W\n")
+CYCLE_MEANS = {"lift": 3.5, "drag": 0.8, "aerodynamic power": 17.0, "inertial power": 0.0}
+
+
+def write_table(path, columns, rows, units=UNITS):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("% " + "  ".join(f"{name:>14}" for name in columns) + "\n" + units)
+        np.savetxt(file, rows, fmt="%16.8e")
+
+
+def write_flapping_run(folder, cycles=4.0, steps=200, factor=1.0, drift=0.0, units=UNITS):
+    """forces.t, aero_power.t, kinematics.t of wings that beat once per unit of time, with the cycle means
+    factor CYCLE_MEANS, to which cycle n adds drift n to the lift. The force is split into two columns."""
+    folder = Path(folder)
+    folder.mkdir(exist_ok=True)
+    t = np.arange(1, int(cycles * steps) + 1) / steps  # like a run: nothing at t = 0
+    turn = 2 * np.pi * t
+    zero = 0 * t
+    unsteady = 0.4 * np.cos(turn)
+    # A ramp with the same slope in all cycles: its mean in cycle n is drift n.
+    lift = factor * (3.5 + 5 * np.sin(turn)) + drift * (t + 0.5)
+    drag = factor * (0.8 + 2 * np.cos(2 * turn))
+    force = [f"F{c}{u} [rho L^4/T^2]" for u in ("", " unsteady") for c in "xyz"]
+    moment = [f"M{c}{u} [rho L^5/T^2]" for u in ("", " unsteady") for c in "xyz"]
+    write_table(folder / "forces.t", ["time [T]", *force, *moment],
+                np.column_stack([t, drag, zero, lift - unsteady, zero, zero, unsteady] + 6 * [zero]), units)
+    write_table(folder / "aero_power.t",
+                ["time [T]", "aerodynamic power [rho L^5/T^3]", "inertial power [rho L^5/T^3]"],
+                np.column_stack([t, factor * (17 + 20 * np.sin(turn)**3), 12 * np.sin(2 * turn)]), units)
+    names = ["time [T]", "xc [L]", "yc [L]", "zc [L]", "roll [rad]", "pitch [rad]", "yaw [rad]", "eta [rad]"]
+    names += [f"{angle} {side} [rad]" for side in ("left", "right") for angle in ("alpha", "phi", "theta")]
+    names += [f"{q}{c} {side} [{unit}]" for q, unit in (("omega", "rad/T"), ("omega rate ", "rad/T^2"))
+              for side in ("left", "right") for c in "xyz"]
+    phi = 1.18 * np.cos(turn)
+    rows = np.column_stack([t] + 7 * [zero] + 2 * [0.8 * np.sin(turn), phi, zero] + 12 * [zero])
+    write_table(folder / "kinematics.t", names, rows, units)
+
+
+def axes_of(span, chord):
+    """Rows x to the tip, y toward the leading edge, z of a wing frame."""
+    span = np.asarray(span, dtype=float) / np.linalg.norm(span)
+    chord = np.asarray(chord, dtype=float) - span * np.dot(span, chord)
+    chord /= np.linalg.norm(chord)
+    return np.array([span, chord, np.cross(span, chord)])
+
+
+def write_wing(folder, label, side, local, triangles, hinge, matrix, time):
+    """The surface of a wing whose points are `local` in its frame."""
+    import h5py
+    with h5py.File(Path(folder) / f"wing_{side}_{label}.h5", "w") as file:
+        file["points"] = np.asarray(local) @ matrix + hinge
+        file["velocities"] = np.zeros_like(local, dtype=float)
+        file["triangles"] = np.asarray(triangles, dtype="i4")
+        file.attrs["time"], file.attrs["hinge"] = time, np.array(hinge)
+        for c, axis in zip("xyz", matrix):
+            file.attrs[f"axis_{c}"] = axis
+
+
+def rectangle(span, chord, n_span=8, n_chord=4):
+    """(points, triangles) of a flat wing with its leading edge at y = chord/3."""
+    x, y = np.meshgrid(np.linspace(0, span, n_span + 1), np.linspace(-2 * chord / 3, chord / 3, n_chord + 1),
+                       indexing="ij")
+    corner = np.arange((n_span + 1) * (n_chord + 1)).reshape(x.shape)
+    a, b, c, d = (corner[:-1, :-1].ravel(), corner[1:, :-1].ravel(), corner[1:, 1:].ravel(), corner[:-1, 1:].ravel())
+    return np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), np.vstack([np.column_stack([a, b, c]),
+                                                                               np.column_stack([a, c, d])])

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""render.py: iso-surfaces with known area and volume, pixels with known colours, pictures, mistakes by name."""
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+SOURCE = Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
+from synthetic import (axes_of, grid, picture, rectangle, run_tool, write_ball, write_field,  # noqa: E402
+                       write_velocity, write_wing)
+import _renderers  # noqa: E402
+import render  # noqa: E402
+from _flusi_io import InputError  # noqa: E402
+from _isosurface import area, iso_surface  # noqa: E402
+
+
+def sphere(n, radius=0.3):
+    """Iso-surface of the distance from the middle of the unit cube, with twice as many points along z."""
+    x, y, z = grid((n, n, 2 * n), (1.0, 1.0, 1.0))
+    distance = np.sqrt((x - 0.5)**2 + (y - 0.5)**2 + (z - 0.5)**2)
+    return iso_surface(-distance, -radius, (-0.5, -0.5, -0.5), (1 / n, 1 / n, 0.5 / n))
+
+
+class IsoSurface(unittest.TestCase):
+    def test_area_and_volume_converge_in_the_second_order(self):
+        errors = []
+        for n in (12, 24, 48):
+            points, triangles, _ = sphere(n)
+            a, b, c = (points[triangles[:, i]] for i in range(3))
+            volume = np.sum(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6  # positive: normals point outward
+            errors.append((area(points, triangles) / (4 * np.pi * 0.09) - 1, volume / (4 / 3 * np.pi * 0.027) - 1))
+        errors = np.array(errors)
+        np.testing.assert_allclose(errors[1:] / errors[:-1], 0.25, rtol=0.15)
+        self.assertLess(np.abs(errors[-1]).max(), 0.005)
+
+    def test_it_is_closed(self):
+        points, triangles, _ = sphere(16)
+        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        _, count = np.unique(edges, axis=0, return_counts=True)
+        self.assertEqual(set(count), {2})
+        self.assertEqual(len(points) - len(count) + len(triangles), 2)  # Euler's number of a sphere
+
+    def test_normals_point_to_smaller_values(self):
+        points, _, normals = sphere(24)
+        np.testing.assert_allclose(normals, points / np.linalg.norm(points, axis=1)[:, None], atol=0.02)
+
+    def test_nothing_at_a_level_beyond_the_field(self):
+        for shape in ((4, 4, 4), (1, 4, 4)):
+            points, triangles, _ = iso_surface(np.zeros(shape), 1.0, (0, 0, 0), (1, 1, 1))
+            self.assertEqual((len(points), len(triangles)), (0, 0))
+
+
+class Pixels(unittest.TestCase):
+    """Squares in front of the camera, which looks along -x."""
+
+    def square(self, x, half, colour, opacity):
+        points = np.array([[x, -half, -half], [x, half, -half], [x, half, half], [x, -half, half]], dtype=float)
+        return _renderers.Surface(points, np.array([[0, 1, 2], [0, 2, 3]]), np.zeros((4, 3)), colour, opacity)
+
+    def camera(self, surfaces, aspect=1.5):
+        return _renderers.Camera(0, 0, np.concatenate([s.points for s in surfaces]), aspect)
+
+    def test_the_camera_sees_everything_and_not_much_more(self):
+        points = np.random.default_rng(3).normal(size=(500, 3)) * (3, 1, 0.5)
+        for view in ((0, 0), (-125, 35), (-90, 90), (200, -60)):
+            place, depth = _renderers.Camera(*view, points, 4 / 3).project(points)
+            self.assertGreater(depth.min(), 0)
+            extent = np.maximum(np.abs(place[:, 0]).max() / (4 / 3), np.abs(place[:, 1]).max())
+            self.assertTrue(0.8 < extent < 1.0, extent)
+
+    def test_layers_are_laid_over_each_other(self):
+        # Ambient light only, as the normals are zero; given in an order that is not that of depth.
+        surfaces = [self.square(1, 1, (1, 0, 0), 0.25), self.square(-1, 1, (0, 1, 0), 1.0),
+                    self.square(0, 1, (0, 0, 1), 0.5), self.square(-2, 3, (1, 1, 1), 1.0)]
+        image = _renderers.render_numpy(surfaces, self.camera(surfaces), 60)
+        self.assertEqual(image.shape, (60, 90, 4))
+        np.testing.assert_allclose(image[30, 45], np.append(_renderers.AMBIENT * np.array([0.25, 0.375, 0.375]), 1),
+                                   atol=1e-12)
+        np.testing.assert_array_equal(image[30, 0], 0)
+
+    def test_coverage_where_there_is_nothing_behind(self):
+        surfaces = [self.square(1, 1, (1, 0, 0), 0.25), self.square(0, 1, (0, 0, 1), 0.5)]
+        image = _renderers.render_numpy(surfaces, self.camera(surfaces), 60)
+        alpha = 0.25 + 0.75 * 0.5
+        np.testing.assert_allclose(image[30, 45], [0.5 * 0.25 / alpha, 0, 0.5 * 0.375 / alpha, alpha], atol=1e-12)
+
+    def test_size_and_seams(self):
+        surfaces = [self.square(0, 1, (1, 1, 1), 0.5)]
+        camera = self.camera(surfaces)
+        image = _renderers.render_numpy(surfaces, camera, 200)
+        half = camera.project(surfaces[0].points)[0].max() * 100
+        # pixels at the rim are covered in part; on the diagonal no pixel may be drawn twice or left out
+        self.assertAlmostEqual(image[..., 3].sum() / 0.5, (2 * half)**2, delta=2 * half)
+        inner = image[100 - int(half) + 2:100 + int(half) - 2, 150 - int(half) + 2:150 + int(half) - 2, 3]
+        np.testing.assert_allclose(inner, 0.5, atol=1e-12)
+
+    def test_a_pixel_on_an_edge_belongs_to_one_triangle(self):
+        class Straight:
+            aspect, distance = 1.0, 1.0
+
+            @staticmethod
+            def project(points):
+                return points[:, :2], np.ones(len(points))
+        # corners at the middles of the pixels 1 and 6 of 8
+        points = np.array([[-0.625, -0.625, 0], [0.625, -0.625, 0], [0.625, 0.625, 0], [-0.625, 0.625, 0]])
+        for triangles in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]):
+            pixel, _, _, weights = _renderers.fragments(points, np.array(triangles), Straight, 8, 8)
+            self.assertEqual(len(pixel), 5 * 5)
+            self.assertEqual(len(np.unique(pixel)), 5 * 5)
+            np.testing.assert_allclose(weights.sum(axis=0), 1)
+
+    def test_perspective_within_a_triangle(self):
+        # A strip that leads away: the points found are those which the camera shows in their pixels.
+        points = np.array([[0.0, -1, 0], [0, 1, 0], [0, 1, 0.3], [0, -1, 0.3]])
+        points[:, 0] = (-20, 0, 0, -20)
+        camera = _renderers.Camera(0, 0, points, 1.5)
+        triangles = np.array([[0, 1, 2], [0, 2, 3]])
+        pixel, depth, corners, weights = _renderers.fragments(points, triangles, camera, 100, 150)
+        place = sum(weights[c, :, None] * points[corners[c]] for c in range(3))
+        self.assertGreater(len(pixel), 50)
+        seen, distance = camera.project(place)
+        np.testing.assert_allclose(depth, distance, rtol=1e-9)
+        np.testing.assert_allclose((seen[:, 0] / 1.5 + 1) / 2 * 150 - 0.5, pixel % 150, atol=1e-9)
+        np.testing.assert_allclose((1 - seen[:, 1]) / 2 * 100 - 0.5, pixel // 150, atol=1e-9)
+
+    def test_a_tilted_surface_is_nearer_where_it_is_nearer(self):
+        tilted = self.square(0, 1, (1, 0, 0), 1.0)
+        tilted.points[:, 0] = 0.9 * tilted.points[:, 1]  # the right half is nearer
+        flat = self.square(0, 1, (0, 1, 0), 1.0)
+        camera = self.camera([tilted, flat])
+        image = _renderers.render_numpy([tilted, flat], camera, 100)
+        border = int(round((camera.project(np.zeros((1, 3)))[0][0, 0] / camera.aspect + 1) / 2 * 150))
+        red = image[50, :, 0] > image[50, :, 1]
+        covered = image[50, :, 3] > 0.9
+        self.assertTrue(red[border + 2:][covered[border + 2:]].all())
+        self.assertFalse(red[:border - 2][covered[:border - 2]].any())
+
+    def test_pyvista_draws_the_same(self):
+        reason = _renderers.why_no_pyvista()
+        if reason:
+            self.skipTest(f"PyVista: {reason}")
+        points, triangles, normals = sphere(24)
+        surfaces = [_renderers.Surface(points, triangles, normals, (1, 0.5, 0.2), 0.4),
+                    _renderers.Surface(0.5 * points, triangles, normals, (0.2, 0.5, 1.0), 1.0)]
+        camera = _renderers.Camera(-125, 35, points, 4 / 3)
+        images = [draw(surfaces, camera, 150) for draw in (_renderers.render_pyvista, _renderers.render_numpy)]
+        images = [image[..., :3] * image[..., 3:] for image in images]
+        self.assertLess(np.abs(images[0] - images[1]).mean(), 0.01)
+
+
+class Levels(unittest.TestCase):
+    def test_of_the_paper_where_the_flow_reaches_them(self):
+        values = np.zeros((20, 20, 20))
+        values[:2] = 250.0
+        fluid = np.ones_like(values, dtype=bool)
+        self.assertEqual(render.choose_levels(values, fluid, 1.0), (100, 150, 200))
+        self.assertEqual(render.choose_levels(values, fluid, 1.2), (120, 180, 240))
+        self.assertEqual(render.choose_levels(values, fluid, 2.0), (120, 190, 250))
+        fluid[:2] = False  # inside of the wing
+        with self.assertRaisesRegex(InputError, "vanishes"):
+            render.choose_levels(values, fluid, 1.0)
+
+
+class Pictures(unittest.TestCase):
+    n, length = (24, 24, 16), (4.0, 4.0, 2.0)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        for label, time, amplitude in (("000500", 0.5, 1.0), ("001000", 1.0, 2.0)):
+            write_velocity(self.folder, label, self.n, self.length, time, amplitude)
+            for side, sign in (("left", -1), ("right", 1)):
+                write_wing(self.folder, label, side, *rectangle(1.0, 0.4), (2, 2 + 0.4 * sign, 1),
+                           axes_of((0, sign, 0.2), (-1, 0, 0.3)), time)
+
+    def assert_picture(self, *arguments, out, says=""):
+        done = run_tool("render.py", self.folder, "--height", 240, *arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        height, width, colours = picture(self.folder / out)
+        self.assertAlmostEqual(height, 240 * 6.35 / 6, delta=20)
+        self.assertAlmostEqual(width, 320, delta=20)
+        self.assertGreater(colours, 100)
+        self.assertIn(says, done.stdout)
+        return done
+
+    def test_the_last_time_and_what_was_used(self):
+        self.assert_picture("--with", "numpy", out="render_001000.png", says="drawn with numpy")
+        self.assertFalse((self.folder / "render_000500.png").exists())
+
+    def test_one_time_with_levels_from_a_view(self):
+        self.assert_picture("--with", "numpy", "--time", 0.4, "--levels", "2,1", "--view", "top", "-o",
+                            self.folder / "x.png", out="x.png", says="|omega| = 1, 2 (largest")
+
+    def test_all_times_have_the_levels_of_the_last(self):
+        done = self.assert_picture("--with", "numpy", "--all", "--stride", 2, "-o", self.folder / "film",
+                                   out="film/render_000500.png", says="every 2. point")
+        self.assertEqual(done.stdout.count("|omega|"), 1)
+        # half the vorticity of the last time: below all of its levels, so that only the wings are drawn
+        self.assertLess(picture(self.folder / "film" / "render_000500.png")[2],
+                        picture(self.folder / "film" / "render_001000.png")[2])
+
+    def test_the_mask_replaces_missing_wings(self):
+        for path in self.folder.glob("wing_*.h5"):
+            path.unlink()
+        done = self.assert_picture("--with", "numpy", "--label", 1000, out="render_001000.png")
+        self.assertIn("no wing surfaces and no mask", done.stderr)
+        write_ball(self.folder, "001000", self.n, self.length, 1.0, 0.6)
+        done = self.assert_picture("--with", "numpy", out="render_001000.png")
+        self.assertEqual(done.stderr, "")
+
+    def test_stored_magnitude_and_automatic_choice(self):
+        x, y, z = grid(self.n, self.length)
+        write_field(self.folder, "vorabs", "002000", np.exp(-(x - 2)**2 - (y - 2)**2 - (z - 1)**2), self.length, 2.0)
+        self.assert_picture(out="render_002000.png", says="(largest 1); drawn with")
+
+    def test_refusals(self):
+        def refused(*arguments, because, folder=self.folder):
+            done = run_tool("render.py", folder, *arguments)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(because, done.stderr)
+        refused("--view", "below", because="--view takes perspective, top")
+        refused("--levels", "a", because="--levels takes numbers")
+        refused("--levels", "-1", because="--levels must be positive")
+        refused("--label", "x", because="--label takes digits")
+        refused("--stride", 0, because="must be positive")
+        refused("--height", 20, because="--height takes 100")
+        refused("--label", 7, because="nothing with label 7")
+        empty = self.folder / "empty"
+        empty.mkdir()
+        refused(because="no field files", folder=empty)
+        write_ball(empty, "000000", self.n, self.length, 0.0, 0.5)
+        refused(because="no snapshot with vorabs", folder=empty)
+        write_field(empty, "vorabs", "000000", np.zeros(self.n[::-1]), self.length, 0.0)
+        refused(because="vanishes", folder=empty)
+        (empty / "mask_000000.h5").unlink()
+        refused("--levels", 1, because="nothing to draw: |omega| is at most 0", folder=empty)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Wing surfaces and the spanwise vorticity on their sections, where both are known."""
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+SOURCE = Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
+from synthetic import (axes_of, grid, picture, rectangle, run_tool, write_ball, write_field,  # noqa: E402
+                       write_velocity, write_wing)
+import _flow  # noqa: E402
+import _section  # noqa: E402
+from _flusi_io import InputError, Snapshot, load_field  # noqa: E402
+from _wing_surface import load_surface  # noqa: E402
+
+N, LENGTH, LABEL = (40, 32, 24), (4.0, 4.0, 2.0), "000500"
+MATRIX = axes_of((0.2, 1.0, 0.3), (-1.0, 0.1, 0.5))
+HINGE = np.array([2.0, 3.2, 1.7])  # the wing crosses two faces of the box
+
+
+class Section(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.at = Snapshot(self.folder, LABEL)
+        for side in ("left", "right"):
+            write_wing(self.folder, LABEL, side, *rectangle(1.2, 0.6), HINGE, MATRIX, 0.5)
+
+    def constant_vorticity(self, vector):
+        """That of a solid body rotation with half of this angular velocity."""
+        for c, value in zip("xyz", vector):
+            write_field(self.folder, f"vor{c}", LABEL, np.full(N[::-1], value), LENGTH, 0.5)
+
+
+class Surface(Section):
+    def test_frames(self):
+        wing = load_surface(self.at, "left")
+        np.testing.assert_allclose(wing.in_wing_frame(), rectangle(1.2, 0.6)[0], atol=1e-14)
+        np.testing.assert_allclose(wing.in_space(wing.in_wing_frame()), wing.points, atol=1e-14)
+        self.assertAlmostEqual(wing.length(), 1.2)
+
+    def test_cut_of_a_flat_wing(self):
+        wing = load_surface(self.at, "left")
+        for x in (0.3, 0.45, 0.5 * 1.2):  # between points and through points
+            cut = wing.cut(x)
+            self.assertAlmostEqual(np.sum(np.linalg.norm(cut[:, 1] - cut[:, 0], axis=1)), 0.6, places=9)
+            self.assertAlmostEqual(cut[..., 0].min(), -0.4, places=9)
+            self.assertAlmostEqual(cut[..., 0].max(), 0.2, places=9)
+            np.testing.assert_allclose(cut[..., 1], 0, atol=1e-12)
+        self.assertEqual(len(wing.cut(1.3)), 0)
+
+    def test_cut_of_a_twisted_wing(self):
+        points, triangles = rectangle(1.2, 0.6, 60, 2)
+        twisted = points.copy()  # y, z turn with the span: the chord at x lies at the angle x
+        twisted[:, 1], twisted[:, 2] = points[:, 1] * np.cos(points[:, 0]), points[:, 1] * np.sin(points[:, 0])
+        write_wing(self.folder, LABEL, "left", twisted, triangles, HINGE, MATRIX, 0.5)
+        cut = load_surface(self.at, "left").cut(0.61).reshape(-1, 2)
+        angle = np.arctan2(-cut[:, 1], -cut[:, 0])[cut[:, 0] < -0.1]
+        # between rows of points: on the chordwise edge exact to the second order, on a diagonal to half a row
+        np.testing.assert_allclose(angle, 0.61, atol=0.01)
+        self.assertGreater(len(angle), 1)
+
+    def test_files_that_are_wrong(self):
+        import h5py
+        path = self.folder / f"wing_left_{LABEL}.h5"
+        with h5py.File(path, "a") as file:
+            file["triangles"][0] = (0, 1, 1000)
+        with self.assertRaisesRegex(InputError, "names a point that is not there"):
+            load_surface(self.at, "left")
+        with h5py.File(path, "a") as file:
+            del file["points"]
+        with self.assertRaisesRegex(InputError, "not a wing surface.*points"):
+            load_surface(self.at, "left")
+        path.write_text("no HDF5")
+        with self.assertRaisesRegex(InputError, "not a readable HDF5 file"):
+            load_surface(self.at, "left")
+        path.unlink()
+        with self.assertRaisesRegex(InputError, "wing_left_000500.h5: no such file"):
+            load_surface(self.at, "left")
+
+
+class Interpolation(Section):
+    points = np.random.default_rng(5).uniform(-5, 9, (300, 3))
+
+    def test_what_is_linear_between_grid_points_is_exact_around_the_box(self):
+        values = np.random.default_rng(7).normal(size=N[::-1]).astype("f4")
+        write_field(self.folder, "p", LABEL, values, LENGTH, 0.5)
+        for points in (self.points, self.points[:2], np.array([[3.95, -0.03, 1.97]])):
+            got = _flow.at_points(self.at, "p", points)
+            place = points / (np.array(LENGTH) / N)
+            lower = np.floor(place).astype(int)
+            wanted = np.zeros(len(points))
+            for m, (index, part) in enumerate(zip(lower, place - lower)):
+                for corner in np.ndindex(2, 2, 2):
+                    i, j, k = (index + corner) % N
+                    wanted[m] += np.prod([p if c else 1 - p for c, p in zip(corner, part)]) * values[k, j, i]
+            np.testing.assert_allclose(got, wanted, atol=1e-12)
+
+    def test_vorticity_from_the_velocity(self):
+        curl = write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+        points = np.array([(i * LENGTH[0] / N[0], j * LENGTH[1] / N[1], k * LENGTH[2] / N[2])
+                           for i, j, k in ((39, 31, 23), (40, 33, 24), (41, 34, 26))])  # grid points around a corner
+        for direction in np.vstack([np.eye(3), [0.6, 0.0, -0.8]]):
+            got = _flow.vorticity_at(self.at, points, direction)
+            wanted = [sum(d * c[k % N[2], j % N[1], i % N[0]] for d, c in zip(direction, curl))
+                      for i, j, k in ((39, 31, 23), (40, 33, 24), (41, 34, 26))]
+            np.testing.assert_allclose(got, wanted, atol=1e-5)  # single precision in the files
+        exact = np.sqrt(sum(c**2 for c in curl))
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at), exact, atol=2e-5)
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=2e-5)
+        for c, values in zip("xyz", curl):
+            write_field(self.folder, f"vor{c}", LABEL, values, LENGTH, 0.5)
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=1e-5)
+        write_field(self.folder, "vorabs", LABEL, 2 * exact, LENGTH, 0.5)
+        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 2), 2 * exact[::2, ::2, ::2], atol=1e-5)
+
+    def test_files_that_are_missing(self):
+        write_field(self.folder, "ux", LABEL, np.zeros(N[::-1]), LENGTH, 0.5)
+        with self.assertRaisesRegex(InputError, "missing: uy, uz"):
+            _flow.vorticity_at(self.at, self.points, (1, 0, 0))
+
+
+class SpanwiseVorticity(Section):
+    def sections(self, side="left"):
+        wing = load_surface(self.at, side)
+        return _section.sections_of(self.at, wing, (0.25, 0.5, 0.75), 0.1)
+
+    def test_solid_body_rotation(self):
+        vector = np.array([3.0, -5.0, 7.0])
+        self.constant_vorticity(vector)
+        for section in self.sections():
+            np.testing.assert_allclose(section.vorticity, MATRIX[0] @ vector, rtol=1e-12)
+
+    def test_the_right_place_in_space(self):
+        curl = write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+        for section, fraction in zip(self.sections(), (0.25, 0.5, 0.75)):
+            z, y = np.meshgrid(section.z, section.y, indexing="ij")
+            x = HINGE + 1.2 * fraction * MATRIX[0] + y[..., None] * MATRIX[1] + z[..., None] * MATRIX[2]
+            k = 2 * np.pi / np.array(LENGTH)
+            s, c = np.sin(k * x), np.cos(k * x)
+            exact = np.stack([-k[1] * s[..., 0] * s[..., 1] - k[2] * c[..., 2] * c[..., 0],
+                              -k[2] * s[..., 1] * s[..., 2] - k[0] * c[..., 0] * c[..., 1],
+                              -k[0] * s[..., 2] * s[..., 0] - k[1] * c[..., 1] * c[..., 2]], axis=-1) @ MATRIX[0]
+            # of linear interpolation: h^2 k^2/8 of the largest value, summed over directions
+            largest = max(np.abs(part).max() for part in curl) * np.sum(np.abs(MATRIX[0]))
+            h = np.array(LENGTH) / N
+            np.testing.assert_allclose(section.vorticity, exact, atol=largest * np.sum((h * k)**2) / 8)
+
+    def test_the_mean_outside_of_the_wing(self):
+        self.constant_vorticity((1.0, 1.0, 1.0))
+        write_ball(self.folder, LABEL, N, LENGTH, 0.5, 0.6)
+        x, _, _ = grid(N, LENGTH)
+        write_field(self.folder, "mask", LABEL, np.broadcast_to(x < 2, N[::-1]).astype(float), LENGTH, 0.5)
+        section = self.sections()[0]
+        inside = section.vorticity.size - section.outside().size
+        self.assertGreater(inside, 0.2 * section.vorticity.size)
+        self.assertLess(inside, 0.8 * section.vorticity.size)
+
+
+class Pictures(Section):
+    def test_pictures(self):
+        write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+        write_ball(self.folder, LABEL, N, LENGTH, 0.5, 0.6)
+        one = self.folder / "section_right_000500.png"
+        done = run_tool("plot_slice.py", self.folder, "--section", "right", 0.5)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("span 0.5: spanwise vorticity", done.stdout)
+        three = self.folder / "three.png"
+        done = run_tool("plot_slice.py", self.folder, "--section", "left", "-o", three)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertGreater(picture(three)[1], 1.8 * picture(one)[1])
+        self.assertGreater(picture(three)[2], 100)
+
+    def test_the_leading_edge_is_left_and_the_upper_side_up(self):
+        from matplotlib.image import imread
+        for side, upper in (("left", -1), ("right", 1)):
+            x, y, z = grid(N, LENGTH)
+            place = np.stack(np.broadcast_arrays(x, y, z), axis=-1) - HINGE
+            place -= np.round(place / LENGTH) * LENGTH
+            local = place @ MATRIX.T
+            vortex = np.exp(-((local[..., 1] - 0.35)**2 + (local[..., 2] - 0.25 * upper)**2) / 0.15**2)
+            for c in range(3):
+                write_field(self.folder, f"vor{'xyz'[c]}", LABEL, vortex * MATRIX[0][c], LENGTH, 0.5)
+            out = self.folder / f"{side}.png"
+            run_tool("plot_slice.py", self.folder, "--section", side, 0.5, "--limit", 1, "-o", out)
+            pixels = imread(str(out))[:, :-200]  # without the bar
+            rows, columns = np.nonzero((pixels[..., 0] > 0.5) & (pixels[..., 1] < 0.4))
+            self.assertGreater(len(rows), 500)
+            self.assertLess(rows.mean(), 0.5 * pixels.shape[0])
+            self.assertLess(columns.mean(), 0.45 * pixels.shape[1])
+
+    def test_refusals(self):
+        write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+
+        def refused(*arguments, because):
+            done = run_tool("plot_slice.py", *arguments)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(because, done.stderr)
+        refused(self.folder, "--section", "middle", because="takes left or right")
+        refused(self.folder, "--section", "left", 1.5, because="between 0 and 1")
+        refused(self.folder, "--section", "left", "half", because="not 'left half'")
+        refused(self.folder, "--section", "left", "--plane", "x", because="has a plane and a quantity of its own")
+        (self.folder / "wing_left_000500.h5").unlink()
+        refused(self.folder, "--section", "left", because="wing_left_000500.h5: no such file")
+
+
+if __name__ == "__main__":
+    unittest.main()

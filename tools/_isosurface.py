@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Iso-surfaces of a field on a regular grid by marching tetrahedra: every cell is six tetrahedra around its
+diagonal, so the surface is closed and needs no table of cases with ambiguities."""
+from itertools import permutations
+
+import numpy as np
+
+
+def _tetrahedra():
+    """(6, 4, 3): corners of the tetrahedra as steps (x, y, z): paths along the edges from 000 to 111."""
+    paths = []
+    for order in permutations(range(3)):
+        corner, path = [0, 0, 0], [(0, 0, 0)]
+        for axis in order:
+            corner[axis] = 1
+            path.append(tuple(corner))
+        paths.append(path)
+    return np.array(paths)
+
+
+TETRAHEDRA = _tetrahedra()
+# Triangles of a tetrahedron by which of its corners are above the level (bit i: corner i), as pairs of corners
+# whose edge is cut. One corner apart gives one triangle, two give two.
+ONE = {0: [((0, 1), (0, 2), (0, 3))], 1: [((1, 0), (1, 2), (1, 3))], 2: [((2, 0), (2, 1), (2, 3))],
+       3: [((3, 0), (3, 1), (3, 2))]}
+
+
+def _cases():
+    cases = {}
+    for bits in range(1, 15):
+        above = [i for i in range(4) if bits >> i & 1]
+        below = [i for i in range(4) if i not in above]
+        if len(above) == 1:
+            cases[bits] = ONE[above[0]]
+        elif len(below) == 1:
+            cases[bits] = ONE[below[0]]
+        else:
+            (a, b), (c, d) = above, below
+            cases[bits] = [((a, c), (a, d), (b, d)), ((a, c), (b, d), (b, c))]
+    return cases
+
+
+CASES = _cases()
+
+
+def iso_surface(values, level, origin, spacing):
+    """(points (n, 3), triangles (m, 3), normals (n, 3)) of values (z, y, x) = level. Normals point to smaller
+    values, and the triangles are counter-clockwise seen from there. Points that triangles share are one."""
+    origin, spacing = np.asarray(origin, dtype=float), np.asarray(spacing, dtype=float)
+    nz, ny, nx = values.shape
+    if min(values.shape) < 2:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=int), np.zeros((0, 3))
+    above = values > level
+    count = sum(above[k:nz - 1 + k, j:ny - 1 + j, i:nx - 1 + i].astype("u1") for i, j, k in np.ndindex(2, 2, 2))
+    k, j, i = np.nonzero((count > 0) & (count < 8))
+    cells = np.column_stack([i, j, k])
+    strides = np.array([1, nx, nx * ny])
+    flat, flat_above = values.reshape(-1), above.reshape(-1)
+    edges = []  # (inner and outer grid point) of the corners of triangles
+    for tetrahedron in TETRAHEDRA:
+        corners = cells @ strides + (tetrahedron @ strides)[:, None]  # (4, cells)
+        bits = sum(flat_above[corner].astype("u1") << n for n, corner in enumerate(corners))
+        for case, triangles in CASES.items():
+            found = np.flatnonzero(bits == case)
+            for triangle in triangles if len(found) else ():
+                edges.append(np.stack([np.sort(corners[list(edge)][:, found], axis=0).T for edge in triangle], axis=1))
+    if not edges:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=int), np.zeros((0, 3))
+    edges = np.concatenate(edges).astype(np.int64)  # (m, 3, 2)
+    keys, number = np.unique(edges[..., 0] * values.size + edges[..., 1], return_inverse=True)
+    triangles = number.reshape(-1, 3)
+    ends = np.stack([keys // values.size, keys % values.size])
+    v = flat[ends].astype(float)
+    s = ((level - v[0]) / (v[1] - v[0]))[:, None]
+    place = np.stack([ends % nx, ends // nx % ny, ends // (nx * ny)], axis=-1).astype(float)
+    points = origin + spacing * ((1 - s) * place[0] + s * place[1])
+    slopes = _gradient(values, ends, place.astype(int), spacing)
+    normals = -((1 - s) * slopes[0] + s * slopes[1])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    a, b, c = (points[triangles[:, n]] for n in range(3))
+    face = np.cross(b - a, c - a)
+    turned = np.einsum("ij,ij->i", face, normals[triangles].sum(axis=1)) < 0
+    triangles[turned] = triangles[turned][:, ::-1]
+    return points, triangles[np.linalg.norm(face, axis=1) > 0], normals
+
+
+def _gradient(values, ends, place, spacing):
+    """Central differences, one-sided at the faces of the box, at the grid points `ends`."""
+    flat = values.reshape(-1)
+    n = values.shape[::-1]
+    strides = (1, n[0], n[0] * n[1])
+    slopes = np.empty((*ends.shape, 3))
+    for axis in range(3):
+        up = np.minimum(place[..., axis] + 1, n[axis] - 1) - place[..., axis]
+        down = place[..., axis] - np.maximum(place[..., axis] - 1, 0)
+        rise = flat[ends + up * strides[axis]].astype(float) - flat[ends - down * strides[axis]]
+        slopes[..., axis] = rise / ((up + down) * spacing[axis])
+    return slopes
+
+
+def area(points, triangles):
+    a, b, c = (points[triangles[:, n]] for n in range(3))
+    return float(np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2)
