@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Flexible wings in the flow: the rigid limit, restart, ranks, release, mistakes.
+
+usage: flusi_flexible.py <flusi> <h5dump> [tests]
+
+The grid is far too coarse for physics; what is tested is that parts fit together.
+"""
+from whole_program import EXIT_NUMERICAL, EXIT_USER, SOURCE, check, main, merged
+
+LAST_DIGIT = 2e-8  # series hold nine digits: a number may be rounded to its neighbour
+
+FLIGHT = {
+    "units": {"length": 9.0e-3, "frequency": 158, "density": 1.225},
+    "Resolution": {"nx": 32, "ny": 32, "nz": 16},
+    "Geometry": {"xl": 4.0, "yl": 4.0, "zl": 2.0},
+    "Time": {"nt": 24, "dt_fixed": 4e-3},
+    "ReynoldsNumber": {"nu": 1.2e-3},
+    "InitialCondition": {"inicond": "MeanFlow"},
+    "Penalization": {"iPenalization": 1, "iMask": "Insect", "eps": 5e-3},
+    "Insects": {
+        "wings": "flexible", "x0": "2.0 2.0 1.0", "yawpitchroll_0": "180.0 0.0 0.0", "eta0": -70.0,
+        "x_pivot_l": "0.0 0.5 0.0", "x_pivot_r": "0.0 -0.5 0.0", "wing_ramp": 0.05,
+        "FlappingMotion_left": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini",
+        "FlappingMotion_right": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini"},
+    "Wing": {"file": f"{SOURCE}/wings/calliphora_small.h5", "preset": "paper"},
+    "MeanFlow": {"iMeanFlow": 1, "ux": 0.95, "uy": 0.0, "uz": 0.0},
+    "Saving": {"tintegral": 4e-3, "tsave": 0.05},
+}
+
+
+def fly(case, ranks=0, **sections):
+    case.write("run.ini", merged(FLIGHT, sections))
+    case.run("run.ini", ranks=ranks)
+    return case
+
+
+def table(case, name):
+    return case.series(name).rows
+
+
+def largest(rows, column):
+    return max(abs(row[column]) for row in rows)
+
+
+def difference(a, b, columns):
+    """Largest difference of two tables in `columns`, over the largest number there."""
+    check(len(a) == len(b), "both runs have the same records")
+    size = max(largest(a, c) for c in columns)
+    return max(abs(x[c] - y[c]) for x, y in zip(a, b) for c in columns) / size
+
+
+def test_rigid_limit(case):
+    """Deflection and the change of force are inversely proportional to the stiffness."""
+    rigid = fly(case.sub("rigid"), Insects={"wings": "rigid"})
+    moved, changed = [], []
+    for factor in (1e3, 1e4):
+        stiff = fly(case.sub(f"stiff{factor:.0e}"), Wing={"E": 12.58e9 * factor, "D": 2e-7 * factor, "k_e": 1e5 * factor,
+                                                        "joint_stiffness": None})
+        moved.append(largest(table(stiff, "bending_left.t"), 4))
+        changed.append(difference(table(stiff, "forces.t"), table(rigid, "forces.t"), (1, 3)))
+    check(moved[0] < 2e-3, f"a stiff wing bends little: {moved[0]}")
+    check(changed[0] < 5e-2, f"its forces are almost those of the rigid wing: {changed[0]}")
+    check(5 < moved[0] / moved[1] < 20, f"a tenth of the bending for ten times the stiffness: {moved}")
+    check(changed[1] < 0.2 * changed[0], f"and a tenth of the change of force: {changed}")
+
+
+def test_restart(case):
+    """17 steps, restart, 7 steps are 24 steps to the last digit, on two ranks."""
+    whole = fly(case.sub("whole"), ranks=2)
+    parts = fly(case.sub("parts"), ranks=2, Time={"nt": 17})
+    parts.write("run.ini", FLIGHT)
+    parts.run("run.ini", "--restart", ranks=2)
+    for name in ("forces.t", "bending_left.t", "bending_right.t", "wing_right.t"):
+        check(whole.series(name).lines == parts.series(name).lines, f"{name} is the same to the last digit")
+
+
+def test_ranks(case):
+    """Every rank count gives the same flight."""
+    one = fly(case.sub("n1"), ranks=1)
+    for n in (2, 3):
+        other = fly(case.sub(f"n{n}"), ranks=n)
+        for name in ("forces.t", "bending_left.t", "bending_right.t"):
+            for column in range(1, 10):
+                a, b = table(one, name), table(other, name)
+                # Small components are round-off of large ones: y forces of mirrored wings cancel.
+                size = max(largest(a, column), 1e-6 * max(largest(a, c) for c in range(1, 10)))
+                worst = max(abs(x[column] - y[column]) for x, y in zip(a, b))
+                check(worst <= LAST_DIGIT * size, f"{name}, column {column}, {n} ranks: {worst / size:.1e}")
+
+
+def test_mirror(case):
+    """Both wings do the same: the z displacements in their frames are opposite."""
+    run = fly(case)
+    left, right = table(run, "bending_left.t"), table(run, "bending_right.t")
+    check(largest(left, 3) > 0.01, "the wings bend")
+    for a, b in zip(left, right):
+        check(abs(a[3] + b[3]) < 1e-7 and abs(a[1] - b[1]) < 1e-7, f"mirror images at t = {a[0]}")
+
+
+def test_release(case):
+    """Until T_release the wings are rigid."""
+    run = fly(case, Flexible_wing={"T_release": 0.05})
+    rows = table(run, "bending_left.t")
+    check(all(row[4] == 0 for row in rows if row[0] <= 0.05), "no bending before the release")
+    check(largest(rows, 4) > 0, "bending afterwards")
+
+
+def test_limit(case):
+    """A wing that bends too far stops the run, with a reason."""
+    case.write("run.ini", merged(FLIGHT, {"Flexible_wing": {"largest_deflection": 0.02}}))
+    done = case.run("run.ini", code=EXIT_NUMERICAL)
+    check("bends beyond the limit" in done.err, "the reason is told")
+
+
+def test_mistakes(case):
+    """What is missing or contradicts itself is said in one go."""
+    case.write("run.ini", merged(FLIGHT, {"Wing": {"file": None}, "units": {k: None for k in FLIGHT["units"]},
+                                          "Insects": {"WingShape": "from_file::x.ini"}}))
+    done = case.run("--check", "run.ini", code=EXIT_USER)
+    for words in ("[Wing] file: is missing", "[Insects] WingShape: contradicts"):
+        check(words in done.err, f"'{words}' is said")
+
+
+if __name__ == "__main__":
+    main(globals())
