@@ -192,7 +192,8 @@ def draw_shapes(shapes):
     for shape, colour in zip(shapes, colours):
         draw_side(sheet.side, shape, colour, is_only)
     sheet.frame(sheet.side, 0, 2, True)
-    sheet.side.set_title("side view: edges" + (" and veins" if is_only else ""), loc="left")
+    parts = "veins" if not sheet.map else "edges and veins" if is_only else "edges"
+    sheet.side.set_title(f"side view: {parts}", loc="left")
     if sheet.map:
         draw_map(sheet, shapes[-1])
         draw_sections(sheet, shapes, colours)

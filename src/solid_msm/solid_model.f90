@@ -181,26 +181,30 @@ contains
     type(stiffness_t), intent(in), optional :: stiffness
     real(rp), intent(in), optional :: low(:, :)
     g = 0
-    if (present(stiffness)) then
-      call add_gradient(self, stiffness, u, g, low)
+    ! An absent array must not be passed on: its bounds would be computed.
+    if (present(stiffness) .and. present(low)) then
+      call extension_gradient(self%springs, stiffness%extension, u, g, low)
+    else if (present(stiffness)) then
+      call extension_gradient(self%springs, stiffness%extension, u, g)
+    else if (present(low)) then
+      call extension_gradient(self%springs, self%stiffness%extension, u, g, low)
     else
-      call add_gradient(self, self%stiffness, u, g, low)
+      call extension_gradient(self%springs, self%stiffness%extension, u, g)
+    end if
+    if (present(stiffness)) then
+      call add_bending(self, stiffness, u, g)
+    else
+      call add_bending(self, self%stiffness, u, g)
     end if
   end subroutine model_gradient
 
-  subroutine add_gradient(self, stiffness, u, g, low)
+  subroutine add_bending(self, stiffness, u, g)
     class(solid_model_t), intent(in) :: self
     type(stiffness_t), intent(in) :: stiffness
     real(rp), intent(in) :: u(:, :)
     real(rp), intent(inout) :: g(:, :)
-    real(rp), intent(in), optional :: low(:, :)
     real(rp) :: energy, local(3, HINGE_NODES), pull(3, HINGE_NODES)
     integer :: h, i, p
-    if (present(low)) then
-      call extension_gradient(self%springs, stiffness%extension, u, g, low)
-    else
-      call extension_gradient(self%springs, stiffness%extension, u, g)
-    end if
     local = 0
     do h = 1, size(self%hinges)
       if (.not. abs(stiffness%hinge(h)) > 0) cycle
@@ -214,7 +218,7 @@ contains
       end do
     end do
     if (abs(stiffness%plate) > 0) call plate_gradient(self%plate, stiffness%plate, u, g)
-  end subroutine add_gradient
+  end subroutine add_bending
 
   !> Sets the columns of clamped points of a(3, n_all) to zero.
   pure subroutine model_zero_clamped(self, a)
