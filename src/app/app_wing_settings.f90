@@ -3,10 +3,10 @@
 !> and its mass. Whatever a user can do wrong is found here. SI units.
 module app_wing_settings
   use base_errors, only: failure_t, message_list_t
-  use base_files, only: file_exists, folder_of, join_path
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, parse_real, quoted
   use io_config, only: config_t
+  use io_shared_text, only: named_path
   use solid_inertia, only: inertia_t
   use solid_mass, only: lump_mass, mass_params_t, mass_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_model, only: solid_model_t
@@ -78,10 +78,8 @@ contains
   subroutine find_beside(ini, name, path, problem)
     character(*), intent(in) :: ini, name
     character(:), allocatable, intent(out) :: path, problem
-    path = name
-    if (file_exists(path)) return
-    if (index(name, '/') /= 1) path = join_path(folder_of(ini), name)
-    if (.not. file_exists(path)) problem = quoted(name)//' does not exist, neither here nor beside the input file'
+    path = named_path(name, ini)
+    if (path == '') problem = quoted(name)//' does not exist, neither here nor beside the input file'
   end subroutine find_beside
 
   !> The first part of the names of all files goes into an index for viewers, which is XML.
