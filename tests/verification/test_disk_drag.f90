@@ -5,8 +5,9 @@
 !>
 !> The mask reaches t/2 beyond the planform, which is that much smaller: the disk of diameter 1 is the mask. Wall and
 !> blockage are taken into account as in test_sphere_drag: nothing is fitted. The sheet is as thin as a mask can be,
-!> t = 2 dx = 1/6; docs/verification-wings.md has the table over resolution and thickness, and says that thickness
-!> costs drag. At t = 5 the drag is 1.5 % (Re 100) above its steady value.
+!> t = 2 dx = 1/6. docs/verification-wings.md has the table over resolution, thickness and box: the drag may differ
+!> by 5 %, the scatter of the correlation, and by 3 %, which blockage by 5 % is known to. At the end of the run drag is
+!> 1.5 % (Re 100) above its steady value.
 program test_disk_drag
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -42,12 +43,12 @@ contains
     character(100) :: text
     real(rp) :: expected, diameter, share, speed
     call make_wings(test%world, '[Resolution]'//NL//'nx=72'//NL//'ny=48'//NL//'nz=48'//NL// &
-                    '[Geometry]'//NL//'xl=6'//NL//'yl=4'//NL//'zl=4'//NL//'[InitialCondition]'//NL//'inicond=MeanFlow'//NL// &
+              '[Geometry]'//NL//'xl=6'//NL//'yl=4'//NL//'zl=4'//NL//'[InitialCondition]'//NL//'inicond=MeanFlow'//NL// &
                     '[Time]'//NL//'Tmax=5'//NL//'CFL=0.5'//NL//'[ReynoldsNumber]'//NL//'nu='//number(1/re)//NL// &
                     '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=Insect'//NL//'eps='//number(C_ETA)//NL// &
                     '[MeanFlow]'//NL//'iMeanFlow=1'//NL//'ux=1'//NL//'uy=0'//NL//'uz=0'//NL// &
                     '[Sponge]'//NL//'iVorticitySponge=yes'//NL//'iSpongeType=outlet_x'//NL//'eps_sponge=0.05'//NL// &
-                    'sponge_thickness=12'//NL//'[Insects]'//NL//'WingShape=from_file::disk.ini'//NL//'RightWing=no'//NL// &
+                 'sponge_thickness=12'//NL//'[Insects]'//NL//'WingShape=from_file::disk.ini'//NL//'RightWing=no'//NL// &
                     'WingThickness=2*dx'//NL//'x0=2.0 2.0 2.0'//NL//'eta0=45'//NL, fluid, wings)
     call fluid%evaluate(nothing, failure, wings)
     call test%check_close('at its sudden start all fluid in the disk has the speed of the flow', &
@@ -59,7 +60,7 @@ contains
     speed = 1 + share + drag_coefficient(re*diameter)*share/2
     expected = drag_coefficient(re*diameter*speed)*PI/8*diameter**2*speed**2
     write (text, '(a,i0,a,f6.3,a,f6.3)') 'Re ', nint(re), ': hydrodynamic diameter', diameter, ', outer speed', speed
-    call test%check_close(trim(text)//': drag of Clift, Grace & Weber', loads%force(1), expected, rtol=0.06_rp)
+    call test%check_close(trim(text)//': drag of Clift, Grace & Weber', loads%force(1), expected, rtol=0.08_rp)
     call test%check_below('lift and side force vanish', maxval(abs(loads%force(2:3)))/loads%force(1), 1.0e-8_rp)
     call fluid%free()
   end subroutine drag_at
