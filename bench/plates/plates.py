@@ -26,16 +26,18 @@ CASES = {
     "disk-20-16": ("disk", 20, 16, 4.0, 1e-2, (6, 4, 4), 8),
     "disk-20-16-wide": ("disk", 20, 16, 4.0, 1e-2, (6, 6, 6), 5),
     "disk-20-24": ("disk", 20, 24, 4.0, 1e-2, (6, 4, 4), 8),
-    "plate-30-16": ("plate", 100, 16, 4.0, 1e-2, (6, 5, 4), 8),
-    "plate-30-16-wide": ("plate", 100, 16, 4.0, 1e-2, (10, 7, 7), 8),
-    "plate-30-16-stiff": ("plate", 100, 16, 4.0, 2.5e-3, (6, 5, 4), 5),
-    "plate-30-16-thin": ("plate", 100, 16, 2.0, 1e-2, (6, 5, 4), 8),
-    "plate-30-16-thin-stiff": ("plate", 100, 16, 2.0, 2.5e-3, (6, 5, 4), 5),
-    "plate-30-24": ("plate", 100, 24, 4.0, 1e-2, (6, 5, 4), 8),
-    "plate-30-24-thin": ("plate", 100, 24, 2.0, 1e-2, (6, 5, 4), 8),
+    "plate-30-16": ("plate30", 100, 16, 4.0, 1e-2, (6, 5, 4), 8),
+    "plate-30-16-wide": ("plate30", 100, 16, 4.0, 1e-2, (10, 7, 7), 8),
+    "plate-30-16-stiff": ("plate30", 100, 16, 4.0, 2.5e-3, (6, 5, 4), 5),
+    "plate-30-16-thin": ("plate30", 100, 16, 2.0, 1e-2, (6, 5, 4), 8),
+    "plate-30-16-thin-stiff": ("plate30", 100, 16, 2.0, 2.5e-3, (6, 5, 4), 5),
+    "plate-90-16": ("plate90", 100, 16, 4.0, 1e-2, (6, 5, 4), 5),
+    "plate-30-24": ("plate30", 100, 24, 4.0, 1e-2, (6, 5, 4), 8),
+    "plate-30-24-thin-stiff": ("plate30", 100, 24, 2.0, 2.5e-3, (6, 5, 4), 5),
+    "plate-30-24-thin": ("plate30", 100, 24, 2.0, 1e-2, (6, 5, 4), 8),
 }
-INCIDENCE = 30.0       # of the plate, degrees
-TAIRA = (0.758, 0.639)  # C_L and C_D of the plate at 30 degrees
+# C_D and C_L of the plate (aspect ratio 2, Re = 100) over its incidence in degrees.
+TAIRA = {30: (0.639, 0.758), 90: (1.527, 0.0)}
 
 INI = """\
 [Resolution]
@@ -94,7 +96,7 @@ def planform(body, thickness):
 def write(folder, body, re, points, cells, c_eta, box, end):
     folder.mkdir(parents=True, exist_ok=True)
     thickness = cells / points
-    incidence = 90.0 if body == "disk" else INCIDENCE
+    incidence = 90 if body == "disk" else int(body[5:])
     (folder / "planform.ini").write_text(planform(body, thickness))
     (folder / "run.ini").write_text(INI.format(
         nx=box[0] * points, ny=box[1] * points, nz=box[2] * points, xl=float(box[0]), yl=float(box[1]),
@@ -139,39 +141,44 @@ def last_force(path):
     return rows[-1][0], rows[-1][1:4], before[1:4]
 
 
-def row(folder, body, re, points, cells, c_eta, box):
-    """A line of the table: what is measured, what is expected, and their ratio."""
-    time, force, before = last_force(folder / "forces.t")
-    shift = wall_shift(1 / re, c_eta, 1 / points)
-    section = box[1] * box[2]
-    drift = force[0] / before[0] - 1
-    if body == "disk":
-        diameter = 1 + 2 * shift
-        area = math.pi / 4 * diameter**2
-        c_d = disk_drag(re * diameter)
-        speed = 1 + area / section + c_d * area / section / 2
-        expected = disk_drag(re * diameter * speed) * area / 2 * speed**2
-        raw = force[0] / (math.pi / 8)
-        return (f"{re:4d} {points:5d} {cells:6.1f} {cells / points:7.4f} {c_eta:7.1e} {box[1]}x{box[2]}   {diameter:7.4f} {speed:7.4f} "
-                f"{raw:8.4f} {force[0] / (area / 2 * speed**2):8.4f} {expected / (area / 2 * speed**2):8.4f} "
-                f"{100 * (force[0] / expected - 1):+7.1f} %  {100 * drift:+6.2f} % at t = {time:g}")
-    chord, span = 1 + 2 * shift, 2 + 2 * shift
-    area = chord * span
-    front = area * math.sin(math.radians(INCIDENCE))
-    speed = 1 + front / section + TAIRA[1] * area / section / 2
-    scale = area / 2 * speed**2
-    lift, drag = force[2] / scale, force[0] / scale
-    return (f"{re:4d} {points:5d} {cells:6.1f} {cells / points:7.4f} {c_eta:7.1e} {box[1]}x{box[2]}   {chord:7.4f} {speed:7.4f} "
-            f"C_L {force[2]:7.4f} -> {lift:7.4f} ({TAIRA[0]}: {100 * (lift / TAIRA[0] - 1):+5.1f} %)  "
-            f"C_D {force[0]:7.4f} -> {drag:7.4f} ({TAIRA[1]}: {100 * (drag / TAIRA[1] - 1):+5.1f} %)  "
-            f"{100 * drift:+6.2f} % at t = {time:g}")
+def blockage(root, name, wide, component):
+    """How much larger a force is in the box of `name` than in an unbounded flow: to first order in the share of the
+    cross-section, from two boxes that differ in nothing else."""
+    forces = [last_force(root / n / "forces.t")[1][component] for n in (name, wide)]
+    sections = [CASES[n][5][1] * CASES[n][5][2] for n in (name, wide)]
+    unbounded = (forces[1] * sections[1] - forces[0] * sections[0]) / (sections[1] - sections[0])
+    return forces[0] / unbounded
+
+
+def row(root, name):
+    """A line of the table: force, the same without blockage per hydrodynamic area, what is expected."""
+    body, re, points, cells, c_eta, box, _ = CASES[name]
+    time, force, before = last_force(root / name / "forces.t")
+    size = 1 + 2 * wall_shift(1 / re, c_eta, 1 / points)
+    text = (f"{name:23s}{re:4d} {points:5d} {cells:6.1f} {cells / points:7.4f} {c_eta:8.1e} {box[1]}x{box[2]} {size:8.4f}  ")
+    first = f"disk-{re}-16" if body == "disk" else f"plate-{body[5:]}-16"
+    for component in (0, 2) if body == "plate30" else (0,):
+        raw = force[component] / (math.pi / 8 if body == "disk" else 1)
+        area = size**2 if body == "disk" else size * (size + 1) / 2
+        expected = disk_drag(re * size) if body == "disk" else TAIRA[int(body[5:])][component // 2]
+        text += f"{'C_D' if component == 0 else '   C_L'} {raw:7.4f}"
+        if not (root / (first + "-wide") / "done").exists() or time < 5:
+            continue
+        factor = 1.0 if name.endswith("-wide") else blockage(root, first, first + "-wide", component)
+        if name.endswith("-wide"):
+            factor = raw * (math.pi / 8 if body == "disk" else 1) / (
+                last_force(root / first / "forces.t")[1][component] / blockage(root, first, name, component))
+        measured = raw / factor / area
+        text += f" /{factor:6.3f} -> {measured:6.3f} ({expected:5.3f}: {100 * (measured / expected - 1):+5.1f} %)"
+    return text + f"   {100 * (force[0] / before[0] - 1):+5.2f} % in the last of {time:g}"
 
 
 def table(root):
-    print("  Re  D/dx   t/dx     t/D   C_eta  box    D_hydro   speed  C_D raw      C_D  Clift..  difference  last time unit")
-    for name, (body, re, points, cells, c_eta, box, _) in CASES.items():
+    print("case                     Re  n/unit t/dx   t/unit   C_eta box     size   force, /blockage -> per hydrodynamic "
+          "area (published)   drift")
+    for name in CASES:
         if (root / name / "done").exists():
-            print(row(root / name, body, re, points, cells, c_eta, box))
+            print(row(root, name))
 
 
 def main():
