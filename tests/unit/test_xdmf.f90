@@ -19,6 +19,7 @@ program test_xdmf
   call test_restart()
   call save_run('coarse', [8, 9, 10], 3, PRECISION_DOUBLE, [0.0_rp, 0.5_rp])
   call save_run('plane', [1, 12, 10], 1, PRECISION_SINGLE, [0.0_rp, 0.5_rp])
+  call test_surface()
   call test_failures()
   call t%finish()
 
@@ -109,6 +110,31 @@ contains
                  .and. &
                  occurrences('again.xmf', '000500') == 0)
   end subroutine test_restart
+
+  !> A surface has one grid a save, of the sizes of that time; a restart continues the index.
+  subroutine test_surface()
+    type(xdmf_index_t) :: xdmf
+    type(failure_t) :: failure
+    call xdmf%open(t%world, 'wing.xmf', failure)
+    call xdmf%add_surface(0.0_rp, '000000', 'wing_000000.h5', 12, 10, ['velocities', 'forces    '], failure)
+    call xdmf%add_surface(0.5_rp, '000500', 'wing_000500.h5', 13, 11, ['velocities', 'forces    '], failure)
+    call t%check('a surface can be added',.not. failure%failed)
+call t%check('with its triangles', occurrences('wing.xmf', '<Topology TopologyType="Triangle" NumberOfElements="10">') &
+                 == 1 .and. occurrences('wing.xmf', 'Dimensions="11 3">wing_000500.h5:/triangles') == 1)
+    call t%check('which are integers of 32 bits', occurrences('wing.xmf', 'NumberType="Int" Precision="4"') == 2)
+    call t%check('its points', occurrences('wing.xmf', 'Precision="8" Dimensions="12 3">wing_000000.h5:/points') == 1 .and. &
+                 occurrences('wing.xmf', '<Geometry GeometryType="XYZ">') == 2)
+    call t%check('and its vectors', occurrences('wing.xmf', 'Name="forces" AttributeType="Vector" Center="Node"') == 2 &
+                 .and. occurrences('wing.xmf', 'Dimensions="13 3">wing_000500.h5:/velocities') == 1)
+    call xdmf%open(t%world, 'wing.xmf', failure, restart_time=0.5_rp)
+    call xdmf%add_surface(0.5_rp, '000500', 'wing_000500.h5', 14, 11, ['velocities'], failure)
+    call t%check('a restart keeps earlier surfaces and replaces later ones', occurrences('wing.xmf', &
+                              'GridType="Uniform"') == 2 .and. occurrences('wing.xmf', 'Dimensions="13 3"') == 0 .and. &
+                 occurrences('wing.xmf', 'Dimensions="14 3"') == 2)
+    call xdmf%add_surface(0.6_rp, '000500', 'wing_000500.h5', 15, 11, ['velocities'], failure)
+    call t%check('a surface of the same label is replaced', occurrences('wing.xmf', 'Dimensions="14 3"') == 0 .and. &
+                 occurrences('wing.xmf', 'Dimensions="15 3"') == 2)
+  end subroutine test_surface
 
   subroutine test_failures()
     type(xdmf_index_t) :: xdmf

@@ -16,9 +16,9 @@
 program test_sphere_drag
   use base_constants, only: PI
   use base_kinds, only: rp
-  use fluid_bodies, only: mask_profile
   use fluid_solver, only: fluid_t
   use support_fluid, only: make_fluid, run_to_end, NL
+  use support_walls, only: wall_shift
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
@@ -49,7 +49,7 @@ contains
                     trim(text)//NL, fluid)
     call run_to_end(fluid)
     force = fluid%sums%force(1, 1)
-    diameter = 1 + 2*wall_shift(1/re, 1.0_rp/cells)
+    diameter = 1 + 2*wall_shift(1/re, C_ETA, 1.5_rp/cells)
     share = PI/4*diameter**2/25
     speed = 1 + share + drag_coefficient(re*diameter)*share/2
     expected = drag_coefficient(re*diameter*speed)*PI/8*diameter**2*speed**2
@@ -65,33 +65,4 @@ contains
     real(rp), intent(in) :: re
     cd = 24/re*(1 + 0.15_rp*re**0.687_rp)
   end function drag_coefficient
-
-  !> Distance from the nominal surface (chi = 1/2) to the wall that the outer flow sees, by integrating
-  !> the layer equation outward from deep inside (fourth-order Runge-Kutta).
-  real(rp) function wall_shift(nu, dx) result(shift)
-    real(rp), intent(in) :: nu, dx
-    integer, parameter :: STEPS = 4000
-    real(rp) :: h, y, dy, u(2), k1(2), k2(2), k3(2), k4(2)
-    integer :: i
-    h = 1.5_rp*dx
-    y = -2*h
-    dy = 3*h/STEPS
-    u = [1.0_rp, sqrt(1/(nu*C_ETA))]
-    do i = 1, STEPS
-      k1 = slope(y, u, nu, h)
-      k2 = slope(y + dy/2, u + dy/2*k1, nu, h)
-      k3 = slope(y + dy/2, u + dy/2*k2, nu, h)
-      k4 = slope(y + dy, u + dy*k3, nu, h)
-      u = u + dy/6*(k1 + 2*k2 + 2*k3 + k4)
-      u = u/maxval(abs(u)) ! the equation is linear
-      y = y + dy
-    end do
-    shift = y - u(1)/u(2)
-  end function wall_shift
-
-  pure function slope(y, u, nu, h) result(du)
-    real(rp), intent(in) :: y, u(2), nu, h
-    real(rp) :: du(2)
-    du = [u(2), mask_profile(y, h)/(nu*C_ETA)*u(1)]
-  end function slope
 end program test_sphere_drag
