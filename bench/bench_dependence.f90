@@ -4,8 +4,8 @@
 module bench_dependence
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use bench_places, only: N_LOADS, load_at
-  use bench_shapes, only: find_force, deflection
+  use bench_places, only: N_LOADS, MODERATE_FORCES, load_at
+  use bench_shapes, only: deflection
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
@@ -20,12 +20,12 @@ module bench_dependence
 
 contains
 
-  !> The data are the vertical displacements of all points under ten loads for D = 0.2 mN mm and
-  !> E = 12.6 GPa, joints as the veins. For each D: the deflections of the loaded places without a fit,
+  !> The data are the vertical displacements of all points under ten moderate loads for
+  !> D = 0.2 mN mm and E = 12.6 GPa, joints as the veins. For each D: the deflections of the loaded places without a fit,
   !> then E and a factor common to all joints by Gauss-Newton steps with exact derivatives.
   subroutine print_dependence(wing)
     type(wing_t), intent(in) :: wing
-    real(rp), parameter :: D(5) = [0.05e-6_rp, 0.1e-6_rp, 0.2e-6_rp, 0.3e-6_rp, 0.4e-6_rp], REFERENCE = 0.2e-6_rp
+    real(rp), parameter :: D(4) = [0.4e-6_rp, 0.2e-6_rp, 0.1e-6_rp, 0.05e-6_rp], REFERENCE = 0.2e-6_rp
     integer, parameter :: STEPS = 12
     type(solid_params_t) :: params, reference_params
     type(solid_model_t) :: model
@@ -33,7 +33,7 @@ contains
     type(failure_t) :: failure
     type(load_t) :: loads(N_LOADS)
     real(rp), allocatable :: u(:, :, :), z(:, :), residual(:, :), jacobian(:, :, :)
-    real(rp) :: force, w(N_LOADS), ratios(N_LOADS), rms, first_rms, step(2), trial(2), trial_rms, x(2)
+    real(rp) :: w(N_LOADS), ratios(N_LOADS), rms, first_rms, step(2), trial(2), trial_rms, x(2)
     integer :: cross_springs, i, l, iteration, snaps, halving
     write (output_unit, '(a)') 'cross   D mN mm  h um  w/w(D=0.2) min  mean   max  rms um    E factor  '// &
       'joints factor  rms um  snaps'
@@ -49,8 +49,7 @@ contains
       if (.not. allocated(u)) allocate (u(3, model%n_all, N_LOADS), z(model%n_points, N_LOADS), &
                                         residual(model%n_points, N_LOADS), jacobian(model%n_points, N_LOADS, 2))
       do l = 1, N_LOADS
-        call find_force(model, work, l, model%size*(0.06_rp + 0.22_rp*mod(3*l, N_LOADS)/(N_LOADS - 1)), force)
-        call load_at(model, l, force, loads(l))
+        call load_at(model, l, MODERATE_FORCES(l), loads(l))
       end do
       z = 0
       call evaluate(model, work, loads, z, u, residual, jacobian, rms, snaps)
