@@ -21,7 +21,7 @@ module bench_places
 
   !> [N] Forces that move these places of the blowfly's wing by 0.01 to 0.08 R at 12.6 GPa.
   real(rp), parameter, public :: MODERATE_FORCES(N_LOADS) = 1.0e-4_rp* &
-                          [15.0_rp, 8.0_rp, 6.0_rp, 3.0_rp, 1.5_rp, 8.0_rp, 5.0_rp, 3.0_rp, 5.0_rp, 3.0_rp]
+                                 [15.0_rp, 8.0_rp, 6.0_rp, 3.0_rp, 1.5_rp, 8.0_rp, 5.0_rp, 3.0_rp, 5.0_rp, 3.0_rp]
 
 contains
 
