@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A frame at rest whose acceleration overflows after a time, so that every later step fails.
+!> A frame at rest that is accelerated beyond all measure after a time, so that later steps fail.
 module breaking_motion
   use base_kinds, only: rp
   use solid_motion, only: frame_t, motion_t
@@ -20,6 +20,7 @@ contains
     class(breaking_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
     type(frame_t) :: frame
-    if (time > self%end) frame%acceleration = huge(1.0_rp)
+    real(rp), parameter :: JERK(3) = [0.0_rp, 0.0_rp, 1.0e9_rp] ! [m/s^2]
+    if (time > self%end) frame%acceleration = JERK
   end function breaking_at
 end module breaking_motion

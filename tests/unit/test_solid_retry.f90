@@ -45,11 +45,13 @@ program test_solid_retry
     call t%check('a step in one piece', report%converged .and. report%substeps == 1)
   end do
   before = state
+  options%iterations = 3 ! Newton's method will not follow the jerk that comes
+  options%halvings = 2   ! the first half is accepted, the third quarter fails
   motion%end = state%time + 0.6_rp*DT
   call stepper%step(model, inertia, motion, force, DT, options, state, report)
   call t%check('a frame that breaks half-way fails the step, with a reason',.not. report%converged .and. &
                allocated(report%reason))
-  call t%check('after pieces that were accepted', report%substeps > 0)
+  call t%check('after pieces that were accepted', report%substeps == 1)
   call t%check('the time is what it was',.not. abs(state%time - before%time) > 0 .and. &
                .not. abs(state%old_step - before%old_step) > 0)
   call t%check('the shape and its history, too',.not. differ(state%u, before%u) .and. &
