@@ -7,7 +7,7 @@
 program identifiability
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use bench_places, only: N_LOADS, load_at, wing_of_argument
+  use bench_places, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
   use solid_lapack, only: singular_values, symmetric_eigen
   use solid_loads, only: load_t
@@ -20,8 +20,6 @@ program identifiability
   implicit none
   integer, parameter :: N_PARAMETERS = 11
   real(rp), parameter :: NOISE = 1.0e-5_rp ! [m]
-  real(rp), parameter :: FORCES(N_LOADS) = 1.0e-4_rp* &
-                         [15.0_rp, 8.0_rp, 6.0_rp, 3.0_rp, 1.5_rp, 8.0_rp, 5.0_rp, 3.0_rp, 5.0_rp, 3.0_rp] ! [N]
   type(wing_t) :: wing
   type(solid_params_t) :: params
   type(parameter_t) :: parameter
@@ -45,11 +43,11 @@ program identifiability
   call work%init(model)
   allocate (u(3, model%n_all), d(3, model%n_all, N_PARAMETERS), rows(N_LOADS*model%n_points, N_PARAMETERS))
   do l = 1, N_LOADS
-    call load_at(model, l, FORCES(l), load)
+    call load_at(model, l, MODERATE_FORCES(l), load)
     call solve_static(work, model, load, .false., options, u, report)
     call shape_sensitivities(work, model, u, numbers, d)
     write (output_unit, '(a,i3,a,f7.3,a,l2,a,i4,a,i3)') 'load', l, ': w/R', &
-      sum(load%force*u)/FORCES(l)/model%size, '  converged', report%converged, &
+      sum(load%force*u)/MODERATE_FORCES(l)/model%size, '  converged', report%converged, &
       '  factorisations', report%factorisations, '  snaps', report%snaps
     rows(1 + (l - 1)*model%n_points:l*model%n_points, :) = d(3, :model%n_points, :)/NOISE
   end do
@@ -61,7 +59,7 @@ program identifiability
   write (output_unit, '(a)') 'standard deviation of ln p when 10 um of noise is independent at all points:'
   do p = 1, N_PARAMETERS
     parameter = model%params%describe(numbers(p))
-    write (output_unit, '(a12,f10.4,a,es9.2,a)') parameter%name, sqrt(sum(normal(p, :)**2/eigenvalues)), &
+    write (output_unit, '(a24,f10.4,a,es9.2,a)') parameter%name, sqrt(sum(normal(p, :)**2/eigenvalues)), &
       '   (rms signal per ln unit', NOISE*norm2(rows(:, p))/sqrt(real(size(rows, 1), rp)), ' m)'
   end do
 end program identifiability

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The wing of the benchmarks and ten places on it where it is loaded.
+!> The wing of benchmarks and tests and ten places on it where it is loaded.
 module bench_places
   use base_constants, only: EXIT_USER
   use base_errors, only: failure_t, message_list_t, require
@@ -18,6 +18,10 @@ module bench_places
   real(rp), parameter :: FRACTIONS(2, N_LOADS) = reshape([0.25_rp, 0.9_rp, 0.45_rp, 0.9_rp, 0.6_rp, 0.75_rp, &
                 0.8_rp, 0.7_rp, 0.95_rp, 0.6_rp, 0.35_rp, 0.5_rp, 0.55_rp, 0.45_rp, 0.75_rp, 0.35_rp, 0.3_rp, 0.25_rp, &
                                                           0.55_rp, 0.15_rp], [2, N_LOADS])
+
+  !> [N] Forces that move these places of the blowfly's wing by 0.01 to 0.08 R at 12.6 GPa.
+  real(rp), parameter, public :: MODERATE_FORCES(N_LOADS) = 1.0e-4_rp* &
+                                 [15.0_rp, 8.0_rp, 6.0_rp, 3.0_rp, 1.5_rp, 8.0_rp, 5.0_rp, 3.0_rp, 5.0_rp, 3.0_rp]
 
 contains
 

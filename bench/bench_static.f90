@@ -1,75 +1,83 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Static shapes of a wing: how often, how fast and how reproducibly they are found.
 !>
-!> usage: bench_static WING.h5 [table]
+!> usage: bench_static WING.h5 [table [STRIDE] | robust | dependence]
 !>
 !> Ten loads x four Young's moduli x soft and stiff joints x cross-springs off and on, with forces that
 !> move the loaded point by 0.05 to 0.3 R; each shape cold, with steps of half the size, and warm from
 !> the shape for parameters that differ by factors exp(0.1 N(0,1)), or cold again where that shape lies
-!> behind a snap. D is 0.2 mN mm; with `table` a row
-!> is printed for each of several D. The last line is a JSON object for D = 0.2 mN mm.
+!> behind a snap. D is 0.2 mN mm, and the last line is a JSON object.
+!>
+!> `table`: the same forces for several D, a row for each; of the cases only every STRIDE-th.
+!> `robust`: E from 0.1 to 100 GPa, joints over four decades, deflections up to 0.45 of the place's
+!> distance from the root. `dependence`: how D changes deflections, and which E and joints hide it.
 program bench_static
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use bench_places, only: N_LOADS, load_at, wing_of_argument
+  use bench_dependence, only: print_dependence
+  use bench_places, only: N_LOADS, place_on_wing, wing_of_argument
+  use bench_shapes, only: shape_t, find_force, measure_shape, median
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_equilibrium, only: equilibrium_t
   use solid_inertia, only: inertia_t
-  use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_motion, only: steady_motion_t
   use solid_params, only: solid_params_t, default_params, membrane_thickness
-  use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   integer, parameter :: N_CASES = 16*N_LOADS
   real(rp), parameter :: YOUNG(4) = [0.5e9_rp, 5.0e9_rp, 12.6e9_rp, 50.0e9_rp], JOINTS(2) = [0.05_rp, 5.0_rp]
-  real(rp), parameter :: TABLE(5) = [0.02e-6_rp, 0.05e-6_rp, 0.1e-6_rp, 0.2e-6_rp, 0.4e-6_rp] ! D [N m]
+  real(rp), parameter :: PLATE = 0.2e-6_rp, TABLE(4) = [0.4e-6_rp, 0.1e-6_rp, 0.05e-6_rp, 0.02e-6_rp] ! D [N m]
+  type(wing_t) :: wing
+  type(shape_t) :: shapes(N_CASES), others(N_CASES)
+  real(rp) :: forces(N_CASES), step_ms
+  character(16) :: mode, argument
+  integer :: row, stride
 
-  type :: case_t
-    logical :: cold = .false., warm = .false.
-    integer :: cold_factorisations = 0, warm_factorisations = 0, snaps = 0
-    real(rp) :: cold_ms = 0, warm_ms = 0
-    real(rp) :: step_difference = 0, warm_difference = 0 ! [m]
-    logical :: redone = .false.
-    real(rp) :: deflection = 0 ! of the loaded point, over R
-    real(rp) :: residual = 0
-  end type case_t
-
-  type(case_t) :: results(N_CASES)
-  character(16) :: argument
-  real(rp) :: step_ms
-  integer :: row
-
-  call get_command_argument(2, argument)
-  write (output_unit, '(a)') '       D      h    cold  warm   fac. cold   fac. warm snaps redone  '// &
-    'steps differ  warm differs   cold ms       warm ms       w/R'
-  write (output_unit, '(a)') '  mN mm     um  converged   median  max  median max              '// &
-    ' > 1 nm   max m    > 1 nm   max m   median  max   median max'
-  do row = 1, size(TABLE)
-    if (argument == 'table') call run(TABLE(row), results)
-  end do
-  call run(0.2e-6_rp, results)
-  step_ms = bdf2_step_ms()
-  write (output_unit, '(a,i0,a,i0,a,f9.1,a,f9.1,a,f9.1,a)') '{"cases":', N_CASES, ',"converged":', &
-    count(results%cold .and. results%warm), ',"cold_ms_median":', median(results%cold_ms), &
-    ',"warm_ms_median":', median(results%warm_ms), ',"bdf2_ms":', step_ms, '}'
+  call get_command_argument(2, mode)
+  call get_command_argument(3, argument)
+  stride = 1
+  if (len_trim(argument) > 0) read (argument, *) stride
+  wing = wing_of_argument()
+  select case (mode)
+  case ('table')
+    call print_heading()
+    call run(PLATE, stride, .true., forces, shapes)
+    call print_row(PLATE, stride, shapes, shapes)
+    do row = 1, size(TABLE)
+      call run(TABLE(row), stride, .false., forces, others)
+      call print_row(TABLE(row), stride, others, shapes)
+    end do
+  case ('robust')
+    call run_robust()
+  case ('dependence')
+    call print_dependence(wing)
+  case default
+    call print_heading()
+    call run(PLATE, stride, .true., forces, shapes)
+    call print_row(PLATE, stride, shapes, shapes)
+    step_ms = bdf2_step_ms()
+    write (output_unit, '(a,i0,a,i0,a,f9.1,a,f9.1,a,f9.1,a)') '{"cases":', N_CASES, ',"converged":', &
+      count(shapes%cold .and. shapes%warm), ',"cold_ms_median":', median(shapes%cold_ms), &
+      ',"warm_ms_median":', median(shapes%warm_ms), ',"bdf2_ms":', step_ms, '}'
+  end select
 
 contains
 
-  !> All cases for one D [N m]; prints a row.
-  subroutine run(plate, cases)
+  !> Every `stride`-th case for one D [N m], with forces that are searched for or given.
+  subroutine run(plate, stride, is_search, forces, shapes)
     real(rp), intent(in) :: plate
-    type(case_t), intent(out) :: cases(:)
-    type(wing_t) :: wing
+    integer, intent(in) :: stride
+    logical, intent(in) :: is_search
+    real(rp), intent(inout) :: forces(:)
+    type(shape_t), intent(out) :: shapes(:)
     type(solid_params_t) :: params
     type(solid_model_t) :: model
     type(equilibrium_t) :: work
     type(failure_t) :: failure
-    real(rp), allocatable :: stiff(:)
+    real(rp), allocatable :: stiff(:), u(:, :)
     integer :: cross_springs, e, j, l, n
-    wing = wing_of_argument()
     n = 0
     do cross_springs = 0, 1
       params = default_params(wing)
@@ -80,6 +88,7 @@ contains
       call require(.not. failure%failed, 'the benchmark''s wing is wrong')
       stiff = model%params%joint ! as the veins at 12.6 GPa
       call work%init(model)
+      if (.not. allocated(u)) allocate (u(3, model%n_all))
       do e = 1, size(YOUNG)
         do j = 1, size(JOINTS)
           params = model%params
@@ -87,130 +96,102 @@ contains
           params%joint = JOINTS(j)*stiff
           do l = 1, N_LOADS
             n = n + 1
-            call one_case(model, work, params, l, cases(n))
+            if (mod(n - 1, stride) > 0) cycle
+            call model%set_params(params)
+            if (is_search) call find_force(model, work, l, model%size* &
+                                           (0.06_rp + 0.22_rp*mod(3*l, N_LOADS)/(N_LOADS - 1)), forces(n))
+            call measure_shape(model, work, params, l, forces(n), u, shapes(n))
           end do
         end do
       end do
       call work%free()
     end do
-    write (output_unit, '(f8.3,f7.2,2i6,i8,i6,i6,i6,2i6,i8,es10.1,i7,es10.1,4f8.1,2f6.2)') plate*1.0e6_rp, &
-      membrane_thickness(params, plate)*1.0e6_rp, count(cases%cold), count(cases%warm), &
-      nint(median(real(cases%cold_factorisations, rp))), maxval(cases%cold_factorisations), &
-      nint(median(real(cases%warm_factorisations, rp))), maxval(cases%warm_factorisations), &
-      sum(cases%snaps), count(cases%redone), count(cases%step_difference > 1.0e-9_rp), &
-      maxval(cases%step_difference), count(cases%warm_difference > 1.0e-9_rp), &
-      maxval(cases%warm_difference), median(cases%cold_ms), maxval(cases%cold_ms), &
-      median(cases%warm_ms), maxval(cases%warm_ms), minval(cases%deflection), &
-      maxval(cases%deflection)
-    flush (output_unit)
   end subroutine run
 
-  subroutine one_case(model, work, params, place, result)
-    type(solid_model_t), intent(inout) :: model
-    type(equilibrium_t), intent(inout) :: work
-    type(solid_params_t), intent(in) :: params
-    integer, intent(in) :: place
-    type(case_t), intent(out) :: result
-    type(solid_params_t) :: other
-    type(load_t) :: load
-    type(static_report_t) :: report
-    type(static_options_t) :: options, search
-    real(rp), allocatable :: u(:, :), v(:, :)
-    real(rp) :: force, target, t0, t1, w, last_force, last_w, next
-    integer :: attempt, p
-    logical :: is_warm
-    allocate (u(3, model%n_all), v(3, model%n_all), source=0.0_rp)
-    call model%set_params(params)
-    target = model%size*(0.06_rp + 0.22_rp*mod(3*place, N_LOADS)/(N_LOADS - 1))
-    force = 1.0e-5_rp
-    last_w = 0
-    search%redo_cold = .false.
-    search%tolerance = 1.0e-3_rp
-    do attempt = 1, 8 ! the force for this deflection
-      call load_at(model, place, force, load)
-      call solve_static(work, model, load, attempt > 1, search, u, report)
-      w = deflection(load, u)
-      if (.not. report%converged .or. abs(w/target - 1) < 0.15_rp) exit
-      next = force*min(8.0_rp, max(0.125_rp, target/w))
-      if (last_w > 0) next = force*min(8.0_rp, max(0.125_rp, &
-                                                   (target/w)**(log(force/last_force)/log(w/last_w))))
-      last_force = force
-      last_w = w
-      force = next
-    end do
-    call cpu_time(t0)
-    call solve_static(work, model, load, .false., options, u, report)
-    call cpu_time(t1)
-    result%cold_ms = 1000*(t1 - t0)
-    result%cold = report%converged
-    result%residual = report%residual
-    result%cold_factorisations = report%factorisations
-    result%snaps = report%snaps
-    result%deflection = deflection(load, u)/model%size
+  subroutine print_heading()
+    write (output_unit, '(a)') '      D     h cases cold warm  fac. cold   fac. warm  snaps redone  '// &
+      'steps differ  warm differs   cold ms         warm ms       w/w(D=0.2)'
+    write (output_unit, '(a)') '  mN mm    um       converged median  max median  max               '// &
+      '>1 nm   max m >1 nm   max m  median     max median     max  min  mean   max'
+  end subroutine print_heading
 
-    options%step_limit = options%step_limit/2
-    call solve_static(work, model, load, .false., options, v, report)
-    result%step_difference = maxval(abs(v - u))
-    options = static_options_t()
+  !> The results for one D [N m], and what the same forces move with the default D.
+  subroutine print_row(plate, stride, all_shapes, references)
+    real(rp), intent(in) :: plate
+    integer, intent(in) :: stride
+    type(shape_t), intent(in) :: all_shapes(:), references(:)
+    type(shape_t) :: s((size(all_shapes) - 1)/stride + 1)
+    real(rp) :: ratios(size(s))
+    s = all_shapes(::stride)
+    ratios = s%deflection/references(::stride)%deflection
+    write (output_unit, '(f7.3,f6.2,3i5,2(i7,i5),2i7,2(i6,es9.1),2(f8.1,f8.0),3f6.3)') plate*1.0e6_rp, &
+      membrane_thickness(default_params(wing), plate)*1.0e6_rp, size(s), count(s%cold), count(s%warm), &
+      nint(median(real(s%cold_factorisations, rp))), maxval(s%cold_factorisations), &
+      nint(median(real(s%warm_factorisations, rp))), maxval(s%warm_factorisations), &
+      sum(s%snaps), count(s%redone), count(s%step_difference > 1.0e-9_rp), maxval(s%step_difference), &
+      count(s%warm_difference > 1.0e-9_rp), maxval(s%warm_difference), median(s%cold_ms), &
+      maxval(s%cold_ms), median(s%warm_ms), maxval(s%warm_ms), minval(ratios), &
+      sum(ratios, s%cold)/max(1, count(s%cold)), maxval(ratios)
+    flush (output_unit)
+  end subroutine print_row
 
-    other = params
-    other%young = params%young*exp(0.1_rp*normal(place, 0))
-    do p = 1, size(params%joint)
-      other%joint(p) = params%joint(p)*exp(0.1_rp*normal(place, p))
-    end do
-    call model%set_params(other)
-    call solve_static(work, model, load, .false., options, v, report)
-    call model%set_params(params)
-    is_warm = report%snaps == 0 ! a shape behind a snap is no start: the path there may not be the cold one
-    call cpu_time(t0)
-    call solve_static(work, model, load, is_warm, options, v, report)
-    call cpu_time(t1)
-    result%warm_ms = 1000*(t1 - t0)
-    result%warm = report%converged
-    result%warm_factorisations = report%factorisations
-    result%redone = report%was_redone_cold .or. .not. is_warm
-    result%warm_difference = maxval(abs(v - u))
-
-  end subroutine one_case
-
-  !> Movement [m] of the loaded place.
-  real(rp) function deflection(load, u)
-    type(load_t), intent(in) :: load
-    real(rp), intent(in) :: u(:, :)
-    deflection = sum(load%force(3, :)*u(3, :))/sum(load%force(3, :))
-  end function deflection
-
-  !> A number from a fixed sample of the normal distribution, roughly.
-  pure real(rp) function normal(i, j)
-    integer, intent(in) :: i, j
-    real(rp) :: x(12)
-    integer :: k
-    x = [(modulo(12.9898_rp*i + 78.233_rp*j + 37.719_rp*k + 0.618_rp*k**2*(i + 3*j), 1.0_rp), k=1, 12)]
-    normal = sum(x) - 6
-  end function normal
-
-  real(rp) function median(values)
-    real(rp), intent(in) :: values(:)
-    real(rp) :: sorted(size(values)), x
-    integer :: i, j
-    sorted = values
-    do i = 2, size(sorted)
-      x = sorted(i)
-      j = i - 1
-      do while (j >= 1)
-        if (sorted(j) <= x) exit
-        sorted(j + 1) = sorted(j)
-        j = j - 1
+  !> Far from the usual parameters: two loads x two deflections for each E and each factor on the
+  !> joints, whose stiffness at factor 1 is that of the veins at 12.6 GPa. A row for each pair.
+  subroutine run_robust()
+    real(rp), parameter :: E(4) = [1.0e8_rp, 1.0e9_rp, 1.0e10_rp, 1.0e11_rp], FACTORS(5) = &
+                           [0.01_rp, 0.1_rp, 1.0_rp, 10.0_rp, 100.0_rp], DEFLECTIONS(2) = [0.1_rp, 0.45_rp]
+    integer, parameter :: PLACES(2) = [5, 6]
+    type(shape_t) :: shapes(size(PLACES)*size(DEFLECTIONS))
+    type(solid_params_t) :: params
+    type(solid_model_t) :: model
+    type(equilibrium_t) :: work
+    type(failure_t) :: failure
+    real(rp), allocatable :: stiff(:), u(:, :)
+    real(rp) :: force, place(2)
+    integer :: i, j, l, d, n
+    params = default_params(wing)
+    params%plate = PLATE
+    params%young = 12.6e9_rp
+    call model%init(wing, params, failure)
+    call require(.not. failure%failed, 'the benchmark''s wing is wrong')
+    stiff = model%params%joint
+    call work%init(model)
+    allocate (u(3, model%n_all))
+    write (output_unit, '(a)') '  E GPa  joints cases cold warm  fac. cold   fac. warm  snaps redone  '// &
+      'steps differ  warm differs    w/R'
+    write (output_unit, '(a)') '                      converged median  max median  max               '// &
+      '>1 nm   max m >1 nm   max m  min  max'
+    do i = 1, size(E)
+      do j = 1, size(FACTORS)
+        params = model%params
+        params%young = E(i)
+        params%joint = FACTORS(j)*stiff
+        n = 0
+        do d = 1, size(DEFLECTIONS)
+          do l = 1, size(PLACES)
+            n = n + 1
+            call model%set_params(params)
+            place = place_on_wing(model, PLACES(l))
+            call find_force(model, work, PLACES(l), DEFLECTIONS(d)*place(1), force)
+            call measure_shape(model, work, params, PLACES(l), force, u, shapes(n))
+          end do
+        end do
+        write (output_unit, '(f7.1,f8.2,3i5,2(i7,i5),2i7,2(i6,es9.1),2f6.2)') E(i)*1.0e-9_rp, FACTORS(j), n, &
+          count(shapes%cold), count(shapes%warm), nint(median(real(shapes%cold_factorisations, rp))), &
+          maxval(shapes%cold_factorisations), nint(median(real(shapes%warm_factorisations, rp))), &
+          maxval(shapes%warm_factorisations), sum(shapes%snaps), count(shapes%redone), &
+          count(shapes%step_difference > 1.0e-9_rp), maxval(shapes%step_difference), &
+          count(shapes%warm_difference > 1.0e-9_rp), maxval(shapes%warm_difference), &
+          minval(shapes%deflection)/model%size, maxval(shapes%deflection)/model%size
+        flush (output_unit)
       end do
-      sorted(j + 1) = x
     end do
-    median = sorted((size(sorted) + 1)/2)
-  end function median
+    call work%free()
+  end subroutine run_robust
 
   !> CPU time of one step, 1/1000 of a wingbeat at 158 Hz, moving under 2 mN.
   real(rp) function bdf2_step_ms() result(ms)
     integer, parameter :: STEPS = 40
-    type(wing_t) :: wing
     type(solid_params_t) :: params
     type(solid_model_t) :: model
     type(failure_t) :: failure
@@ -223,7 +204,6 @@ contains
     real(rp), allocatable :: force(:, :)
     real(rp) :: t0, t1
     integer :: i, iterations
-    wing = wing_of_argument()
     params = default_params(wing)
     params%cross_springs = .true.
     call model%init(wing, params, failure)

@@ -2,9 +2,9 @@
 !> Residual, potential and factorised tangent of the static problem at one stage of its loading path,
 !> and the arrays that the algorithms of the statics work in.
 !>
-!> At stage t of a path that starts from displacements with residual g0 the residual is
-!> dE/du - F - (1 - t) g0: for a start from the unloaded state the load t F, for a warm start a
-!> deformation of the old problem into the new one.
+!> At stage t of a path from the unloaded state the residual is dE/du - t F. For a warm start with the
+!> residual g0 it is dE/du - F - (1 - t) g0, which turns the old problem into the new one; for dead
+!> loads the two are the same, for those that follow the wing only the first is a load that grows.
 module solid_equilibrium
   use base_kinds, only: rp
   use solid_cholesky, only: cholesky_t
@@ -22,6 +22,7 @@ module solid_equilibrium
     real(rp), allocatable :: blocks(:, :, :), values(:), right_hand_side(:, :)
     real(rp), allocatable :: start_residual(:, :) !< (3, n_all) g0
     real(rp) :: stage = 0                         !< t
+    logical :: is_growing = .false.               !< the load grows: the path began at the unloaded state
     real(rp) :: force_scale = 0                   !< [N] to which residuals are related
     real(rp), dimension(:, :), allocatable :: g, du, trial, old !< (3, n_all) scratch
     real(rp), allocatable :: axial(:)             !< (springs) [N] independent axial forces of the iteration
@@ -70,11 +71,12 @@ contains
     type(load_t), intent(in) :: load
     real(rp), intent(in) :: u(:, :)
     real(rp), parameter :: UNLOADED = 1.0e-6_rp ! scale of residuals without load
+    self%is_growing = .not. any(abs(u) > 0)
     self%stage = 1
     call self%residual(model, load, u, self%start_residual)
     self%stage = 0
     self%g = 0
-    call load%subtract_from(model, u, self%g)
+    call load%subtract_from(model, u, 1.0_rp, self%g)
     call model%zero_clamped(self%g)
     self%force_scale = norm2(self%g)
     if (.not. self%force_scale > 0) self%force_scale = &
@@ -91,10 +93,16 @@ contains
     real(rp), intent(inout) :: g(:, :)
     real(rp), intent(in), optional :: low(:, :)
     call model%gradient(u, g, low=low)
-    call load%subtract_from(model, u, g)
-    if (self%stage < 1) g = g - (1 - self%stage)*self%start_residual
+    call load%subtract_from(model, u, load_factor(self), g)
+    if (self%stage < 1 .and. .not. self%is_growing) g = g - (1 - self%stage)*self%start_residual
     call model%zero_clamped(g)
   end subroutine equilibrium_residual
+
+  !> Factor on the load at the stage of the path.
+  pure real(rp) function load_factor(self)
+    class(equilibrium_t), intent(in) :: self
+    load_factor = merge(self%stage, 1.0_rp, self%is_growing)
+  end function load_factor
 
   !> The potential [J] whose gradient the residual is.
   real(rp) function equilibrium_potential(self, model, load, u) result(potential)
@@ -102,8 +110,8 @@ contains
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
     real(rp), intent(in) :: u(:, :)
-    potential = model%energy(u) - load%work(model, u)
-    if (self%stage < 1) potential = potential - (1 - self%stage)*sum(self%start_residual*u)
+    potential = model%energy(u) - load%work(model, u, load_factor(self))
+    if (self%stage < 1 .and. .not. self%is_growing) potential = potential - (1 - self%stage)*sum(self%start_residual*u)
   end function equilibrium_potential
 
   !> Factorises the tangent at u with the independent axial forces `self%axial`, or its positive
@@ -116,7 +124,7 @@ contains
     logical, intent(in) :: semidefinite
     logical, intent(out) :: is_spd
     call assemble_tangent(model, u, self%axial, semidefinite, self%blocks)
-    if (size(load%couples) > 0) call load%subtract_tangent(model, u, self%blocks)
+    call load%subtract_tangent(model, u, load_factor(self), self%blocks)
     call model%pattern%add_diagonal(model%weights, shift, self%blocks)
     call model%pattern%pack(self%blocks, self%values)
     call self%cholesky%factorise(self%values, is_spd)

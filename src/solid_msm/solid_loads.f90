@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Loads on a wing: dead forces at points or inside triangles, gravity, and end couples of beams.
+!> Loads on a wing: dead forces at points or inside triangles, gravity, end couples of beams, and
+!> springs to the ground.
 module solid_loads
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -7,7 +8,7 @@ module solid_loads
   use solid_vectors, only: cross, outer
   implicit none
   private
-  public :: load_t, couple_t
+  public :: load_t, couple_t, support_t
 
   !> A moment about a fixed axis that follows the turning of one vein segment.
   type :: couple_t
@@ -16,10 +17,17 @@ module solid_loads
     real(rp) :: moment = 0           !< [N m]
   end type couple_t
 
+  !> Springs that hold a point where it lies unloaded; stiff ones along one axis are a guide.
+  type :: support_t
+    integer :: point = 0
+    real(rp) :: stiffness(3) = 0     !< [N/m] along x, y, z
+  end type support_t
+
   !> All that acts on a wing. The forces keep their direction.
   type :: load_t
     real(rp), allocatable :: force(:, :) !< (3, n_all) [N]
     type(couple_t), allocatable :: couples(:)
+    type(support_t), allocatable :: supports(:)
   contains
     procedure :: init => load_init
     procedure :: add_point => load_add_point
@@ -37,7 +45,7 @@ contains
     class(load_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model
     allocate (self%force(3, model%n_all), source=0.0_rp)
-    allocate (self%couples(0))
+    allocate (self%couples(0), self%supports(0))
   end subroutine load_init
 
   !> Adds force(3) [N] at a point of the wing.
@@ -89,53 +97,64 @@ contains
   end subroutine load_add_gravity
 
   !> Minus the potential [J] at displacements u(3, n_all); that of a couple is known up to turns.
-  pure real(rp) function load_work(self, model, u) result(work)
+  !> Here and below forces and couples are multiplied by `factor`.
+  pure real(rp) function load_work(self, model, u, factor) result(work)
     class(load_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(in) :: u(:, :), factor
     real(rp) :: d(3), d0(3)
     integer :: c
-    work = sum(self%force*u)
+    work = factor*sum(self%force*u)
     do c = 1, size(self%couples)
       associate (couple => self%couples(c))
         d0 = model%points(:, couple%nodes(2)) - model%points(:, couple%nodes(1))
         d = d0 + u(:, couple%nodes(2)) - u(:, couple%nodes(1))
         d0 = d0 - dot_product(d0, couple%axis)*couple%axis
-        work = work + couple%moment*atan2(dot_product(couple%axis, cross(d0, d)), dot_product(d0, d))
+        work = work + factor*couple%moment*atan2(dot_product(couple%axis, cross(d0, d)), dot_product(d0, d))
+      end associate
+    end do
+    do c = 1, size(self%supports)
+      associate (support => self%supports(c))
+        work = work - 0.5_rp*sum(support%stiffness*u(:, support%point)**2)
       end associate
     end do
   end function load_work
 
   !> g(3, n_all) = g - generalised forces at u [N].
-  pure subroutine load_subtract_from(self, model, u, g)
+  pure subroutine load_subtract_from(self, model, u, factor, g)
     class(load_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(in) :: u(:, :), factor
     real(rp), intent(inout) :: g(:, :)
     real(rp) :: p(3), q(3)
     integer :: c
-    g = g - self%force
+    g = g - factor*self%force
     do c = 1, size(self%couples)
       associate (couple => self%couples(c))
         call lever(couple, model, u, p, q)
-        g(:, couple%nodes(2)) = g(:, couple%nodes(2)) - couple%moment*q
-        g(:, couple%nodes(1)) = g(:, couple%nodes(1)) + couple%moment*q
+        g(:, couple%nodes(2)) = g(:, couple%nodes(2)) - factor*couple%moment*q
+        g(:, couple%nodes(1)) = g(:, couple%nodes(1)) + factor*couple%moment*q
+      end associate
+    end do
+    do c = 1, size(self%supports)
+      associate (support => self%supports(c))
+        g(:, support%point) = g(:, support%point) + support%stiffness*u(:, support%point)
       end associate
     end do
   end subroutine load_subtract_from
 
   !> Subtracts the derivative of the generalised forces from the tangent's blocks(3, 3, :).
-  pure subroutine load_subtract_tangent(self, model, u, blocks)
+  pure subroutine load_subtract_tangent(self, model, u, factor, blocks)
     class(load_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(in) :: u(:, :), factor
     real(rp), intent(inout) :: blocks(:, :, :)
     real(rp) :: p(3), q(3), h(3, 3)
-    integer :: c, b, i, j
+    integer :: c, b, i, j, k
     do c = 1, size(self%couples)
       associate (couple => self%couples(c))
         call lever(couple, model, u, p, q) ! the angle's Hessian in the plane is -(p q^T + q p^T)
-        h = -couple%moment*(outer(p, q) + outer(q, p))
+        h = -factor*couple%moment*(outer(p, q) + outer(q, p))
         i = model%free(couple%nodes(1))
         j = model%free(couple%nodes(2))
         b = model%pattern%place(i, i)
@@ -145,6 +164,14 @@ contains
         b = abs(model%pattern%place(i, j))
         if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
       end associate
+    end do
+    do c = 1, size(self%supports)
+      i = model%free(self%supports(c)%point)
+      if (i == 0) cycle
+      b = model%pattern%place(i, i)
+      do k = 1, 3
+        blocks(k, k, b) = blocks(k, k, b) + self%supports(c)%stiffness(k)
+      end do
     end do
   end subroutine load_subtract_tangent
 

@@ -40,6 +40,7 @@ contains
       call failure%raise('the structure has fewer modes than asked for')
       return
     end if
+    work%stage = 1 ! the whole load
     call work%law_axial(model, u)
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd)
     if (.not. is_spd) then

@@ -24,7 +24,8 @@ module solid_statics
     real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
     real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
     integer :: factorisation_limit = 900
-    !> a warm start that fails or snaps is repeated from the unloaded state
+    !> a warm start that fails, snaps, or does not go straight to its end is repeated from the
+    !> unloaded state
     logical :: redo_cold = .true.
   end type static_options_t
 
@@ -45,8 +46,10 @@ contains
   !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result: a
   !> cold start begins at zero whatever u is, a warm start at u, the solution for the same load with
   !> other parameters; only a shape reached without snaps is a start that leads where the cold path
-  !> leads. On success the last factorisation in `work` is that of the exact tangent, ready
-  !> for sensitivities. Failure is a report with a reason; u is then the last equilibrium of the path.
+  !> leads. Newton's method may leap over a fold to another stable shape; it stumbles when it does, so
+  !> a warm start is trusted only if every tangent on its way is positive definite and every stage
+  !> takes at most six factorisations. On success the last factorisation in `work` is that of the
+  !> exact tangent, ready for sensitivities. Failure is a report with a reason; u is then the last equilibrium of the path.
   subroutine solve_static(work, model, load, is_warm, options, u, report)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -63,7 +66,7 @@ contains
     end if
     if (.not. is_warm) u = 0
     call follow_path(work, model, load, is_warm, options, u, report)
-    if (is_warm .and. options%redo_cold .and. (report%snaps > 0 .or. .not. report%converged)) then
+    if (is_warm .and. options%redo_cold .and. .not. report%converged) then
       u = 0
       call follow_path(work, model, load, .false., options, u, report)
       report%was_redone_cold = .true.
@@ -81,6 +84,7 @@ contains
     type(static_report_t), intent(out) :: report
     real(rp), parameter :: COLD_STEP = 0.05_rp, SHRINK = 0.35_rp, SMALLEST = 0.01_rp, &
                            PATH_TOLERANCE = 1.0e-3_rp
+    integer, parameter :: STRAIGHT = 6 ! factorisations of a stage that Newton's method takes in its stride
     real(rp) :: t, dt, target, tolerance, moved, ahead, old_t, most_moved
     integer :: begin, n_used, rejections, rejections_unstable
     logical :: has_history, accepted, was_unstable
@@ -107,6 +111,12 @@ contains
       if (has_history) ahead = (target - t)/(t - old_t)
       call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, moved, &
                    accepted, was_unstable, n_used)
+      if (is_warm .and. options%redo_cold) then
+        if (was_unstable .or. accepted .and. n_used > STRAIGHT .or. dt < COLD_STEP) then
+          report%reason = 'the warm start does not go straight to its end'
+          exit
+        end if
+      end if
       if (accepted) then
         work%old = u
         work%old_axial = work%here_axial

@@ -6,7 +6,7 @@ program test_solid_beams
   use base_kinds, only: rp
   use sample_wings, only: make_beam
   use solid_equilibrium, only: equilibrium_t
-  use solid_loads, only: load_t, couple_t
+  use solid_loads, only: load_t, couple_t, support_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params
   use solid_statics, only: solve_static, static_options_t, static_report_t
@@ -19,6 +19,7 @@ program test_solid_beams
   call test_small_load()
   call test_elastica()
   call test_circle()
+  call test_guided_circle()
   call test_directions()
   call test_turek_hron()
   call t%finish()
@@ -155,54 +156,119 @@ contains
   end subroutine test_elastica
 
   !> Under an end moment M all hinges turn by M l/EI: for M = 2 pi EI/L the beam closes. A chain has no
-  !> torsional stiffness and tilts sideways beyond M = pi/2 EI/L, so the path is followed to 1.4 EI/L
-  !> and found unstable beyond; the closed circle is checked to be an equilibrium.
+  !> torsional stiffness and tilts sideways beyond M = pi/2 EI/L, so the path is followed to 1.4 EI/L;
+  !> that the tangent is indefinite at 1.7 EI/L, and that guides mend it, shows that this is a
+  !> bifurcation of the chain in space and no failure of the path.
   subroutine test_circle()
     integer, parameter :: N = 24
     type(solid_model_t) :: model
     type(load_t) :: load
     type(static_report_t) :: report
-    real(rp), allocatable :: u(:, :), g(:, :)
+    real(rp), allocatable :: u(:, :)
     call make_cantilever(N, 1.0_rp, 1.0_rp, 1.0e6_rp, [1.0_rp, 0.0_rp, 0.0_rp], model)
     call load%init(model)
     load%couples = [couple_t([N, N + 1], [0.0_rp, -1.0_rp, 0.0_rp], 1.4_rp)]
     call solve(model, load, 1.0e-8_rp, u, report)
-    call test_couple_tangent(model, load, u)
+    call test_load_tangent(model, load, u)
     call t%check_below('an end moment bends a beam to an arc', maxval(abs(u - arc(model, 1.4_rp))), 1.0e-9_rp)
-    g = 0*u
-    u = arc(model, 2*PI)
-    load%couples(1)%moment = 2*PI
-    call t%check_below('under 2 pi EI/L the beam closes', norm2(model%points(:, N + 1) + u(:, N + 1)), &
-                       1.0e-14_rp)
-    call model%gradient(u, g)
-    call load%subtract_from(model, u, g)
-    call model%zero_clamped(g)
-    call t%check_below('and the circle is an equilibrium', maxval(abs(g))/(2*PI*N), 1.0e-9_rp)
+    call check_stability(model, load, 1.4_rp, .true.)
+    call check_stability(model, load, 1.7_rp, .false.)
+    load%supports = guides(model)
+    call check_stability(model, load, 1.7_rp, .true.)
   end subroutine test_circle
 
-  !> The tangent of a couple is the derivative of its forces.
-  subroutine test_couple_tangent(model, load, u)
+  !> Between frictionless guides, which hold y and carry no force, the beam is followed until it
+  !> closes. Its points are l/(2 sin(delta/2)) instead of l/delta from the centre, delta = 2 pi/N, so
+  !> that the farthest one misses the circle by pi/(6 N^2) L.
+  subroutine test_guided_circle()
+    integer, parameter :: N(4) = [12, 24, 48, 96]
+    type(solid_model_t) :: model
+    type(load_t) :: load
+    type(static_report_t) :: report
+    real(rp), allocatable :: u(:, :)
+    real(rp) :: circle(3), angle, errors(size(N)), h(size(N))
+    integer :: i, p
+    do i = 1, size(N)
+      call make_cantilever(N(i), 1.0_rp, 1.0_rp, 1.0e6_rp, [1.0_rp, 0.0_rp, 0.0_rp], model)
+      call load%init(model)
+      load%couples = [couple_t([N(i), N(i) + 1], [0.0_rp, -1.0_rp, 0.0_rp], 2*PI)]
+      load%supports = guides(model)
+      call solve(model, load, 1.0e-8_rp, u, report)
+      call t%check_below('under 2 pi EI/L the path ends in a closed beam', &
+                         norm2(model%points(:, N(i) + 1) + u(:, N(i) + 1)), 1.0e-9_rp)
+      call t%check_below('whose hinges all turn alike', maxval(abs(u - arc(model, 2*PI))), 1.0e-9_rp)
+      call t%check_below('and whose guides carry no force', maxval(abs(u(2, :))), 1.0e-14_rp)
+      errors(i) = 0
+      do p = 1, N(i) + 1
+        angle = 2*PI*(p - 1)/N(i)
+        circle = [sin(angle), 0.0_rp, 1 - cos(angle)]/(2*PI)
+        errors(i) = max(errors(i), norm2(model%points(:, p) + u(:, p) - circle))
+      end do
+      h(i) = 1.0_rp/N(i)
+    end do
+    call t%check_order('the beam converges to the circle', h, errors, 2.0_rp, 0.02_rp)
+    call t%check_close('with the constant pi/6', errors(4)/h(4)**2, PI/6, rtol=1.0e-3_rp)
+  end subroutine test_guided_circle
+
+  !> Stiff springs along y at all points.
+  function guides(model) result(supports)
     type(solid_model_t), intent(in) :: model
-    type(load_t), intent(in) :: load
+    type(support_t), allocatable :: supports(:)
+    integer :: p
+    supports = [(support_t(p, [0.0_rp, 1.0e4_rp, 0.0_rp]), p=1, model%n_points)]
+  end function guides
+
+  !> Whether the arc under this moment is stable.
+  subroutine check_stability(model, load, moment, is_stable)
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(inout) :: load
+    real(rp), intent(in) :: moment
+    logical, intent(in) :: is_stable
+    type(equilibrium_t) :: work
+    real(rp) :: u(3, model%n_all)
+    logical :: is_spd
+    load%couples(1)%moment = moment
+    u = arc(model, moment)
+    call work%init(model)
+    call work%start(model, load, u)
+    work%stage = 1
+    call work%law_axial(model, u)
+    call work%factorise(model, load, u, .false., 0.0_rp, is_spd)
+    call work%free()
+    call t%check('a chain in space is stable under an end moment up to pi/2 EI/L', is_spd .eqv. is_stable)
+  end subroutine check_stability
+
+  !> The tangent of a load is the derivative of its forces, and these of its work.
+  subroutine test_load_tangent(model, dead_load, u)
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: dead_load
     real(rp), intent(in) :: u(:, :)
     real(rp), parameter :: H = 1.0e-6_rp
+    type(load_t) :: load
     real(rp), dimension(3, model%n_all) :: direction, ahead, behind
-    real(rp) :: blocks(3, 3, size(model%pattern%rows)), product(3, model%n_free)
+    real(rp) :: blocks(3, 3, size(model%pattern%rows)), product(3, model%n_free), slope
     integer :: i, c
+    load = dead_load
+    load%supports = [support_t(3, [1.0_rp, 2.0_rp, 3.0_rp]), support_t(9, [0.5_rp, 0.0_rp, 0.0_rp])]
     direction = reshape([((sin(1.3_rp*i + 2.1_rp*c), c=1, 3), i=1, model%n_all)], [3, model%n_all])
     call model%zero_clamped(direction)
+    behind = 0
+    call load%subtract_from(model, u, 1.0_rp, behind)
+    slope = (load%work(model, u + H*direction, 1.0_rp) - load%work(model, u - H*direction, 1.0_rp))/(2*H)
+    call t%check_close('the forces of a load are the derivative of its work', -sum(behind*direction), slope, &
+                       rtol=1.0e-8_rp)
     ahead = 0
     behind = 0
-    call load%subtract_from(model, u + H*direction, ahead)
-    call load%subtract_from(model, u - H*direction, behind)
+    call load%subtract_from(model, u + H*direction, 1.0_rp, ahead)
+    call load%subtract_from(model, u - H*direction, 1.0_rp, behind)
     ahead = (ahead - behind)/(2*H)
     blocks = 0
-    call load%subtract_tangent(model, u, blocks)
+    call load%subtract_tangent(model, u, 1.0_rp, blocks)
     product = 0
     call model%pattern%multiply(blocks, 1.0_rp, direction(:, model%movable), product)
-    call t%check_below('the tangent of a couple is the derivative of its forces', &
+    call t%check_below('the tangent of a load is the derivative of its forces', &
                        maxval(abs(product - ahead(:, model%movable)))/maxval(abs(product)), 1.0e-7_rp)
-  end subroutine test_couple_tangent
+  end subroutine test_load_tangent
 
   !> Displacements of a chain whose segments point at (i - 1/2) times the same angle.
   function arc(model, total_turn) result(u)
