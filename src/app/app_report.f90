@@ -87,8 +87,8 @@ contains
         end associate
       end do
       write (unit, '(3(a,g0.5),a)') '          f = ', f, ', mean tip speed 2 (stroke) R f = ', tip, ', u_inf = ', wind
-      if (p%nu > 0) write (unit, '(a,f0.1,a,f0.3)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', &
-        (tip + wind)*chord/p%nu, ', advance ratio u_inf/u_tip = ', wind/max(tip, tiny(tip))
+    if (p%nu > 0) write (unit, '(a,f0.1,a)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', (tip + wind)*chord/p%nu, ''
+      if (tip > 0) write (unit, '(a,f0.3)') '          advance ratio u_inf/u_tip = ', wind/tip
       write (unit, '(2(a,f0.2),a)') 'thickness ', 2*flight%half_thickness/p%grid%max_spacing(), ' cells, smoothing ', &
         flight%smoothing/p%grid%max_spacing(), ' cells'
       write (unit, '(2(a,g0.5))', advance='no') 'scales    rho R^4 f^2 = ', r**4*f**2, ', rho R^5 f^3 = ', r**5*f**3
