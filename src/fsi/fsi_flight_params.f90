@@ -94,6 +94,8 @@ contains
     call registry%add_inert(SECTION, 'v0', 'free flight')
     call registry%add_inert(SECTION, 'startup_conditioner', 'free flight')
     call registry%add_inert(SECTION, 'init_alpha_phi_theta', 'passive wing')
+    call registry%add_inert(SECTION, 'pointcloudfile', 'wing given by a cloud of points')
+    call registry%add_inert(SECTION, 'infile*', 'old name of the file of a motion')
     call registry%add_inert(SECTION, 'distance_from_sponge', 'sponge that moves with the body')
     call registry%add_inert(SECTION, 'WingShape2', 'second pair of wings')
     call registry%add_inert(SECTION, 'x_pivot_l2', 'second pair of wings')

@@ -2,8 +2,10 @@
 !> FLUSI's keys without effect here: harmless as they stand in FLUSI files, refused when they ask for
 !> physics that is not built.
 program test_ini_legacy
+  use app_flexible, only: register_flexible_keys
   use app_flusi_keys, only: register_flusi_legacy
   use base_errors, only: message_list_t
+  use fsi_flight_params, only: register_flight_keys
   use io_config, only: config_t
   use io_registry, only: registry_t
   use testkit, only: testkit_t
@@ -13,6 +15,8 @@ program test_ini_legacy
   type(registry_t) :: registry
 
   call kit%start(parallel=.false.)
+  call register_flight_keys(registry)
+  call register_flexible_keys(registry)
   call register_flusi_legacy(registry)
   call check_harmless(kit)
   call refuses(kit, 'FSI-equation', 'equation=artificial-compressibility;', 'equation')
@@ -22,7 +26,9 @@ program test_ini_legacy
   call refuses(kit, 'Averaging', 'time_avg=yes;', 'time_avg')
   call refuses(kit, 'PassiveScalar', 'use_passive_scalar=1; 0=off, 1=on', 'use_passive_scalar')
   call refuses(kit, 'SolidModel', 'use_solid_model=yes;', 'use_solid_model')
-  call refuses(kit, 'Flexible_wing', 'use_flexible_wing_model=yes;', 'use_flexible_wing_model')
+  call refuses(kit, 'Insects', 'WingShape=drosophila;', 'WingShape')
+  call refuses(kit, 'Insects', 'BodyType=jerry;', 'BodyType')
+  call refuses(kit, 'Insects', 'LeftWing2=yes;', 'LeftWing2')
   call refuses(kit, 'DryRun', 'dry_run_without_fluid=yes;', 'dry_run_without_fluid')
   call kit%finish()
 

@@ -35,7 +35,8 @@ class Quickstart(unittest.TestCase):
         self.tree = self.machine / "tree"
         (self.tree / "tools").mkdir(parents=True)
         (self.tree / "ini").mkdir()
-        (self.tree / "ini" / "sphere.ini").write_text("[Time]\n")
+        for case in ("sphere.ini", "wing.ini"):
+            (self.tree / "ini" / case).write_text("[Time]\n")
         shutil.copy(SOURCE / "tools" / "quickstart", self.tree / "tools")
         shutil.copy(SOURCE / "tools" / "requirements.txt", self.tree / "tools")
         self.bin = self.machine / "bin"
@@ -143,12 +144,13 @@ class Quickstart(unittest.TestCase):
         self.assert_exit(done, 0)
         self.assertIn("out.xmf   open in ParaView", done.stdout)
         self.assertIn("as root: no", done.stdout)
-        self.assertEqual(self.calls("mpirun"), [f"-n 3 {self.tree}/build/release/bin/flusi sphere.ini"])
-        (self.tree / "runs/sphere/mine").touch()
-        self.assertIn("kept in runs/sphere.1", self.quickstart("run", "ini/sphere.ini").stdout)
-        self.assertTrue((self.tree / "runs/sphere.1/mine").exists())
-        self.assertEqual(sorted(p.name for p in (self.tree / "runs/sphere").iterdir()),
-                         ["out.xmf", "run.log", "sphere.ini"])
+        # The file in its place is run, because it may name others that lie beside it.
+        self.assertEqual(self.calls("mpirun"), [f"-n 3 {self.tree}/build/release/bin/flusi {self.tree}/ini/wing.ini"])
+        (self.tree / "runs/wing/mine").touch()
+        self.assertIn("kept in runs/wing.1", self.quickstart("run", "ini/wing.ini").stdout)
+        self.assertTrue((self.tree / "runs/wing.1/mine").exists())
+        self.assertEqual(sorted(p.name for p in (self.tree / "runs/wing").iterdir()),
+                         ["out.xmf", "run.log", "wing.ini"])
 
     def test_cases_of_the_same_name_in_two_folders(self):
         (self.tree / "ini" / "flusi").mkdir()
@@ -162,17 +164,27 @@ class Quickstart(unittest.TestCase):
         self.assertIn("tools/quickstart run --restart", done.stderr)
         self.assertIn("as root: 1", done.stdout)
         self.assert_exit(self.quickstart("run", "--ranks", "2", "--restart"), 0)
-        self.assertEqual(self.calls("mpirun")[1], f"-n 2 {self.tree}/build/release/bin/flusi sphere.ini --restart")
-        self.assertFalse((self.tree / "runs/sphere.1").exists())
+        self.assertEqual(self.calls("mpirun")[1], f"-n 2 {self.tree}/build/release/bin/flusi {self.tree}/ini/wing.ini --restart")
+        self.assertFalse((self.tree / "runs/wing.1").exists())
 
     def test_pictures_are_made_of_what_the_run_wrote(self):
         self.stub(self.bin / "mpirun", "touch ux_000100.h5\nprintf '%% t F\\n0 1\\n1 2\\n' > forces.t\n"
                                        "printf '%% t E\\n0 1\\n' > energy.t\n")
-        self.assert_exit(self.quickstart("run"), 0)
+        self.assert_exit(self.quickstart("run", "ini/sphere.ini"), 0)
         folder = f"{self.tree}/runs/sphere"
         self.assertEqual(self.calls("python"),
                          [f"{self.tree}/tools/plot_slice.py {folder} -o {folder}/sphere.png",
                           f"{self.tree}/tools/plot_series.py {folder}/forces.t -o {folder}/forces.png"])
+
+    def test_pictures_of_wings(self):
+        self.stub(self.bin / "mpirun", "touch vorx_000100.h5 aero_power.t summary.txt\n")
+        self.assert_exit(self.quickstart("run"), 0)
+        folder = f"{self.tree}/runs/wing"
+        self.assertEqual(self.calls("python"),
+                         [f"{self.tree}/tools/plot_slice.py {folder} -o {folder}/wing.png",
+                          f"{self.tree}/tools/plot_cycle.py {folder} -o {folder}/beat.png",
+                          f"{self.tree}/tools/render.py {folder} -o {folder}/wings.png",
+                          f"{self.tree}/tools/plot_slice.py {folder} --section left -o {folder}/sections.png"])
 
     def test_wrong_use(self):
         for arguments in (["frob"], ["run", "no.ini"], ["run", "--ranks", "0"], ["run", "--ranks"], ["build", "x"],
