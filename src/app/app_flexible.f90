@@ -17,6 +17,7 @@ module app_flexible
   public :: register_flexible_keys, wants_flexible, wants_wing_file, read_wing_file, read_coupler
 
   character(*), parameter :: F = 'Flexible_wing'
+  real(rp), parameter :: FLAT = 1.0e-9_rp
 
 contains
 
@@ -75,6 +76,12 @@ contains
       call config%complain(errors, 'Wing', 'file', 'has no triangles: a flow needs a surface')
       found = .false.
     end if
+    if (.not. found .or. .not. wants_flexible(config)) return
+    ! Both wings share one model, which is its own mirror image only if it is flat in this plane.
+    if (any(abs(setup%wing%points(3, :)) > FLAT*setup%model%size)) then
+      call config%complain(errors, 'Wing', 'file', 'is not flat in the plane z = 0, as wings = flexible need it')
+      found = .false.
+    end if
   end subroutine read_wing_file
 
   !> What the coupler needs.
@@ -94,6 +101,8 @@ contains
     params%model = setup%model
     call params%inertia%init(setup%model, setup%mass%nodal)
     call read_damping(config, setup%model, params%inertia)
+    params%membrane = 0
+    if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
     params%units = units
     params%gravity = config%get_reals(F, 'gravity')
     params%release = config%get_real(F, 'T_release')

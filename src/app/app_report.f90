@@ -100,21 +100,20 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> What the wings that bend are made of, and whether the weak coupling is safe for them. The air that a wing
-  !> accelerates is that of its strips, rho pi/4 (chord)^2 (Sedov 1965).
+  !> What the wings that bend are made of, and whether the weak coupling is safe for them: the air that a strip of
+  !> the wing accelerates weighs rho pi/4 (chord) per area (Sedov 1965).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
-    real(rp), parameter :: UG = 1.0e9_rp, SAFE = 1.0_rp
-    real(rp) :: air, mass, chord
+    real(rp), parameter :: UG = 1.0e9_rp, G = 1.0e3_rp, SAFE = 1.0_rp
+    real(rp) :: air
     associate (wing => settings%flight%wings(1), c => settings%coupler)
-      chord = wing%mean_chord()*c%units%length
-      air = settings%units%density*PI/4*chord**2*wing%length()*c%units%length
-      mass = sum(c%inertia%mass)
-      write (unit, '(a,i0,a,es10.3,a,f0.1,a,f0.1,a,f0.2)') 'bending   ', c%model%n_points, ' points, E = ', &
-        c%model%params%young, ' Pa, mass ', UG*mass, ' ug, air that it accelerates ', UG*air, ' ug, ratio ', air/mass
-      if (air > SAFE*mass) write (unit, '(a)') '          the wing is lighter than that air: the weak coupling may '// &
-        'become unstable; watch bending_*.t, and try a smaller dt_max'
+      air = settings%units%density*PI/4*wing%mean_chord()*c%units%length
+      write (unit, '(a,i0,a,es10.3,a,f0.1,a,f0.2,a,f0.2,a)') 'bending   ', c%model%n_points, ' points, E = ', &
+        c%model%params%young, ' Pa, mass ', UG*sum(c%inertia%mass), ' ug, membrane ', G*c%membrane, &
+        ' g/m^2, air that it accelerates ', G*air, ' g/m^2'
+      if (air > SAFE*c%membrane) write (unit, '(a)') '          the membrane is lighter than that air: the weak '// &
+        'coupling may become unstable; watch bending_*.t, and try a smaller dt_max'
     end associate
   end subroutine print_bending
 

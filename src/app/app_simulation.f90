@@ -20,7 +20,7 @@ module app_simulation
   use fluid_solver, only: fluid_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_restart, only: load_wings, save_wings
+  use fsi_restart, only: has_flexible_wings, load_wings, save_wings
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use parallel_world, only: world_t
@@ -137,6 +137,7 @@ contains
         self%blown_up = self%failure%failed
         if (self%failure%failed) exit
         call write_all(self)
+        if (self%failure%failed) exit
         if (allocated(self%coupler)) call self%couple()
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
@@ -173,10 +174,15 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
     call self%output%look_ahead(self%fluid, .true., request)
+    if (allocated(self%coupler)) request%pressure = .true.
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
     call write_all(self)
+    if (allocated(self%coupler)) then
+      call self%coupler%look(self%fluid, self%wings)
+      call self%series%write_bending(self%wings, self%coupler)
+    end if
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
@@ -244,8 +250,12 @@ contains
     call reader%open(self%world, path, self%failure)
     if (self%failure%failed) return
     call load_fluid(reader, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state, self%failure)
-    if (allocated(self%coupler) .and. .not. self%failure%failed) &
+    if (self%failure%failed) return
+    if (allocated(self%coupler)) then
       call load_wings(reader, self%wings, self%coupler, self%failure)
+    else if (has_flexible_wings(reader)) then
+      call self%failure%raise('the checkpoint has flexible wings, this run has not')
+    end if
     call reader%close(self%failure)
     call self%slots%came_from(path)
   end subroutine restart

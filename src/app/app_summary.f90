@@ -81,15 +81,15 @@ contains
     character(*), intent(in) :: name
     type(beat_t), intent(in) :: beats(:, :) !< (quantity, beat)
     character(:), allocatable :: text
-    character(160) :: line
-    real(rp) :: unit(size(NAMES)), si(size(NAMES)), mean(size(NAMES)), spread, r, f
+    character(200) :: line
+    real(rp) :: unit(size(NAMES)), si(size(NAMES)), r, f
     integer :: n, first, q, k
     n = size(beats, 2)
     first = n - (n - 1)/2 ! the second half: 3 and 4 of 4
     r = settings%flight%wings(1)%length()
     f = settings%flight%frequency()
-    unit = r**4*f**2
-    unit(POWER:) = r**5*f**3
+    unit = 1/(r**4*f**2)
+    unit(POWER:) = 1/(r**5*f**3)
     associate (u => settings%units)
       si = 1.0e3_rp*u%density*u%length**4*u%frequency**2
       si(POWER:) = si(POWER:)*u%length*u%frequency
@@ -98,32 +98,38 @@ contains
     write (line, '(a,i0,a,i0,a,i0,2(a,es11.4))') 'wing beats ', first, ' to ', n, ' of ', n, '; R =', r, ' L, f =', f
     text = text//trim(line)//' 1/T; lift along z, drag along the mean flow'//NL
     text = text//'peak: the largest value of a beat; spread: half the range over these beats'//NL//NL
-    text = text//'                       normalised by rho R^4 f^2, rho R^5 f^3'
-    if (settings%units%given) text = text//'             SI [mN, mW]'
-    text = text//NL//'                         mean      spread        peak      spread'
-    if (settings%units%given) text = text//'        mean        peak'
-    text = text//NL
+    text = text//repeat(' ', 23)//'normalised by rho R^4 f^2, rho R^5 f^3'
+    if (settings%units%given) text = text//repeat(' ', 12)//'SI [mN, mW]'
+    text = text//NL//'                   '//repeat('        mean      spread        peak      spread', &
+                                                  merge(2, 1, settings%units%given))//NL
     do q = 1, size(NAMES)
       associate (b => beats(q, first:))
-        mean(q) = sum(b%mean)/size(b)
-        spread = (maxval(b%mean) - minval(b%mean))/2
-        write (line, '(a18,6f12.5)') NAMES(q), mean(q)/unit(q), spread/unit(q), &
-          sum(b%largest)/size(b)/unit(q), (maxval(b%largest) - minval(b%largest))/2/unit(q), &
-          mean(q)*si(q), sum(b%largest)/size(b)*si(q)
+        write (line, '(a18,8f12.5)') NAMES(q), four_numbers(b, unit(q)), four_numbers(b, si(q))
         if (.not. settings%units%given) line(67:) = ''
         text = text//trim(line)//NL
       end associate
     end do
-    text = text//NL//ratio('lift / drag', mean(LIFT), mean(DRAG))
-    text = text//ratio('lift / power', mean(LIFT)/unit(LIFT), mean(POWER)/unit(POWER))
-    if (settings%units%given) text = text//ratio('lift / power, mN/mW', mean(LIFT)*si(LIFT), mean(POWER)*si(POWER))
+    text = text//NL//repeat(' ', 27)//'mean      spread'//NL
+    associate (b => beats(:, first:)%mean)
+      text = text//ratio('lift / drag', b(LIFT, :), b(DRAG, :))
+      text = text//ratio('lift / power', b(LIFT, :)*unit(LIFT), b(POWER, :)*unit(POWER))
+      if (settings%units%given) text = text//ratio('lift / power, mN/mW', b(LIFT, :)*si(LIFT), b(POWER, :)*si(POWER))
+    end associate
     text = text//NL//'beat        lift        drag       power    inertial   (means, normalised)'//NL
     do k = 1, n
-      write (line, '(i4,4f12.5)') k, beats(LIFT, k)%mean/unit(LIFT), beats(DRAG, k)%mean/unit(DRAG), &
-        beats(POWER, k)%mean/unit(POWER), beats(INERTIAL, k)%mean/unit(INERTIAL)
+      write (line, '(i4,4f12.5)') k, beats([LIFT, DRAG, POWER, INERTIAL], k)%mean*unit([LIFT, DRAG, POWER, INERTIAL])
       text = text//trim(line)//NL
     end do
   end function summary_text
+
+  !> Mean and spread of the means, mean and spread of the peaks of some beats, times `unit`.
+  pure function four_numbers(b, unit) result(x)
+    type(beat_t), intent(in) :: b(:)
+    real(rp), intent(in) :: unit
+    real(rp) :: x(4)
+    x = unit*[sum(b%mean)/size(b), (maxval(b%mean) - minval(b%mean))/2, &
+              sum(b%largest)/size(b), (maxval(b%largest) - minval(b%largest))/2]
+  end function four_numbers
 
   !> How much flow passes the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
   function slip_text(settings, series, period, n) result(text)
@@ -137,6 +143,8 @@ contains
     character(160) :: line
     real(rp) :: share
     integer :: i
+    text = ''
+    if (settings%flight%tip_speed() <= 0) return
     share = 0
     do i = 1, size(settings%flight%wings)
       beat = beat_statistics(series(1, :), series(2 + settings%flight%wings(i)%color, :), period, n)
@@ -149,13 +157,17 @@ contains
                              'in proportion to eps'//NL
   end function slip_text
 
+  !> Ratio of the means over some beats, with half the range of the ratios of the beats.
   function ratio(name, a, b) result(text)
     character(*), intent(in) :: name
-    real(rp), intent(in) :: a, b
+    real(rp), intent(in) :: a(:), b(:)
     character(:), allocatable :: text
     character(60) :: line
-    write (line, '(a20,f10.4)') name, a/b
-    if (abs(b) <= tiny(b)) write (line, '(a20,a10)') name, '-'
+    if (any(abs(b) <= tiny(b))) then
+      write (line, '(a20,a11)') name, '-'
+    else
+      write (line, '(a20,2f12.4)') name, sum(a)/sum(b), (maxval(a/b) - minval(a/b))/2
+    end if
     text = trim(line)//NL
   end function ratio
 end module app_summary

@@ -48,7 +48,7 @@ contains
     integer :: n_before
     found = .false.
     if (.not. config%is_given('Wing', 'file')) return
-    call find_beside(ini, config%get_text('Wing', 'file'), s%path, problem)
+    call find_beside(ini, config%get_text('Wing', 'file'), s%path, problem, world)
     if (allocated(problem)) then
       call config%complain(errors, 'Wing', 'file', problem)
       return
@@ -75,10 +75,11 @@ contains
   end subroutine load_wing
 
   !> Where the file `name` is: as it stands, or else in the folder of the input file `ini`.
-  subroutine find_beside(ini, name, path, problem)
+  subroutine find_beside(ini, name, path, problem, world)
     character(*), intent(in) :: ini, name
     character(:), allocatable, intent(out) :: path, problem
-    path = named_path(name, ini)
+    type(world_t), intent(in), optional :: world !< with it root looks for all, and this is collective
+    path = named_path(name, ini, world)
     if (path == '') problem = quoted(name)//' does not exist, neither here nor beside the input file'
   end subroutine find_beside
 

@@ -183,7 +183,8 @@ contains
     box = self%params%grid%length
     arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%centre
     wrap = 0
-    if (self%params%periodic_torque) then
+    ! Wings may reach beyond the box; the nearest image of a point is the one that belongs to them.
+    if (self%params%periodic_torque .or. self%params%moving) then
       arm(2:3) = arm(2:3) - box(2:3)*anint(arm(2:3)/box(2:3))
       wrap = box(1)
     end if

@@ -25,6 +25,7 @@ module fluid_solver
     type(sums_t) :: sums                    !< integrals of the last pass
     real(rp) :: sums_time = 0               !< time they belong to
     real(rp) :: dt = 0                      !< length of the step that began at that time
+    logical, private :: has_pressure = .false. !< the pass of `sums` kept the pressure
   contains
     procedure :: init => fluid_init
     procedure :: start => fluid_start
@@ -144,6 +145,7 @@ contains
     class(fluid_t), intent(inout) :: self
     class(moving_solids_t), intent(in), optional :: moving
     self%sums = self%rhs%sums
+    self%has_pressure = self%rhs%request%pressure
     self%dt = self%rhs%dt
     associate (state => self%rhs%state)
       self%sums_time = state%time
@@ -164,7 +166,7 @@ contains
   subroutine fluid_pressure_field(self, p)
     class(fluid_t), intent(inout) :: self
     real(rp), contiguous, intent(inout) :: p(:, :, :, :) !< last extent 1
-    call require(self%rhs%request%pressure, 'fluid_t: the pressure was not requested')
+    call require(self%has_pressure, 'fluid_t: the pressure was not requested')
     call self%transform%backward(self%rhs%pressure, p)
     p(:, :, :, 1) = p(:, :, :, 1) - self%rhs%kinetic
   end subroutine fluid_pressure_field

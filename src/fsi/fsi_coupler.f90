@@ -28,6 +28,7 @@ module fsi_coupler
     type(solid_model_t) :: model
     type(inertia_t) :: inertia
     type(dynamic_options_t) :: options
+    real(rp) :: membrane = 0            !< [kg/m^2] mean mass of the membrane, for information
     type(unit_scales_t) :: units        !< SI values of one L, T and M
     real(rp) :: gravity(3) = 0          !< [m/s^2] in space
     real(rp) :: distance = 0            !< of the places where the pressure is taken from the surface, L
@@ -58,7 +59,6 @@ module fsi_coupler
     procedure :: advance => coupler_advance
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
-    procedure :: pressure_jump => coupler_pressure_jump
     procedure :: surface_load => coupler_surface_load
     procedure :: free => coupler_free
   end type coupler_t
@@ -82,6 +82,7 @@ contains
     allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
     allocate (self%packed(18*params%model%n_all + 2))
     allocate (self%wings(n), self%states(n), wings%deformation(n))
+    wings%masses = params%inertia%mass(:params%model%n_points)/params%units%mass
     do i = 1, n
       associate (wing => self%wings(i), given => wings%params%wings(i), bent => wings%deformation(i))
         wing%motion%body = wings%params%body
@@ -117,8 +118,8 @@ contains
   end subroutine coupler_look
 
   !> Takes the wings over a step dt [T] under the load last looked at; gives their new deformation to `wings`, for
-  !> their next placing. Fails, with the wings as they were, if Newton's method does, or if a wing bends beyond the
-  !> limit. Collective.
+  !> their next placing. Fails if Newton's method does, and if a wing bends beyond the limit; then the run cannot go
+  !> on from this state. Collective.
   subroutine coupler_advance(self, dt, wings, failure)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
@@ -171,14 +172,17 @@ contains
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: reason
     logical :: is_packed
-    integer :: n
+    integer :: n, verdict
     is_packed = .false.
     associate (state => self%states(i), wing => self%wings(i))
-      reason = ''
-      if (wing%owner == self%world%rank .and. .not. wing%report%converged) reason = wing%report%reason
-      call self%world%broadcast_text(reason, from=wing%owner)
-      if (reason /= '') call failure%raise('a wing cannot be advanced: '//reason)
-      if (failure%failed) return
+      verdict = 0
+      if (wing%owner == self%world%rank) verdict = merge(0, 1, wing%report%converged)
+      if (self%world%max_integer(verdict) > 0) then
+        if (wing%owner == self%world%rank) reason = wing%report%reason
+        call self%world%broadcast_text(reason, from=wing%owner)
+        call failure%raise('a wing cannot be advanced: '//reason)
+        return
+      end if
       n = 0
       call move(state%u)
       call move(state%v)
@@ -241,14 +245,6 @@ contains
       momenta = measure_motion(p%inertia, p%model, self%wings(i)%motion%at(state%time), state%u, state%v)
     end associate
   end function coupler_measure
-
-  !> Pressure differences on the triangles of wing i in the last step, rho L^2/T^2.
-  function coupler_pressure_jump(self, i) result(jump)
-    class(coupler_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), allocatable :: jump(:)
-    jump = self%wings(i)%load%jump
-  end function coupler_pressure_jump
 
   !> Total force of the pressure on wing i in the last step, in space, rho L^4/T^2.
   function coupler_surface_load(self, i) result(force)

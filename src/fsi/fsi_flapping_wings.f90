@@ -38,6 +38,7 @@ module fsi_flapping_wings
     type(surface_t), allocatable :: surfaces(:)
     type(mask_t) :: mask
     type(deformation_t), allocatable :: deformation(:) !< of the wings, not allocated if they are rigid
+    real(rp), allocatable :: masses(:)            !< of the points of a wing that deforms, rho L^3
     real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
     real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
     type(displaced_t), allocatable, private :: displaced(:)
@@ -46,8 +47,8 @@ module fsi_flapping_wings
     procedure :: place => wings_place
     procedure :: momentum_rate => wings_momentum_rate
     procedure :: inertial_power_of_fluid => wings_inertial_power_of_fluid
+    procedure :: inertial_power => wings_inertial_power
     procedure :: max_speed => wings_max_speed
-    procedure :: displaced_volume => wings_displaced_volume
   end type flapping_wings_t
 
 contains
@@ -146,6 +147,24 @@ contains
     end do
   end function wings_inertial_power_of_fluid
 
+  !> d/dt of the kinetic energy of wing i itself, rho L^5/T^3: of its masses if it deforms, else of its inertia
+  !> tensor, for a hinge at rest.
+  real(rp) function wings_inertial_power(self, i) result(power)
+    class(flapping_wings_t), intent(in) :: self
+    integer, intent(in) :: i
+    integer :: p
+    if (allocated(self%deformation)) then
+      power = 0
+      do p = 1, size(self%masses)
+        power = power + self%masses(p)*dot_product(self%surfaces(i)%velocities(:, p), acceleration(self, i, p))
+      end do
+    else
+      associate (pose => self%poses(i))
+        power = dot_product(pose%omega, matmul(self%params%wings(i)%inertia, pose%omega_rate))
+      end associate
+    end if
+  end function wings_inertial_power
+
   !> See moving_solids_t.
   real(rp) function wings_max_speed(self) result(speed)
     class(flapping_wings_t), intent(in) :: self
@@ -157,11 +176,4 @@ contains
       end do
     end do
   end function wings_max_speed
-
-  !> Volume of the sheet that stands for wing i in the flow, L^3.
-  pure real(rp) function wings_displaced_volume(self, i) result(volume)
-    class(flapping_wings_t), intent(in) :: self
-    integer, intent(in) :: i
-    volume = sum(self%displaced(i)%volumes)
-  end function wings_displaced_volume
 end module fsi_flapping_wings

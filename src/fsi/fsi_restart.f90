@@ -9,7 +9,7 @@ module fsi_restart
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   implicit none
   private
-  public :: save_wings, load_wings
+  public :: save_wings, load_wings, has_flexible_wings
 
 contains
 
@@ -46,7 +46,7 @@ contains
     real(rp) :: times(2, 1)
     integer(i8) :: mesh
     integer :: i
-    if (.not. reader%has('wing_mesh')) then
+    if (.not. has_flexible_wings(reader)) then
       call failure%raise('the checkpoint has no flexible wings')
       return
     end if
@@ -85,4 +85,10 @@ contains
       end if
     end subroutine get
   end subroutine load_wings
+
+  !> Whether an open checkpoint holds flexible wings.
+  logical function has_flexible_wings(reader)
+    type(checkpoint_reader_t), intent(inout) :: reader
+    has_flexible_wings = reader%has('wing_mesh')
+  end function has_flexible_wings
 end module fsi_restart

@@ -11,9 +11,7 @@ module fsi_sampling
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: sampler_t, delta_weights, SUPPORT
-
-  real(rp), parameter :: SUPPORT = 2.0_rp !< half the width of the function, cells
+  public :: sampler_t, delta_weights
 
   type :: sampler_t
     private

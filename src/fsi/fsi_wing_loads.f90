@@ -3,9 +3,9 @@
 !>
 !> The penalization force int chi/C_eta (u - u_s) also accelerates the fluid inside the mask. What the flow
 !> outside does to the wing is F = int chi/C_eta (u - u_s) + d/dt int chi u_s, and the power that the wing gives
-!> to the flow is P = -int u_s . chi/C_eta (u - u_s) - d/dt int chi u_s^2/2. For a rigid wing that turns about a
-!> hinge at rest P = -M . omega; for a deforming one the same formula holds (Engels et al. 2016, DOI
-!> 10.1137/15M1026006, for forces).
+!> to the flow is P = -int u_s . chi/C_eta (u - u_s) - d/dt int chi u_s^2/2, for rigid and deforming wings (Engels et
+!> al. 2016, DOI 10.1137/15M1026006, for forces). It is -M . omega of a rigid wing about a hinge at rest but for the
+!> thickness of the sheet, over which u_s does not vary (docs/verification-wings.md).
 module fsi_wing_loads
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t
@@ -32,8 +32,7 @@ contains
     type(fluid_t), intent(in) :: fluid
     type(wing_loads_t) :: loads
     real(rp) :: arm(3)
-    associate (pose => wings%poses(i), c => wings%surfaces(i)%color, sums => fluid%sums, &
-               inertia => wings%params%wings(i)%inertia)
+    associate (pose => wings%poses(i), c => wings%surfaces(i)%color, sums => fluid%sums)
       arm = pose%hinge - fluid%rhs%params%centre
       loads%unsteady_force = fluid%unsteady_force(:, c)
       loads%unsteady_torque = fluid%unsteady_moment(:, c) - cross(arm, loads%unsteady_force)
@@ -41,7 +40,7 @@ contains
       loads%torque = sums%moment(:, c) - cross(arm, sums%force(:, c)) + loads%unsteady_torque
       loads%unsteady_power = -wings%inertial_power_of_fluid(i)
       loads%power = sum(sums%power(:, c)) + loads%unsteady_power
-      loads%inertial_power = dot_product(pose%omega, matmul(inertia, pose%omega_rate))
+      loads%inertial_power = wings%inertial_power(i)
     end associate
   end function wing_loads
 end module fsi_wing_loads

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The few CHOLMOD calls that solid_cholesky needs, behind an opaque handle. Fortran cannot name the
  * members of cholmod_common, which are needed to choose the method. */
+#define _GNU_SOURCE /* RTLD_DEFAULT */
 #include <cholmod.h>
+#include <dlfcn.h>
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +24,16 @@ static int one_thread(void) {
   return levels;
 }
 
+/* OpenBLAS has threads of its own, which wait in a loop for their share of blocks of a few rows: ten times
+ * slower where the cores are busy with other ranks. Another BLAS does not know the name. */
+static void one_blas_thread(void) {
+  void (*set_threads)(int);
+  void *found = dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
+  if (!found) return;
+  memcpy(&set_threads, &found, sizeof set_threads); /* ISO C has no conversion from object to function */
+  set_threads(1);
+}
+
 void solid_cholmod_free(solver_t **handle) {
   solver_t *s = *handle;
   if (!s) return;
@@ -38,6 +50,7 @@ void solid_cholmod_free(solver_t **handle) {
  * mode 0: CHOLMOD's choice of simplicial or supernodal, 1: simplicial, 2: supernodal. */
 int solid_cholmod_analyse(solver_t **handle, int n, int *colptr, int *rowind, int mode) {
   int levels = one_thread();
+  one_blas_thread();
   solver_t *s = calloc(1, sizeof *s);
   *handle = s;
   if (!s) return -1;
