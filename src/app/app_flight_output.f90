@@ -51,10 +51,11 @@ contains
   end subroutine output_init
 
   !> Writes all wings under one label. Root writes, all ranks share its verdict. Collective.
-  subroutine output_write(self, wings, label, failure)
+  subroutine output_write(self, wings, label, note, failure)
     class(flight_output_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: label
+    character(*), intent(in) :: note !< on the units, stored unless it is empty
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: path
     type(failure_t) :: writing
@@ -62,17 +63,17 @@ contains
     do i = 1, size(wings%surfaces)
       if (failure%failed) return
       path = field_file('wing_'//trim(wings%params%wings(i)%side), label)
-      if (self%world%is_root) call write_surface(wings, i, path, writing)
+      if (self%world%is_root) call write_surface(wings, i, path, note, writing)
       if (self%world%max_integer(merge(1, 0, writing%failed)) > 0) call failure%raise(path//': cannot be written')
       call self%index(i)%add_surface(wings%time, label, path, size(wings%surfaces(i)%points, 2), &
                                      size(wings%surfaces(i)%triangles, 2), ['velocities'], failure)
     end do
   end subroutine output_write
 
-  subroutine write_surface(wings, i, path, failure)
+  subroutine write_surface(wings, i, path, note, failure)
     type(flapping_wings_t), intent(in) :: wings
     integer, intent(in) :: i
-    character(*), intent(in) :: path
+    character(*), intent(in) :: path, note
     type(failure_t), intent(inout) :: failure
     type(hdf5_file_t) :: file
     associate (surface => wings%surfaces(i), pose => wings%poses(i))
@@ -81,6 +82,7 @@ contains
       call put_vectors('velocities', 'L/T', surface%velocities)
       call write_integers(file, 'triangles', int(shape(surface%triangles), i8), [surface%triangles - 1], failure)
       call put_attribute(file, '/', 'schema', 'flusi-msm wing surface', failure)
+      if (note /= '') call put_attribute(file, '/', 'units', note, failure)
       call put_attribute(file, '/', 'time', wings%time, failure)
       call put_attribute(file, '/', 'hinge', pose%hinge, failure)
       call put_attribute(file, '/', 'axis_x', pose%matrix(1, :), failure)

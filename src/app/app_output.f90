@@ -21,6 +21,7 @@ module app_output
   !> Due dates of the present step and scratch for one field.
   type :: output_t
     type(output_params_t) :: params
+    character(:), allocatable, private :: note
     logical :: fields_due = .false., slices_due = .false., integrals_due = .false.
     logical, private :: last = .false., saves_wings = .false.
     type(xdmf_index_t), private :: index
@@ -38,16 +39,18 @@ module app_output
 contains
 
   !> Opens the index of fields, `name`.xmf; with `restart_time` >= 0 earlier entries are kept. Collective.
-  subroutine output_init(self, world, params, fluid, name, restart_time, failure, wings)
+  subroutine output_init(self, world, params, fluid, name, note, restart_time, failure, wings)
     class(output_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(output_params_t), intent(in) :: params
     type(fluid_t), intent(in) :: fluid
     character(*), intent(in) :: name
+    character(*), intent(in) :: note !< on the units, stored with every field and surface unless it is empty
     real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
     self%params = params
+    self%note = note
     if (present(wings)) call self%wings%init(world, wings, name, restart_time, failure)
     self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
@@ -94,6 +97,7 @@ contains
     integer :: c, i, n_saved, step
     if (.not. (self%fields_due .or. self%slices_due)) return
     meta = meta_of(fluid, fluid%sums_time)
+    if (self%note /= '') meta%units = self%note
     associate (p => self%params, rhs => fluid%rhs)
       step = fluid%rhs%state%step - merge(0, 1, self%last)
       label = label_of(p, fluid%sums_time, step, p%t_save)
@@ -123,7 +127,7 @@ contains
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
-        if (present(wings)) call self%wings%write(wings, label, failure)
+        if (present(wings)) call self%wings%write(wings, label, self%note, failure)
         if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
                                              meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
       end if

@@ -111,7 +111,8 @@ contains
     call self%stop_rules%listen(world)
     call self%series%open(world, self%fluid, settings%units%note(), restart_time, self%failure, self%wings, &
                           settings%flexible)
-    call self%output%init(world, settings%output, self%fluid, self%name, restart_time, self%failure, self%wings)
+    call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), restart_time, &
+                          self%failure, self%wings)
     if (self%failure%failed) then
       call self%fail(EXIT_FAILURE)
       return
