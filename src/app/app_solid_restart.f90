@@ -2,13 +2,13 @@
 !> The checkpoint of `flusi --solid`: motion of the wing, steps made, work done. It belongs to one wing; time
 !> step, stiffness, motion and loads may change at a restart.
 module app_solid_restart
-  use base_checksum, only: checksum_reals
   use base_errors, only: failure_t
-  use base_kinds, only: rp, i8
+  use base_kinds, only: i8, rp
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use solid_balance, only: work_t
   use solid_dynamics, only: dynamic_state_t
   use solid_model, only: solid_model_t
+  use solid_restart, only: load_motion, save_motion, wing_mark
   implicit none
   private
   public :: save_solid, load_solid
@@ -27,23 +27,8 @@ contains
     call writer%put_text('schema', SCHEMA)
     call writer%put_integer('wing', wing_mark(model))
     call writer%put_integer('step', int(step, i8))
-    call writer%put_real('time', state%time)
-    call writer%put_real('old_step', state%old_step)
     call writer%put_reals('work', [work%start, work%loads, work%weight, work%frame, work%damped])
-    call put('u', state%u)
-    call put('v', state%v)
-    call put('g', state%g)
-    call put('old_u', state%old_u)
-    call put('old_v', state%old_v)
-    call put('old_g', state%old_g)
-
-  contains
-
-    subroutine put(name, values)
-      character(*), intent(in) :: name
-      real(rp), intent(in) :: values(:, :)
-      call writer%put_reals(name, [values])
-    end subroutine put
+    call save_motion(writer, '', state)
   end subroutine save_solid
 
   !> Restores an initialised state from an open checkpoint. Fails if it belongs to something else. Collective.
@@ -68,8 +53,6 @@ contains
       call failure%raise('the checkpoint belongs to another wing')
     call reader%get_integer('step', number, failure)
     step = int(number)
-    call reader%get_real('time', state%time, failure)
-    call reader%get_real('old_step', state%old_step, failure)
     call reader%get_reals('work', numbers, failure)
     if (failure%failed) return
     if (size(numbers) /= 5) then
@@ -77,32 +60,6 @@ contains
       return
     end if
     work = work_t(start=numbers(1), loads=numbers(2), weight=numbers(3), frame=numbers(4), damped=numbers(5))
-    call get('u', state%u)
-    call get('v', state%v)
-    call get('g', state%g)
-    call get('old_u', state%old_u)
-    call get('old_v', state%old_v)
-    call get('old_g', state%old_g)
-
-  contains
-
-    subroutine get(name, values)
-      character(*), intent(in) :: name
-      real(rp), intent(inout) :: values(:, :)
-      real(rp), allocatable :: flat(:)
-      call reader%get_reals(name, flat, failure)
-      if (failure%failed) return
-      if (size(flat) /= size(values)) then
-        call failure%raise('the checkpoint has another number of points')
-      else
-        values(:, :) = reshape(flat, shape(values))
-      end if
-    end subroutine get
+    call load_motion(reader, '', state, failure)
   end subroutine load_solid
-
-  !> A number that tells wings apart: by their unloaded points.
-  integer(i8) function wing_mark(model) result(mark)
-    type(solid_model_t), intent(in) :: model
-    mark = checksum_reals([model%points], 0_i8)
-  end function wing_mark
 end module app_solid_restart
