@@ -235,6 +235,8 @@ contains
                              number_text(maxval(planform%outline(1, :))))
       else
         call triangulate_planform(planform, edge, points, triangles)
+        ! Chords of the outline cut its bulges; the mean chord is the planform's all the same.
+        points(2, :) = points(2, :)*(planform%mean_chord()/mean_chord(points, triangles))
       end if
     else if (index(word, MESH_WORD) == 1) then
       path = named_path(word(len(MESH_WORD) + 1:), ini, world)
@@ -283,17 +285,22 @@ contains
   !> Area of the triangles over their extent along x, L.
   pure real(rp) function wing_mean_chord(self) result(chord)
     class(flapping_wing_t), intent(in) :: self
+    chord = mean_chord(self%points, self%triangles)
+  end function wing_mean_chord
+
+  pure real(rp) function mean_chord(points, triangles) result(chord)
+    real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: triangles(:, :)
     real(rp) :: area
     integer :: i
     area = 0
-    do i = 1, size(self%triangles, 2)
-      associate (a => self%points(:, self%triangles(1, i)), b => self%points(:, self%triangles(2, i)), &
-                 c => self%points(:, self%triangles(3, i)))
+    do i = 1, size(triangles, 2)
+      associate (a => points(:, triangles(1, i)), b => points(:, triangles(2, i)), c => points(:, triangles(3, i)))
         area = area + norm2(cross(b - a, c - a))/2
       end associate
     end do
-    chord = area/(maxval(self%points(1, :)) - minval(self%points(1, :)))
-  end function wing_mean_chord
+    chord = area/(maxval(points(1, :)) - minval(points(1, :)))
+  end function mean_chord
 
   !> Wing beats per T.
   pure real(rp) function flight_frequency(self) result(frequency)
