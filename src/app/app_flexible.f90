@@ -116,7 +116,7 @@ contains
     if (size(flight%wings) == 0) return
     if (size(flight%wings(1)%points) == 0) return
     if (params%distance > flight%wings(1)%length()) call config%complain(errors, F, 'load_distance', &
-                            'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
-                            ': the pressure there is not that on the wing')
+                                      'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
+                                                                         ': the pressure there is not that on the wing')
   end subroutine read_coupler
 end module app_flexible

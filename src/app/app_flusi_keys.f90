@@ -75,16 +75,16 @@ contains
     type(registry_t), intent(inout) :: registry
     character(*), parameter :: S = 'Flexible_wing'
     character(27), parameter :: PLACE(12) = [character(27) :: 'x0', 'y0', 'z0', 'Wing_angle_x', 'Wing_angle_y', &
-                                   'Wing_angle_z', 'Motion', 'Left_wing_motion', 'Right_wing_motion', 'Gravity', 'tau', &
-                                             'ControlPoint']
+                                  'Wing_angle_z', 'Motion', 'Left_wing_motion', 'Right_wing_motion', 'Gravity', 'tau', &
+                                                                                                       'ControlPoint']
     character(27), parameter :: MATERIAL(19) = [character(27) :: 'EIy', 'EIz', 'EIy_with_BC', 'EIz_with_BC', &
-                                               'ke_veins', 'ke_veins_with_BC', 'ke_membranes', 'density_veins', &
-                                               'density_veins_with_BC', 'density_membranes', 'damping', 'damping_*', &
-                                            'Young_modulus*', 'vein_diameters_given', 'Joint_stiffness_IDs', 'OptJoint_*', &
-                                                'stiff_coef', 'm_coef', 'ke_membranes_cross_springs']
+                                                      'ke_veins', 'ke_veins_with_BC', 'ke_membranes', 'density_veins', &
+                                                 'density_veins_with_BC', 'density_membranes', 'damping', 'damping_*', &
+                                        'Young_modulus*', 'vein_diameters_given', 'Joint_stiffness_IDs', 'OptJoint_*', &
+                                                                   'stiff_coef', 'm_coef', 'ke_membranes_cross_springs']
     character(27), parameter :: METHOD(8) = [character(27) :: 'wing_interp', 'activate_press_force', &
-                                             'activate_noninertial_force', 'load_mass_from_file', &
-                                         'TimeMethodFlexibleSolid', 'Sparse_Solver', 'HB_matrix_given', 'Solid_time_step']
+                                                                  'activate_noninertial_force', 'load_mass_from_file', &
+                                       'TimeMethodFlexibleSolid', 'Sparse_Solver', 'HB_matrix_given', 'Solid_time_step']
     integer :: i
     call registry%add_section(S, 'the mask of wings, and how the flow bends them')
     do i = 1, size(PLACE)

@@ -49,7 +49,7 @@ contains
     call need('ReynoldsNumber', 'nu')
     if (fluid%penalized) call need('Penalization', 'eps')
     if (abs(fluid%omega1) > 0) call c%complain(errors, 'InitialCondition', 'omega1', 'cannot be given with '// &
-                           '[units] input = SI: its unit depends on inicond; describe this flow without units')
+                                    '[units] input = SI: its unit depends on inicond; describe this flow without units')
 
   contains
 

@@ -115,7 +115,7 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_length('Penalization', 'thick_wall', '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call r%add_length('Penalization', 'pos_wall', '0.3', 'upper face of the channel wall', unit='L')
     call r%add_switch('Penalization', 'compute_forces', .true., 'write forces.t and its relatives')
-    call r%add_switch('Penalization', 'unst_corrections', .false., 'without effect on wings: their unsteady correction '// &
+call r%add_switch('Penalization', 'unst_corrections', .false., 'without effect on wings: their unsteady correction '// &
                       'is exact and always written; other bodies do not move')
     call r%add_switch('Penalization', 'periodic', .false., 'wrap lever arms of torques around the box')
     call r%add_reals('Penalization', 'us_fixed', [0.0_rp, 0.0_rp, 0.0_rp], 'velocity imposed inside the body', &

@@ -230,7 +230,7 @@ contains
     if (.not. p%penalized) return
     if (c%is_given('Penalization', 'iMoving')) then
       if (c%get_switch('Penalization', 'iMoving') .neqv. p%moving) &
-       call c%complain(errors, 'Penalization', 'iMoving', 'contradicts iMask: the wings of Insect always move (with '// &
+      call c%complain(errors, 'Penalization', 'iMoving', 'contradicts iMask: the wings of Insect always move (with '// &
                         'FlappingMotion none they are at rest), other bodies never do')
     end if
     if (p%moving .and. p%grid%is_2d) &

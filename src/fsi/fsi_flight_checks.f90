@@ -31,10 +31,11 @@ contains
 
   !> Complains if a wing does not fit: if at some time in the first beats it is longer, in the direction of x, y or
   !> z, than the box, so that it runs into its own periodic image.
-  subroutine check_room(config, flight, grid, errors)
+  subroutine check_room(config, flight, grid, t_end, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
     type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: t_end !< end of the run, T
     type(message_list_t), intent(inout) :: errors
     character(2), parameter :: BOX(3) = ['xl', 'yl', 'zl']
     real(rp) :: extent(3), margin
@@ -42,7 +43,7 @@ contains
     margin = 2*(flight%half_thickness + flight%smoothing)
     do i = 1, size(flight%wings)
       if (size(flight%wings(i)%points) == 0) cycle ! its shape could not be read, which has been reported
-      extent = largest_extent(flight, flight%wings(i)) + margin
+      extent = largest_extent(flight, flight%wings(i), t_end) + margin
       do axis = 1, 3
         if (extent(axis) <= grid%length(axis)) cycle
         call config%complain(errors, 'Geometry', BOX(axis), 'is too small: with its thickness the '// &
@@ -52,16 +53,18 @@ contains
     end do
   end subroutine check_room
 
-  !> Largest extents of the points of a wing along x, y and z, L, over the time of its ramp and one beat.
-  function largest_extent(flight, wing) result(extent)
+  !> Largest extents of the points of a wing along x, y and z, L, over the time of its ramp and one beat, as far as
+  !> the run goes.
+  function largest_extent(flight, wing, t_end) result(extent)
     type(flight_params_t), intent(in) :: flight
     type(flapping_wing_t), intent(in) :: wing
+    real(rp), intent(in) :: t_end
     real(rp) :: extent(3), duration
     type(wing_pose_t) :: pose
     real(rp), allocatable :: placed(:, :)
     integer :: i
     extent = 0
-    duration = wing%motion%ramp + 1/wing%motion%frequency
+    duration = min(t_end, wing%motion%ramp + 1/wing%motion%frequency)
     do i = 0, LOOKS
       call pose_wing(flight%body, wing%mount, wing%motion, duration*i/LOOKS, pose)
       placed = matmul(transpose(pose%matrix), wing%points)

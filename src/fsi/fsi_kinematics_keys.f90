@@ -78,7 +78,7 @@ contains
     if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
                                             'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
     if (mounts(1)%hinge(2) < mounts(2)%hinge(2)) call config%complain(errors, SECTION, 'x_pivot_l', &
-                                 'is to the right of x_pivot_r: y of the body points to the left; valid: left at larger y')
+                              'is to the right of x_pivot_r: y of the body points to the left; valid: left at larger y')
   end subroutine read_mounts
 
   !> Name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.
