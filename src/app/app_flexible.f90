@@ -95,9 +95,14 @@ contains
     logical, intent(in) :: units_given
     type(coupler_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors, notices
-    if (.not. units_given) call config%complain(errors, 'units', 'length', &
-                            'is missing: the mechanics of the wings is in SI units, [units] must say what L, T and '// &
-                                                'the density are')
+    if (.not. units_given) then
+      ! An incomplete [units] is reported elsewhere.
+      if (.not. any([config%is_given('units', 'length'), config%is_given('units', 'frequency'), &
+                     config%is_given('units', 'density')])) &
+        call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
+                             '[units] must say what L, T and the density are')
+      return
+    end if
     if (.not. setup%has_mass) return
     params%model = setup%model
     call params%inertia%init(setup%model, setup%mass%nodal)
