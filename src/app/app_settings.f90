@@ -167,7 +167,7 @@ contains
                                       s%units%given, s%coupler, errors, notices)
     call check_place(s%config, s%flight, s%fluid%grid, errors)
     if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%t_max, errors)
-    if (s%units%given .and. .not. s%units%si_input) call notice_frequency(s%config, s%units%frequency, notices)
+    if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     s%fluid%centre = s%flight%body%centre
   end subroutine read_wings
 
