@@ -78,7 +78,8 @@ contains
       end if
     end if
     call load_wing(config, ini, wants_flexible(config), setup, found, errors, notices, world)
-    if (found .and. size(setup%wing%triangles) == 0) then
+    if (.not. found) return
+    if (size(setup%wing%triangles) == 0) then
       call config%complain(errors, 'Wing', 'file', 'has no triangles: a flow needs a surface')
       found = .false.
     end if
