@@ -5,6 +5,7 @@ module app_flexible
   use app_wing_settings, only: load_wing, read_damping, wing_settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_text, only: number_text
   use fsi_coupler, only: coupler_params_t
   use fsi_flight_params, only: flight_params_t
   use io_config, only: config_t
@@ -27,7 +28,8 @@ contains
     real(rp), parameter :: ZERO(3) = 0.0_rp
     call registry%add_word('Insects', 'wings', 'rigid', 'rigid|flexible', &
                            'flexible: the wing of [Wing], which the flow bends')
-    call registry%add_switch(F, 'use_flexible_wing_model', .false., 'FLUSI''s name for [Insects] wings = flexible')
+    call registry%add_switch(F, 'use_flexible_wing_model', .false., 'FLUSI''s name for [Insects] wings = flexible', &
+                             computed='as [Insects] wings says')
   call registry%add_length(F, 'load_distance', 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface '// &
                              'at which the pressure on both sides is taken', unit='L', above=0.0_rp)
     call registry%add_real(F, 'T_release', 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
@@ -41,8 +43,9 @@ contains
   !> Whether the wings of this run bend.
   logical function wants_flexible(config)
     type(config_t), intent(in) :: config
-    wants_flexible = config%get_word('Insects', 'wings') == 'flexible' .or. &
-                     config%get_switch(F, 'use_flexible_wing_model')
+    wants_flexible = config%get_word('Insects', 'wings') == 'flexible'
+    if (config%is_given(F, 'use_flexible_wing_model')) &
+      wants_flexible = wants_flexible .or. config%get_switch(F, 'use_flexible_wing_model')
   end function wants_flexible
 
   !> Whether the wings have the shape of [Wing] file: flexible ones, and rigid ones to which WingShape gives none.
@@ -64,7 +67,11 @@ contains
     if (wants_flexible(config)) then
       if (config%get_word('Insects', 'WingShape') /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
                                        'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
-      if (config%is_given('Insects', 'wing_length')) call config%complain(errors, 'Insects', 'wing_length', &
+      if (config%is_given(F, 'use_flexible_wing_model')) then
+        if (.not. config%get_switch(F, 'use_flexible_wing_model')) &
+          call config%complain(errors, F, 'use_flexible_wing_model', 'contradicts [Insects] wings = flexible')
+      end if
+      if (config%get_real('Insects', 'wing_length') > 0) call config%complain(errors, 'Insects', 'wing_length', &
                                             'contradicts wings = flexible, whose file is in metres; set [units] length')
       if (.not. config%is_given('Wing', 'file')) then
         call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file')
@@ -72,7 +79,8 @@ contains
       end if
     end if
     call load_wing(config, ini, wants_flexible(config), setup, found, errors, notices, world)
-    if (found .and. size(setup%wing%triangles) == 0) then
+    if (.not. found) return
+    if (size(setup%wing%triangles) == 0) then
       call config%complain(errors, 'Wing', 'file', 'has no triangles: a flow needs a surface')
       found = .false.
     end if
@@ -84,19 +92,25 @@ contains
     end if
   end subroutine read_wing_file
 
-  !> What the coupler needs.
-  subroutine read_coupler(config, setup, flight, grid, units, units_given, params, errors)
+  !> What the coupler needs. `t_end` is the end of the run, T.
+  subroutine read_coupler(config, setup, flight, grid, t_end, units, units_given, params, errors, notices)
     type(config_t), intent(in) :: config
     type(wing_settings_t), intent(in) :: setup
     type(flight_params_t), intent(in) :: flight
     type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: t_end
     type(unit_scales_t), intent(in) :: units
     logical, intent(in) :: units_given
     type(coupler_params_t), intent(out) :: params
-    type(message_list_t), intent(inout) :: errors
-    if (.not. units_given) call config%complain(errors, 'units', 'length', &
-                            'is missing: the mechanics of the wings is in SI units, [units] must say what L, T and '// &
-                                                'the density are')
+    type(message_list_t), intent(inout) :: errors, notices
+    if (.not. units_given) then
+      ! An incomplete [units] is reported elsewhere.
+      if (.not. any([config%is_given('units', 'length'), config%is_given('units', 'frequency'), &
+                     config%is_given('units', 'density')])) &
+        call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
+                             '[units] must say what L, T and the density are')
+      return
+    end if
     if (.not. setup%has_mass) return
     params%model = setup%model
     call params%inertia%init(setup%model, setup%mass%nodal)
@@ -106,11 +120,18 @@ contains
     params%units = units
     params%gravity = config%get_reals(F, 'gravity')
     params%release = config%get_real(F, 'T_release')
+    if (params%release >= t_end) &
+      call notices%add('[Flexible_wing] T_release is not before Tmax: the wings are rigid during the whole run')
     params%largest_deflection = config%get_real(F, 'largest_deflection')
     params%distance = flight%half_thickness + flight%smoothing + grid%max_spacing()
     if (config%is_given(F, 'load_distance')) params%distance = config%get_real(F, 'load_distance')
     if (params%distance < flight%half_thickness + flight%smoothing) &
     call config%complain(errors, F, 'load_distance', 'lies inside the smoothing layer of the mask; valid: at least '// &
                            't_wing + wing_smoothing')
+    if (size(flight%wings) == 0) return
+    if (size(flight%wings(1)%points) == 0) return
+    if (params%distance > flight%wings(1)%length()) call config%complain(errors, F, 'load_distance', &
+                                      'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
+                                                                         ': the pressure there is not that on the wing')
   end subroutine read_coupler
 end module app_flexible

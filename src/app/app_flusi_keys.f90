@@ -61,12 +61,40 @@ contains
     call registry%add_inert_section('Scalar*', 'One transported scalar.')
   end subroutine register_unbuilt_flow_physics
 
-  !> The masks that draw these solids are refused by [Penalization] iMask. The mask's keys of [Flexible_wing] count.
+  !> The masks that draw these solids are refused by [Penalization] iMask.
   subroutine register_unbuilt_solids(registry)
     type(registry_t), intent(inout) :: registry
     call registry%add_inert_section('SolidModel', 'The elastic beam.')
     call registry%add_switch('SolidModel', 'use_solid_model', .false., 'an elastic beam in the flow', &
                              unbuilt='the elastic beam')
-    call registry%add_inert_section('Flexible_wing', 'FLUSI''s mass-spring wing.')
+    call register_flusi_wing(registry)
   end subroutine register_unbuilt_solids
+
+  !> FLUSI's keys of its mass-spring wing, one by one: this section has keys that count, which may be misspelt.
+  subroutine register_flusi_wing(registry)
+    type(registry_t), intent(inout) :: registry
+    character(*), parameter :: S = 'Flexible_wing'
+    character(27), parameter :: PLACE(12) = [character(27) :: 'x0', 'y0', 'z0', 'Wing_angle_x', 'Wing_angle_y', &
+                                  'Wing_angle_z', 'Motion', 'Left_wing_motion', 'Right_wing_motion', 'Gravity', 'tau', &
+                                                                                                       'ControlPoint']
+    character(27), parameter :: MATERIAL(19) = [character(27) :: 'EIy', 'EIz', 'EIy_with_BC', 'EIz_with_BC', &
+                                                      'ke_veins', 'ke_veins_with_BC', 'ke_membranes', 'density_veins', &
+                                                 'density_veins_with_BC', 'density_membranes', 'damping', 'damping_*', &
+                                        'Young_modulus*', 'vein_diameters_given', 'Joint_stiffness_IDs', 'OptJoint_*', &
+                                                                   'stiff_coef', 'm_coef', 'ke_membranes_cross_springs']
+    character(27), parameter :: METHOD(8) = [character(27) :: 'wing_interp', 'activate_press_force', &
+                                                                  'activate_noninertial_force', 'load_mass_from_file', &
+                                       'TimeMethodFlexibleSolid', 'Sparse_Solver', 'HB_matrix_given', 'Solid_time_step']
+    integer :: i
+    call registry%add_section(S, 'the mask of wings, and how the flow bends them')
+    do i = 1, size(PLACE)
+      call registry%add_inert(S, trim(PLACE(i)), 'place and motion of wings are in [Insects]')
+    end do
+    do i = 1, size(MATERIAL)
+      call registry%add_inert(S, trim(MATERIAL(i)), 'material is in [Wing], [Mass] and [Damping]')
+    end do
+    do i = 1, size(METHOD)
+      call registry%add_inert(S, trim(METHOD(i)), 'there is one method')
+    end do
+  end subroutine register_flusi_wing
 end module app_flusi_keys

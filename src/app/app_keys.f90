@@ -26,7 +26,19 @@ contains
     call register_flexible_keys(registry)
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')
     call register_flusi_legacy(registry)
+    call set_conditions(registry)
   end subroutine register_all_keys
+
+  !> FLUSI files carry the sections of insects and elastic bodies along, whatever the mask is.
+  subroutine set_conditions(registry)
+    type(registry_t), intent(inout) :: registry
+    character(13), parameter :: SECTIONS(3) = ['Insects      ', 'Flexible_wing', 'SolidModel   ']
+    integer :: i
+    do i = 1, size(SECTIONS)
+      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iPenalization', 'yes|1|true|.true.')
+      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iMask', 'Insect|insect')
+    end do
+  end subroutine set_conditions
 
   !> Writes the reference of all keys, docs/parameters.md.
   subroutine write_reference(unit)

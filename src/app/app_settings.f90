@@ -3,11 +3,13 @@
 module app_settings
   use app_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use app_keys, only: register_all_keys
+  use app_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_frequency
   use app_wing_settings, only: wing_settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
   use fsi_coupler, only: coupler_params_t
+  use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -75,6 +77,8 @@ contains
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
     call read_fluid_params(settings%config, settings%fluid, errors)
+    if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)
+    call check_wing_use(settings%config, settings%fluid%moving, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)
     if (settings%fluid%moving) call read_wings(settings, name, errors, notices, world)
     call notice_idle_settings(settings, notices)
@@ -144,12 +148,14 @@ contains
     type(world_t), intent(in), optional :: world
     type(wing_settings_t) :: setup
     logical :: has_file
+    integer :: errors_before
     real(rp) :: metre, file_unit
     metre = merge(1/s%units%length, 0.0_rp, s%units%given)
     file_unit = merge(s%units%length, 1.0_rp, s%units%si_input)
     has_file = .false.
-    if (wants_wing_file(s%config)) call read_wing_file(s%config, name, setup, has_file, errors, notices, world)
-    if (has_file) then
+    errors_before = errors%count()
+    if (wants_wing_file(s%config)) then
+      call read_wing_file(s%config, name, setup, has_file, errors, notices, world)
       call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
                               notices, world, setup%wing)
     else
@@ -157,8 +163,11 @@ contains
                               notices, world)
     end if
     s%flexible = has_file .and. wants_flexible(s%config)
-    if (s%flexible) call read_coupler(s%config, setup, s%flight, s%fluid%grid, s%units%scales(), s%units%given, &
-                                      s%coupler, errors)
+    if (s%flexible) call read_coupler(s%config, setup, s%flight, s%fluid%grid, s%fluid%t_max, s%units%scales(), &
+                                      s%units%given, s%coupler, errors, notices)
+    call check_place(s%config, s%flight, s%fluid%grid, errors)
+    if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%t_max, errors)
+    if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     s%fluid%centre = s%flight%body%centre
   end subroutine read_wings
 
@@ -167,21 +176,12 @@ contains
     type(config_t), intent(inout) :: c
     type(units_t), intent(inout) :: units
     type(message_list_t), intent(inout) :: errors, notices
-    character(9), parameter :: KEYS(3) = ['length   ', 'frequency', 'density  ']
-    character(2), parameter :: BOX(3) = ['xl', 'yl', 'zl']
-    integer :: i
-    units%given = any([(c%is_given('units', trim(KEYS(i))), i=1, 3)])
     units%length = c%get_real('units', 'length')
     units%frequency = c%get_real('units', 'frequency')
     units%density = c%get_real('units', 'density')
     units%si_input = c%get_word('units', 'input') == 'SI'
+    call check_units_together(c, units%given, errors)
     if (units%si_input) then
-      do i = 1, 3
-        if (.not. c%is_given('units', trim(KEYS(i)))) &
-          call c%complain(errors, 'units', trim(KEYS(i)), 'is missing: input = SI needs the value of every unit')
-        if (.not. c%is_given('Geometry', BOX(i))) &
-          call c%complain(errors, 'Geometry', BOX(i), 'is missing: with input = SI the box has no default')
-      end do
       call c%set_units(units%scales())
     else if (.not. units%given) then
       call notices%add('no [units] section: all quantities are dimensionless, fluid density 1')

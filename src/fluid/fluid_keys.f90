@@ -104,7 +104,7 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
                     'moving_cylinder|cylinder_asym_z|rotating_cylinder|oscillating_cylinder_2D|turek_wan|'// &
                     'noncircular_cylinder|romain_open_cavity|floor_yz|active_grid|fractal_tree')
     call r%add_switch('Penalization', 'iMoving', .false., &
-                      'whether the body moves: the wings of Insect do, no other body can')
+                      'whether the body moves: the wings of Insect do, no other body can', computed='as iMask says')
     call r%add_real('Penalization', 'eps', 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call r%add_word('Penalization', 'iCavity', 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', &
                     unbuilt='freestream*')
@@ -115,7 +115,8 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_length('Penalization', 'thick_wall', '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call r%add_length('Penalization', 'pos_wall', '0.3', 'upper face of the channel wall', unit='L')
     call r%add_switch('Penalization', 'compute_forces', .true., 'write forces.t and its relatives')
-    call r%add_switch('Penalization', 'unst_corrections', .false., 'add the unsteady correction of moving solids')
+call r%add_switch('Penalization', 'unst_corrections', .false., 'without effect on wings: their unsteady correction '// &
+                      'is exact and always written; other bodies do not move')
     call r%add_switch('Penalization', 'periodic', .false., 'wrap lever arms of torques around the box')
     call r%add_reals('Penalization', 'us_fixed', [0.0_rp, 0.0_rp, 0.0_rp], 'velocity imposed inside the body', &
                      unit='L/T', length=3)

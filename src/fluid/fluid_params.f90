@@ -228,9 +228,11 @@ contains
       if (c%is_given('Geometry', CENTRES(i))) p%centre(i) = c%get_real('Geometry', CENTRES(i))
     end do
     if (.not. p%penalized) return
-    if (c%is_given('Penalization', 'iMoving') .and. (c%get_switch('Penalization', 'iMoving') .neqv. p%moving)) &
+    if (c%is_given('Penalization', 'iMoving')) then
+      if (c%get_switch('Penalization', 'iMoving') .neqv. p%moving) &
       call c%complain(errors, 'Penalization', 'iMoving', 'contradicts iMask: the wings of Insect always move (with '// &
-                      'FlappingMotion none they are at rest), other bodies never do')
+                        'FlappingMotion none they are at rest), other bodies never do')
+    end if
     if (p%moving .and. p%grid%is_2d) &
       call c%complain(errors, 'Penalization', 'iMask', 'wings need a three-dimensional box')
     if (any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .and. p%size <= 0) &

@@ -82,6 +82,12 @@ contains
     call registry%add_switch(SECTION, 'RightWing2', .false., 'hind wing', unbuilt='a second pair of wings')
     call registry%add_switch(SECTION, 'wing_fsi', .false., 'passive wing', unbuilt='a passively rotating wing')
     call registry%add_inert(SECTION, 'HasDetails', 'details of a body')
+    call registry%add_inert(SECTION, 'HasEye', 'details of a body')
+    call registry%add_inert(SECTION, 'HasHead', 'details of a body')
+    call registry%add_inert(SECTION, 'body_pitch_const', 'attitude of a body')
+    call registry%add_inert(SECTION, 'eta_stroke', 'stroke plane of built-in motions')
+    call registry%add_inert(SECTION, 'KineFromFile', 'old name of the file of a motion')
+    call registry%add_inert(SECTION, 'mass_solid', 'free flight')
     call registry%add_inert(SECTION, 'b_*', 'size of a body')
     call registry%add_inert(SECTION, 'L_*', 'size of a body or of a built-in wing')
     call registry%add_inert(SECTION, 'R_*', 'size of a body')
@@ -117,7 +123,7 @@ contains
     type(flight_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
-    type(wing_t), intent(in), optional :: mesh !< the wing, in metres, if WingShape is none
+    type(wing_t), intent(in), optional :: mesh !< the wing, in metres, if WingShape is none; empty: not readable
     type(wing_mount_t) :: mounts(2)
     type(wing_motion_t) :: motions(2)
     real(rp), allocatable :: points(:, :)
@@ -230,7 +236,11 @@ contains
       if (length > 0) planform%outline = planform%outline*(length/maxval(planform%outline(1, :)))
       edge = max(grid%max_spacing(), maxval(planform%outline(1, :))/40)
       if (config%is_given(SECTION, 'wing_edge')) edge = config%get_real(SECTION, 'wing_edge')
-      if (edge > maxval(planform%outline(1, :))) then
+      if (maxval(planform%outline(1, :)) < grid%max_spacing()) then
+        call config%complain(errors, SECTION, 'wing_length', &
+                             tip_text(length > 0)//number_text(maxval(planform%outline(1, :)))// &
+                             ', less than one grid spacing from the hinge, which is '//number_text(grid%max_spacing()))
+      else if (edge > maxval(planform%outline(1, :))) then
         call config%complain(errors, SECTION, 'wing_edge', 'is larger than the wing, whose tip is at x = '// &
                              number_text(maxval(planform%outline(1, :))))
       else
@@ -258,6 +268,7 @@ contains
       call take_mesh(wing, length)
       if (size(triangles, 2) == 0) call config%complain(errors, SECTION, 'WingShape', path//' has no triangles')
     else if (present(mesh)) then
+      if (.not. allocated(mesh%points)) return ! why not has been reported
       if (length <= 0) length = metre*maxval(mesh%points(1, :))
       call take_mesh(mesh, length)
     else
@@ -266,6 +277,13 @@ contains
     end if
 
   contains
+
+    function tip_text(is_scaled)
+      logical, intent(in) :: is_scaled
+      character(:), allocatable :: tip_text
+      tip_text = 'is too small: the tip of the wing is at x = '
+      if (.not. is_scaled) tip_text = 'is needed: the file of the planform has its tip at x = '
+    end function tip_text
 
     !> The points of a mesh, scaled so that the tip is at x = tip.
     subroutine take_mesh(source, tip)

@@ -62,7 +62,7 @@ contains
   end subroutine read_body
 
   !> Left and right wing: how they hang on the body, and what all motions share. With `errors` complains if
-  !> both hang at the same point.
+  !> both hang at the same point or the left one is not on the left.
   subroutine read_mounts(config, mounts, motions, errors)
     type(config_t), intent(in) :: config
     type(wing_mount_t), intent(out) :: mounts(2)
@@ -77,6 +77,8 @@ contains
     if (.not. present(errors)) return
     if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
                                             'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
+    if (mounts(1)%hinge(2) < mounts(2)%hinge(2)) call config%complain(errors, SECTION, 'x_pivot_l', &
+                              'is to the right of x_pivot_r: y of the body points to the left; valid: left at larger y')
   end subroutine read_mounts
 
   !> Name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.

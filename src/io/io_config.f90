@@ -12,6 +12,7 @@ module io_config
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
                     KEY_TEXT, KEY_WORD
   use io_lookup, only: report_unknown_key, report_unknown_section
+  use io_peek, only: find_spacing, section_counts
   use io_registry, only: registry_t
   use io_units, only: unit_scales_t, unit_value
   use io_value, only: effective_line, read_value, value_t
@@ -25,6 +26,8 @@ module io_config
     type(value_t), allocatable :: values(:) !< of the key with the same index in the registry
     character(:), allocatable :: name       !< of the file
     real(rp) :: spacing = 0                 !< what dx means, 0 if unknown
+    type(unit_scales_t) :: scales           !< of the numbers of the file
+    logical :: has_scales = .false.
   contains
     procedure :: load_file => config_load_file
     procedure :: load_text => config_load_text
@@ -80,7 +83,11 @@ contains
     if (present(flusi_compat)) first_wins = flusi_compat
     call start(self, name, registry)
     call document%parse(text, name, errors)
-    call find_spacing(self, document)
+    ! The spacing is needed before any length can be read, wherever its keys stand in the file.
+    self%spacing = find_spacing(registry, document)
+    do i = 1, registry%n_keys
+      if (registry%keys(i)%key%kind == KEY_LENGTH) call set_default(self, i)
+    end do
     inert = ''
     j = 1
     do i = 1, document%n_sections
@@ -104,6 +111,8 @@ contains
     self%name = name
     self%registry = registry
     self%spacing = 0
+    self%scales = unit_scales_t()
+    self%has_scales = .false.
     if (allocated(self%values)) deallocate (self%values)
     allocate (self%values(registry%n_keys))
     do i = 1, registry%n_keys
@@ -111,7 +120,7 @@ contains
     end do
   end subroutine start
 
-  !> A default in N*dx needs the spacing and is therefore set a second time by `find_spacing`.
+  !> A default in N*dx needs the spacing and is therefore set a second time when that is known.
   subroutine set_default(self, i)
     class(config_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -126,47 +135,6 @@ contains
     end associate
   end subroutine set_default
 
-  !> The spacing is needed before any length can be read, wherever its keys stand in the file.
-  subroutine find_spacing(self, document)
-    class(config_t), intent(inout) :: self
-    type(ini_document_t), intent(in) :: document
-    real(rp) :: points, length
-    integer :: i
-    if (self%registry%points_key == 0) return
-    points = peek(self%registry%points_key)
-    length = peek(self%registry%length_key)
-    if (points > 0 .and. length > 0) self%spacing = length/points
-    do i = 1, self%registry%n_keys
-      if (self%registry%keys(i)%key%kind == KEY_LENGTH) call set_default(self, i)
-    end do
-
-  contains
-
-    !> The value that key k will have, 0 if it is wrong or missing.
-    real(rp) function peek(k) result(x)
-      integer, intent(in) :: k
-      type(value_t) :: value
-      character(:), allocatable :: problem
-      integer :: e
-      value = self%values(k)
-      if (self%registry%keys(k)%key%is_required) value%is_known = .false.
-      do e = 1, document%n_entries
-        associate (entry => document%entries(e))
-          if (self%registry%find(document%sections(entry%section)%name, entry%key) /= k) cycle
-          if (len(entry%value) == 0) exit
-          associate (key => self%registry%keys(k)%key)
-            call read_value(key, entry%value, entry%is_matrix, entry%line, 0.0_rp, value, problem)
-          end associate
-          value%is_known = .not. allocated(problem)
-          exit
-        end associate
-      end do
-      x = value%number
-      if (self%registry%keys(k)%key%kind == KEY_INTEGER) x = real(value%whole, rp)
-      if (.not. value%is_known) x = 0
-    end function peek
-  end subroutine find_spacing
-
   !> Section i of the document, whose entries begin at index e; e moves to those of the next one.
   subroutine read_section(self, document, i, e, first_wins, errors, notices, inert)
     class(config_t), intent(inout) :: self
@@ -178,7 +146,7 @@ contains
     character(:), allocatable, intent(inout) :: inert
     character(:), allocatable :: name, meant
     integer :: s, k
-    logical :: is_inert
+    logical :: is_inert, counts
 
     name = document%sections(i)%name
     s = self%registry%find_section(name)
@@ -187,16 +155,23 @@ contains
       call report_unknown_section(self%registry, document%name, document%sections(i)%line, name, meant, &
                                   errors)
     is_inert = .false.
-    if (s > 0) is_inert = self%registry%sections(s)%is_inert
+    counts = .true.
+    if (s > 0) then
+      is_inert = self%registry%sections(s)%is_inert
+      counts = section_counts(self%registry, document, s)
+    end if
     do while (e <= document%n_entries)
       associate (entry => document%entries(e))
         if (entry%section /= i) exit
         e = e + 1
         if (len(meant) == 0) cycle ! the header was broken or unknown, which is mistake enough
         k = self%registry%find(meant, entry%key)
-        if (k > 0) then
+        if (k > 0 .and. counts) then
           call read_entry(self, entry, k, first_wins, errors, notices, inert)
-        else if (is_inert) then
+        else if (k > 0) then
+          call note_inert(inert, '['//printable(name, 60)//']', '')
+          call read_quietly(self, entry, k)
+        else if (is_inert .or. .not. counts) then
           call note_inert(inert, '['//printable(name, 60)//']', '')
         else
           call report_unknown_key(self%registry, document%name, entry%line, meant, entry%key, k, errors)
@@ -241,6 +216,17 @@ contains
       if (allocated(problem)) call errors%add(place//problem)
     end associate
   end subroutine read_entry
+
+  !> `read_entry` where mistakes do not matter.
+  subroutine read_quietly(self, entry, k)
+    class(config_t), intent(inout) :: self
+    type(ini_entry_t), intent(in) :: entry
+    integer, intent(in) :: k
+    type(message_list_t) :: errors, notices
+    character(:), allocatable :: inert
+    inert = ''
+    call read_entry(self, entry, k, .true., errors, notices, inert)
+  end subroutine read_quietly
 
   !> Adds `name` to the list of what has no effect, unless it is there.
   subroutine note_inert(inert, name, place)
@@ -313,6 +299,8 @@ contains
     class(config_t), intent(inout) :: self
     type(unit_scales_t), intent(in) :: scales
     integer :: i
+    self%scales = scales
+    self%has_scales = .true.
     do i = 1, self%registry%n_keys
       if (self%values(i)%is_given) self%values(i)%unit = unit_value(self%registry%keys(i)%key%unit, scales)
     end do
@@ -350,7 +338,8 @@ contains
   end subroutine config_complain
 
   !> Writes every key with its value, and behind ';' its unit and where the value comes from (file:line
-  !> or default). What is written is an ini file again and gives the same values.
+  !> or default). What is written is an ini file again and gives the same values: with units of the file, defaults
+  !> too are written in them.
   subroutine config_print_effective(self, unit)
     class(config_t), intent(in) :: self
     integer, intent(in) :: unit
@@ -363,7 +352,11 @@ contains
           if (key%section /= self%registry%sections(s)%name .or. key%kind == KEY_INERT) cycle
           if (.not. has_header) write (unit, '(a)') '['//key%section//']'
           has_header = .true.
-          write (unit, '(a)') effective_line(key, self%values(i), self%name)
+          if (self%has_scales) then
+            write (unit, '(a)') effective_line(key, self%values(i), self%name, unit_value(key%unit, self%scales))
+          else
+            write (unit, '(a)') effective_line(key, self%values(i), self%name)
+          end if
         end associate
       end do
       if (has_header) write (unit, '(a)') ''

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> One ini key: what kind of value it takes, its default, its limits and one line of help.
 module io_key
+  use base_errors, only: require
   use base_kinds, only: rp
   use base_text, only: next_word, number_text
   implicit none
   private
-  public :: key_t, matches_pattern, matches_any, spaced_choices
+  public :: key_t, matches_pattern, matches_any, spaced_choices, set_limits, set_lower, set_upper
 
   integer, parameter, public :: KEY_INTEGER = 1, KEY_REAL = 2, KEY_LENGTH = 3, KEY_SWITCH = 4, KEY_WORD = 5, &
                                 KEY_TEXT = 6, KEY_REALS = 7, KEY_MATRIX = 8, KEY_INERT = 9
@@ -32,6 +33,38 @@ module io_key
   end type key_t
 
 contains
+
+  !> min <= value <= max or above < value < below, each once.
+  subroutine set_limits(new, min, max, above, below)
+    type(key_t), intent(inout) :: new
+    real(rp), intent(in), optional :: min, max, above, below
+    if (present(min)) call set_lower(new, min, is_open=.false.)
+    if (present(max)) call set_upper(new, max, is_open=.false.)
+    if (present(above)) call set_lower(new, above, is_open=.true.)
+    if (present(below)) call set_upper(new, below, is_open=.true.)
+  end subroutine set_limits
+
+  !> The value is at least `limit`, or larger if it is open.
+  subroutine set_lower(new, limit, is_open)
+    type(key_t), intent(inout) :: new
+    real(rp), intent(in) :: limit
+    logical, intent(in) :: is_open
+    call require(.not. new%has_lower, 'io_key: '//new%name//' has two lower limits')
+    new%has_lower = .true.
+    new%is_lower_open = is_open
+    new%lower = limit
+  end subroutine set_lower
+
+  !> The value is at most `limit`, or smaller if it is open.
+  subroutine set_upper(new, limit, is_open)
+    type(key_t), intent(inout) :: new
+    real(rp), intent(in) :: limit
+    logical, intent(in) :: is_open
+    call require(.not. new%has_upper, 'io_key: '//new%name//' has two upper limits')
+    new%has_upper = .true.
+    new%is_upper_open = is_open
+    new%upper = limit
+  end subroutine set_upper
 
   !> Whether `x` respects the limits.
   pure logical function key_is_in_range(self, x) result(is_in)

@@ -4,11 +4,18 @@ module io_key_table
   use io_key, only: KEY_INERT, KEY_SWITCH, KEY_WORD, key_t, spaced_choices
   implicit none
   private
-  public :: key_slot_t, section_t, write_key_tables
+  public :: condition_t, key_slot_t, section_t, write_key_tables
+
+  !> What a section depends on.
+  type :: condition_t
+    integer :: key = 0                 !< index of the deciding key
+    character(:), allocatable :: words !< a|b: the values with which the section counts
+  end type condition_t
 
   type :: section_t
     character(:), allocatable :: name, help
     logical :: is_inert = .false. !< keys that are not declared are accepted without effect
+    type(condition_t), allocatable :: conditions(:) !< without them the section always counts
   end type section_t
 
   !> A key in a list: lists grow by moving keys instead of copying them.
@@ -30,6 +37,7 @@ contains
     if (len(section%help) > 0) write (unit, '(a)') section%help, ''
     if (section%is_inert) &
       write (unit, '(a)') 'All other keys of this section are accepted without effect.', ''
+    if (allocated(section%conditions)) call write_conditions(unit, section%conditions, keys)
     has_table = .false.
     inert = ''
     do i = 1, size(keys)
@@ -46,6 +54,21 @@ contains
     if (has_table) write (unit, '(a)') ''
     if (len(inert) > 0) write (unit, '(a)') 'Accepted from FLUSI files, without effect: '//inert(3:)//'.', ''
   end subroutine write_key_tables
+
+  subroutine write_conditions(unit, conditions, keys)
+    integer, intent(in) :: unit
+    type(condition_t), intent(in) :: conditions(:)
+    type(key_slot_t), intent(in) :: keys(:)
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    do i = 1, size(conditions)
+      associate (key => keys(conditions(i)%key)%key)
+        text = text//' and ['//key%section//'] `'//key%name//'` is '//spaced_choices(conditions(i)%words)
+      end associate
+    end do
+    write (unit, '(a)') 'This section has no effect unless'//text(5:)//'.', ''
+  end subroutine write_conditions
 
   subroutine write_row(unit, key)
     integer, intent(in) :: unit

@@ -6,8 +6,8 @@ module io_registry
   use base_kinds, only: rp
   use base_text, only: number_text
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
-                    KEY_TEXT, KEY_WORD, key_t, matches_pattern
-  use io_key_table, only: key_slot_t, section_t, write_key_tables
+                    KEY_TEXT, KEY_WORD, key_t, matches_pattern, set_limits, set_lower, set_upper
+  use io_key_table, only: condition_t, key_slot_t, section_t, write_key_tables
   use io_value, only: is_length, read_value, value_t
   implicit none
   private
@@ -39,6 +39,7 @@ module io_registry
     procedure :: add_inert => registry_add_inert
     procedure :: add_inert_section => registry_add_inert_section
     procedure :: add_alias => registry_add_alias
+    procedure :: only_if => registry_only_if
     procedure :: set_lattice => registry_set_lattice
     procedure :: find_section => registry_find_section
     procedure :: find => registry_find
@@ -66,6 +67,7 @@ contains
         call move_alloc(self%sections(i)%name, larger(i)%name)
         call move_alloc(self%sections(i)%help, larger(i)%help)
         larger(i)%is_inert = self%sections(i)%is_inert
+        call move_alloc(self%sections(i)%conditions, larger(i)%conditions)
       end do
       call move_alloc(larger, self%sections)
     end if
@@ -118,15 +120,19 @@ contains
     call add_key(self, new)
   end subroutine registry_add_length
 
-  !> yes|no|1|0|true|false|.true.|.false. With `unbuilt`, the name of some physics, yes is a mistake.
-  subroutine registry_add_switch(self, section, key, default, help, unbuilt)
+  !> yes|no|1|0|true|false|.true.|.false. With `unbuilt`, the name of some physics, yes is a mistake. With
+  !> `computed`, a sentence, the program works the default out; get_switch may then be asked only if the key is
+  !> given.
+  subroutine registry_add_switch(self, section, key, default, help, unbuilt, computed)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, help
     logical, intent(in) :: default
-    character(*), intent(in), optional :: unbuilt
+    character(*), intent(in), optional :: unbuilt, computed
     type(key_t) :: new
     call describe(new, KEY_SWITCH, section, key, trim(merge('yes', 'no ', default)), help)
     if (present(unbuilt)) new%unbuilt = unbuilt
+    if (present(computed)) new%default_text = computed
+    new%is_computed = present(computed)
     call add_key(self, new)
   end subroutine registry_add_switch
 
@@ -232,6 +238,20 @@ contains
     self%aliases(self%n_aliases)%old_name = old_name
   end subroutine registry_add_alias
 
+  !> The section counts only if [deciding_section] deciding_key has one of the values `words`, 'a|b'. Of several
+  !> such conditions all must hold. Otherwise whatever stands in the section is accepted without effect: right
+  !> values are kept, wrong ones and unknown keys are no mistakes.
+  subroutine registry_only_if(self, section, deciding_section, deciding_key, words)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, deciding_section, deciding_key, words
+    integer :: s, k
+    s = self%find_section(section)
+    k = self%find(deciding_section, deciding_key)
+    call require(s > 0 .and. k > 0, 'io_registry: a condition on unknown names: ['//section//'] '//deciding_key)
+    if (.not. allocated(self%sections(s)%conditions)) allocate (self%sections(s)%conditions(0))
+    self%sections(s)%conditions = [self%sections(s)%conditions, condition_t(k, words)]
+  end subroutine registry_only_if
+
   !> Declares what dx stands for: N*dx is N times the value of the real [length_section] length_key
   !> divided by the integer [points_section] points_key.
   subroutine registry_set_lattice(self, points_section, points_key, length_section, length_key)
@@ -321,35 +341,6 @@ contains
     if (present(unit)) new%unit = unit
     if (present(required)) new%is_required = required
   end subroutine describe
-
-  subroutine set_limits(new, min, max, above, below)
-    type(key_t), intent(inout) :: new
-    real(rp), intent(in), optional :: min, max, above, below
-    if (present(min)) call set_lower(new, min, is_open=.false.)
-    if (present(max)) call set_upper(new, max, is_open=.false.)
-    if (present(above)) call set_lower(new, above, is_open=.true.)
-    if (present(below)) call set_upper(new, below, is_open=.true.)
-  end subroutine set_limits
-
-  subroutine set_lower(new, limit, is_open)
-    type(key_t), intent(inout) :: new
-    real(rp), intent(in) :: limit
-    logical, intent(in) :: is_open
-    call require(.not. new%has_lower, 'io_registry: '//new%name//' has two lower limits')
-    new%has_lower = .true.
-    new%is_lower_open = is_open
-    new%lower = limit
-  end subroutine set_lower
-
-  subroutine set_upper(new, limit, is_open)
-    type(key_t), intent(inout) :: new
-    real(rp), intent(in) :: limit
-    logical, intent(in) :: is_open
-    call require(.not. new%has_upper, 'io_registry: '//new%name//' has two upper limits')
-    new%has_upper = .true.
-    new%is_upper_open = is_open
-    new%upper = limit
-  end subroutine set_upper
 
   subroutine add_key(self, new)
     class(registry_t), intent(inout) :: self

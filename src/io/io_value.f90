@@ -305,21 +305,32 @@ contains
     end select
   end function value_text
 
-  !> `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default.
-  function effective_line(key, value, name) result(text)
+  !> `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. With
+  !> `scale`, what one unit of the key is in SI units, the file is in these, and so is what is written.
+  function effective_line(key, value, name, scale) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value
     character(*), intent(in) :: name
+    real(rp), intent(in), optional :: scale
     character(:), allocatable :: text, remark
+    type(value_t) :: shown
     integer, parameter :: REMARK_COLUMN = 40
     integer :: last_line
     text = '  '//key%name//' = '
-    if (value%is_known .and. (value%is_given .or. key%kind /= KEY_MATRIX)) text = text//value_text(key, value)
+    shown = value
+    if (present(scale) .and. .not. value%is_given) then
+      shown%number = value%number*scale
+      shown%reals = value%reals*scale
+    end if
+    if (value%is_known .and. (value%is_given .or. key%kind /= KEY_MATRIX)) text = text//value_text(key, shown)
     text = text//'; '
     remark = 'default'
     if (value%is_given) remark = name//':'//number_text(value%line)
-    if (.not. value%is_known) remark = key%default_text//', worked out by the program'
-    if (len(key%unit) > 0) remark = key%unit//', '//remark
+    if (.not. value%is_known) remark = 'default: '//key%default_text//', worked out by the program'
+    if (present(scale)) then
+      if (abs(scale - 1) > 0) remark = 'in SI units, '//remark
+    end if
+    if (len(key%unit) > 0) remark = key%unit//trim(merge(' ', ',', index(remark, 'in SI') == 1))//' '//remark
     last_line = len(text) - index(text, achar(10), back=.true.)
     text = text//repeat(' ', max(0, REMARK_COLUMN - last_line))//remark
   end function effective_line

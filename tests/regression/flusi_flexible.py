@@ -113,6 +113,43 @@ def test_limit(case):
     check("bends beyond the limit" in done.err, "the reason is told")
 
 
+def test_checked_is_equivalent(case):
+    """What --check prints is accepted and means the same."""
+    case.write("run.ini", FLIGHT)
+    first = case.run("--check", "run.ini")
+    case.write("printed.ini", first.out)
+    second = case.run("--check", "printed.ini")
+    check(sum(line.startswith("  ") for line in first.out.splitlines()) > 100, "keys are printed")
+    for a, b in zip(first.out.splitlines(), second.out.splitlines()):
+        check(a.split(";")[0] == b.split(";")[0], f"'{a}' is '{b}'")
+
+
+def refused(case, sections, *sentences):
+    """These mistakes and no others."""
+    case.write("run.ini", merged(FLIGHT, sections))
+    done = case.run("--check", "run.ini", ranks=0, code=EXIT_USER)
+    for words in sentences:
+        check(done.err.count(words) == 1, f"'{words}' is said:\n{done.err}")
+    check(len(done.err.splitlines()) == len(sentences), f"and nothing else:\n{done.err}")
+
+
+def test_contradictions(case):
+    refused(case, {"Wing": {"file": None}}, "[Wing] file: is missing")
+    refused(case, {"Wing": {"file": "nosuch.h5"}}, "[Wing] file: ")
+    refused(case, {"units": {"density": None}}, "[units] density: is missing")
+    refused(case, {"units": {k: None for k in FLIGHT["units"]}}, "[units] length: is missing: the mechanics")
+    refused(case, {"Penalization": {"iMask": "sphere"}, "Geometry": {"Size": 1.0}},
+            "[Insects] wings: there are no wings to bend")
+    refused(case, {"Penalization": {"iPenalization": 0}}, "[Insects] wings: there are no wings to bend")
+    refused(case, {"Penalization": {"iMask": "Insct"}}, "[Penalization] iMask: ")
+    refused(case, {"Flexible_wing": {"use_flexible_wing_model": "no"}}, "use_flexible_wing_model: contradicts")
+    refused(case, {"Flexible_wing": {"T_relase": 0.1}}, "did you mean 'T_release'?")
+    refused(case, {"Flexible_wing": {"load_distance": 1.2}}, "load_distance: is more than the length of the wing")
+    refused(case, {"Insects": {"wing_length": 1.0}}, "[Insects] wing_length: contradicts")
+    case.write("run.ini", merged(FLIGHT, {"Time": {"Tmax": 0.5}, "Flexible_wing": {"T_release": 0.6}}))
+    check("T_release is not before Tmax" in case.run("--check", "run.ini").err, "a wing that is never released")
+
+
 def test_mistakes(case):
     """What is missing or contradicts itself is said in one go."""
     case.write("run.ini", merged(FLIGHT, {"Wing": {"file": None}, "units": {k: None for k in FLIGHT["units"]},

@@ -141,6 +141,59 @@ def test_check(case):
     check(case.files() == [], "nothing is written")
 
 
+def checked(case, ini):
+    """What --check prints is accepted as input, without remarks, and printed again."""
+    case.write("beat.ini", BEAT)
+    case.write("run.ini", ini)
+    first = case.run("run.ini", "--check", ranks=0)
+    case.write("printed.ini", first.out)
+    second = case.run("printed.ini", "--check", ranks=0)
+
+    def values(text):
+        return re.findall(r"^  (\S+ = .*?);", text, re.M)
+
+    a, b = values(first.out), values(second.out)
+    check(len(a) == len(b) > 100, "the same keys")
+    for one, two in zip(a, b):
+        words = list(zip(one.split(), two.split()))
+        check(len(one.split()) == len(two.split()) and one.split("=")[0] == two.split("=")[0], f"{one} is {two}")
+        for x, y in words:
+            try:
+                close([float(x)], [float(y)], 1e-14, one)
+            except ValueError:
+                check(x == y, f"{one} is {two}")
+    return first
+
+
+def test_checked_is_equivalent(case):
+    # Without iMoving, whose default depends on the mask.
+    ini = merged(WING, {"Penalization": {"iMoving": None}})
+    checked(case.sub("plain"), ini)
+    first = checked(case.sub("si"), merged(ini, {
+        "units": {"input": "SI", "length": 1e-2, "frequency": 100, "density": 1.2},
+        "Geometry": {"xl": 0.04, "yl": 0.04, "zl": 0.02}, "ReynoldsNumber": {"nu": 1e-4}, "Penalization": {"eps": 1e-4},
+        "Insects": {"wing_length": 0.01, "x0": "0.02 0.02 0.01", "x_pivot_l": "0.0 0.005 0.0",
+                    "x_pivot_r": "0.0 -0.005 0.0", "wing_ramp": None, "Jxx": None, "Jyy": None, "wing_frequency": 100},
+        "MeanFlow": {"ux": 0.95}, "Sponge": {"eps_sponge": 5e-4}, "Saving": {"tsave": None, "tintegral": None}}))
+    found = re.search(r"^  tintegral = (\S+);", first.out, re.M)
+    close([float(found.group(1))], [1e-4], 1e-14, "0.01 beats of 1/100 s, printed in seconds")
+
+
+def noticed(case, ini, sentence):
+    case.write("beat.ini", BEAT)
+    case.write("run.ini", ini)
+    done = case.run("run.ini", "--check", ranks=0)
+    check(len(re.findall(sentence, done.err)) == 1, f"'{sentence}' is said once:\n{done.err}")
+
+
+def test_notices(case):
+    units = {"length": 9e-3, "frequency": 158, "density": 1.225}
+    words = r"wing_frequency is that of \[units\], but in 1/T: there are 158\S* beats"
+    noticed(case, merged(WING, {"units": units, "Insects": {"wing_frequency": 158}}), words)
+    case.write("run.ini", merged(WING, {"units": units}))
+    check("wing_frequency is" not in case.run("run.ini", "--check", ranks=0).err, "one beat in T is all right")
+
+
 def mistakes(case, ini, *sentences):
     """All of these and nothing else, in one report, by --check and by a run on two ranks."""
     case.write("beat.ini", BEAT)
@@ -169,6 +222,18 @@ def test_mistakes(case):
              r"run\.ini:\d+: \[Insects\] WingThickness: is less than twice the smoothing")
     mistakes(case.sub("hinges"), merged(WING, {"Insects": {"x_pivot_r": "0.0 0.5 0.0"}}),
              r"run\.ini:\d+: \[Insects\] x_pivot_r: is the same point as x_pivot_l")
+    mistakes(case.sub("swapped"), merged(WING, {"Insects": {"x_pivot_l": "0.0 -0.5 0.0", "x_pivot_r": "0.0 0.5 0.0"}}),
+             r"run\.ini:\d+: \[Insects\] x_pivot_l: is to the right of x_pivot_r")
+    mistakes(case.sub("outside"), merged(WING, {"Insects": {"x0": "2.0 2.0 18.0"}}),
+             r"run\.ini:\d+: \[Insects\] x0: is outside of the box")
+    mistakes(case.sub("room"), merged(WING, {"Geometry": {"zl": 8.0}, "Resolution": {"nz": 64},
+                                             "Insects": {"wing_length": 3.5}}),
+             r"run\.ini:\d+: \[Geometry\] yl: is too small: with its thickness the left wing extends")
+    small = case.sub("small")
+    small.write("planform.ini", "[Wing]\ntype = rectangular\nlength = 9e-3\nmean_chord = 3e-3\n")
+    tiny = merged(WING, {"Insects": {"WingShape": "from_file::planform.ini", "wing_length": None}})
+    mistakes(small, tiny, r"\[Insects\] wing_length: is needed: the file of the planform has its tip at x = 0?\.009")
+    mistakes(small, merged(tiny, {"Insects": {"wing_length": 0.1}}), r"\[Insects\] wing_length: is too small: the tip")
     short = case.sub("short")
     rows = "".join(f"{t} 0.0 45.0 0.0 0.0 0.0 0.0 10.0 0.0 0.0 0.0 0.0 0.0\n" for t in (0.0, 0.5))
     short.write("table.dat", "1.0\n1.0\n2\n" + rows)

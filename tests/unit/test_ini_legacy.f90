@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> FLUSI's keys without effect here: harmless as they stand in FLUSI files, refused when they ask for
-!> physics that is not built.
+!> physics that is not built; sections of insects and elastic bodies without effect where no wings are.
 program test_ini_legacy
   use app_flexible, only: register_flexible_keys
   use app_flusi_keys, only: register_flusi_legacy
+  use app_keys, only: register_all_keys
   use base_errors, only: message_list_t
   use fsi_flight_params, only: register_flight_keys
   use io_config, only: config_t
@@ -12,7 +13,17 @@ program test_ini_legacy
   implicit none
   character(*), parameter :: NL = achar(10)
   type(testkit_t) :: kit
-  type(registry_t) :: registry
+  type(registry_t) :: registry, everything
+  !> What FLUSI's users carry along in every file: refused words, unknown keys and keys given twice.
+  character(*), parameter :: INSECT_BLOCK = &
+                   '[Insects]'//NL//'WingShape=drosophila;'//NL//'FlappingMotion_right=Drosophila_hovering_fry;'//NL// &
+        'FlappingMotion_left=from_file;'//NL//'BodyType=ellipsoid;'//NL//'BodyMotion=yes;'//NL//'LeftWing2=yes;'//NL// &
+                             'LeftWing2=yes;'//NL//'wing_length=-1;'//NL//'WingThicknes=0.1;'//NL// &
+                             '[Flexible_wing]'//NL//'T_relase=1;'//NL//'use_flexible_wing_model=yes;'//NL// &
+                             '[SolidModel]'//NL//'use_solid_model=yes;'//NL
+  character(*), parameter :: BODY_KEYS = 'infile=beat.ini;'//NL//'HasEye=yes;'//NL//'HasHead=yes;'//NL// &
+                      'pointcloudfile=none;'//NL//'body_pitch_const=0;'//NL//'KineFromFile=no;'//NL//'mass_solid=1;'// &
+                             NL//'eta_stroke=-45;'//NL
 
   call kit%start(parallel=.false.)
   call register_flight_keys(registry)
@@ -30,9 +41,84 @@ program test_ini_legacy
   call refuses(kit, 'Insects', 'BodyType=jerry;', 'BodyType')
   call refuses(kit, 'Insects', 'LeftWing2=yes;', 'LeftWing2')
   call refuses(kit, 'DryRun', 'dry_run_without_fluid=yes;', 'dry_run_without_fluid')
+  call register_all_keys(everything)
+  call check_carried_along(kit, 'a sphere', with_mask('1', 'sphere'))
+  call check_carried_along(kit, 'no penalization', with_mask('no', 'Insect'))
+  call check_carried_along(kit, 'no word on the mask', '')
+  call check_insect_block(kit, with_mask('yes', 'Insect'))
+  call check_insect_block(kit, with_mask('1', 'insect'))
+  call check_wing_keys(kit)
   call kit%finish()
 
 contains
+
+  !> [Penalization], to stand behind the sections that it decides on.
+  function with_mask(penalization, mask) result(text)
+    character(*), intent(in) :: penalization, mask
+    character(:), allocatable :: text
+    text = '[Penalization]'//NL//'iPenalization='//penalization//';'//NL//'iMask='//mask//';'//NL
+  end function with_mask
+
+  subroutine load(text, c, errors, notices)
+    character(*), intent(in) :: text
+    type(config_t), intent(out) :: c
+    type(message_list_t), intent(out) :: errors, notices
+    call c%load_text(text//'[Resolution]'//NL//'nx=8'//NL//'ny=8'//NL//'nz=8'//NL//'[InitialCondition]'//NL// &
+                     'inicond=quiescent'//NL, 'f.ini', everything, errors, notices)
+  end subroutine load
+
+  subroutine check_carried_along(kit, sentence, mask)
+    type(testkit_t), intent(inout) :: kit
+    character(*), intent(in) :: sentence, mask
+    type(config_t) :: c
+    type(message_list_t) :: errors, notices
+    call load(INSECT_BLOCK//mask, c, errors, notices)
+    call errors%print(0, 'but: ')
+    call kit%check(sentence//': insects in the file are no mistake', errors%count() == 0)
+    call kit%check(sentence//': there is one notice', notices%count() == 1)
+    if (notices%count() == 1) call kit%check(sentence//': it names the sections', notices%text(1) == &
+                                   'f.ini: accepted, but without effect here: [Insects], [Flexible_wing], [SolidModel]')
+  end subroutine check_carried_along
+
+  !> With wings every mistake of the block is reported.
+  subroutine check_insect_block(kit, mask)
+    type(testkit_t), intent(inout) :: kit
+    character(*), intent(in) :: mask
+    character(24), parameter :: KEYS(11) = [character(24) :: '2: [Insects] WingShape', '3: [Insects] Flapp', &
+                        '4: [Insects] Flapp', '5: [Insects] BodyType', '6: [Insects] BodyMotion', '7: [Insects] Left', &
+                                     '8: [Insects] LeftWing2', '9: [Insects] wing_length', '10: [Insects] WingThickn', &
+                                                                 '12: [Flexible_wing] T_re', '15: [SolidModel] use_sol']
+    type(config_t) :: c
+    type(message_list_t) :: errors, notices
+    integer :: i, k
+    call load(INSECT_BLOCK//mask, c, errors, notices)
+    call kit%check('with wings there is one message a mistake', errors%count() == size(KEYS))
+    do k = 1, size(KEYS)
+      call kit%check('reported: '//trim(KEYS(k)), any([(index(errors%text(i), 'f.ini:'//trim(KEYS(k))) == 1, &
+                                                        i=1, errors%count())]))
+    end do
+    call load('[Insects]'//NL//BODY_KEYS//mask, c, errors, notices)
+    call errors%print(0, 'but: ')
+    call kit%check('keys of bodies are accepted beside wings', errors%count() == 0 .and. notices%count() == 1)
+  end subroutine check_insect_block
+
+  !> FLUSI's keys of its elastic wing are known; others have a nearest known name.
+  subroutine check_wing_keys(kit)
+    type(testkit_t), intent(inout) :: kit
+    character(*), parameter :: KNOWN = '[Flexible_wing]'//NL//'x0=1'//NL//'Wing_angle_y=3'//NL//'EIy_with_BC=1'//NL// &
+                               'Young_modulus_LC1=3'//NL//'OptJoint_2=1'//NL//'damping_veins=0'//NL//'tau=1'//NL// &
+                               'ke_membranes_cross_springs=1'//NL//'Solid_time_step=1e-3'//NL//'Gravity=no'//NL// &
+                               'Joint_stiffness_IDs=1 2'//NL//'Sparse_Solver=yes'//NL
+    type(config_t) :: c
+    type(message_list_t) :: errors, notices
+    call load(KNOWN//with_mask('1', 'Insect'), c, errors, notices)
+    call errors%print(0, 'but: ')
+    call kit%check('keys of the elastic wing are accepted', errors%count() == 0 .and. notices%count() == 1)
+    call load('[Flexible_wing]'//NL//'T_relase=1'//NL//with_mask('1', 'Insect'), c, errors, notices)
+    call kit%check('one message on a misspelt key', errors%count() == 1)
+    if (errors%count() == 1) &
+      call kit%check('with the right name', index(errors%text(1), 'did you mean ''T_release''?') > 0)
+  end subroutine check_wing_keys
 
   subroutine check_harmless(kit)
     type(testkit_t), intent(inout) :: kit

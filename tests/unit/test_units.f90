@@ -4,6 +4,7 @@ program test_units
   use app_settings, only: load_settings, settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use io_ini, only: read_text_file
   use io_units, only: unit_scales_t, unit_value
   use testkit, only: testkit_t
   implicit none
@@ -16,6 +17,7 @@ program test_units
   call test_values()
   call test_same_run()
   call test_missing()
+  call test_printed()
   call kit%finish()
 
 contains
@@ -137,5 +139,67 @@ contains
     call load_settings('[units]'//NL//'input=SI'//NL//'length=9.0e-3'//NL//whole(index(whole, '[Resolution]'):), 'two.ini', &
                        .false., settings, errors, notices)
     call kit%check('input = SI needs every unit: both missing ones are reported', errors%count() == 2)
+    call expect_missing('dimensionless', 'length=9.0e-3', '[units] length')
+    call expect_missing('dimensionless', 'density=1.225', '[units] density')
+    call expect_missing('SI', 'nu='//number(1.2e-3_rp*L**2/T), '[ReynoldsNumber] nu')
+    call expect_missing('SI', 'eps='//number(0.012_rp*T), '[Penalization] eps')
+    call expect_missing('SI', 'uy=0', '[MeanFlow] uy')
+    call expect_missing('SI', 'xl='//number(4*L), '[Geometry] xl')
+    call load_settings(whole//'[InitialCondition]'//NL//'omega1=3'//NL, 'two.ini', .false., settings, errors, notices)
+    call kit%check('omega1 has no unit', has(errors, '[InitialCondition] omega1: cannot be given'))
   end subroutine test_missing
+
+  !> Without `line` there is one message, about `key`.
+  subroutine expect_missing(input, line, key)
+    character(*), intent(in) :: input, line, key
+    type(settings_t) :: settings
+    type(message_list_t) :: errors, notices
+    character(:), allocatable :: whole
+    integer :: i
+    if (input == 'SI') then
+      whole = text(input, L, T, RHO*L**3)
+    else
+      whole = text(input, 1.0_rp, 1.0_rp, 1.0_rp)
+    end if
+    i = index(whole, NL//line//NL)
+    call kit%check('the file has '//line, i > 0)
+    call load_settings(whole(:i)//whole(i + len(line) + 2:), 'one.ini', .false., settings, errors, notices)
+    call kit%check(input//': '//key//' is missed', errors%count() == 1 .and. has(errors, key//': is missing'))
+  end subroutine expect_missing
+
+  logical function has(errors, words)
+    type(message_list_t), intent(in) :: errors
+    character(*), intent(in) :: words
+    integer :: i
+    has = any([(index(errors%text(i), words) > 0, i=1, errors%count())])
+  end function has
+
+  !> What is printed of a file in SI units describes the same run: also where the file leaves defaults.
+  subroutine test_printed()
+    type(settings_t) :: one, two
+    type(message_list_t) :: errors, notices
+    character(:), allocatable :: printed, problem
+    integer :: unit
+    call load_settings(text('SI', L, T, RHO*L**3), 'one.ini', .false., one, errors, notices)
+    open (newunit=unit, file='printed.ini', status='replace')
+    call one%config%print_effective(unit)
+    close (unit)
+    call read_text_file('printed.ini', printed, problem)
+    call load_settings(printed, 'printed.ini', .false., two, errors, notices)
+    call errors%print(0, 'but: ')
+    call kit%check('it is an input file', errors%count() == 0)
+    call same('numbers of the fluid', &
+              [one%fluid%grid%length, one%fluid%t_max, one%fluid%nu, one%fluid%c_eta, one%fluid%mean_velocity], &
+              [two%fluid%grid%length, two%fluid%t_max, two%fluid%nu, two%fluid%c_eta, two%fluid%mean_velocity])
+    call same('walls and the couette body', [one%fluid%thick_wall, one%fluid%pos_wall, one%fluid%r1, one%fluid%r2], &
+              [two%fluid%thick_wall, two%fluid%pos_wall, two%fluid%r1, two%fluid%r2])
+    call same('frequency of the couette body', [one%fluid%omega], [two%fluid%omega])
+    call same('mass of fluid', [one%fluid%m_fluid], [two%fluid%m_fluid])
+    call same('times of output', [one%output%t_save, one%output%t_integral, one%output%t_slice, one%output%period, &
+                                  one%output%stop_seconds], &
+              [two%output%t_save, two%output%t_integral, two%output%t_slice, two%output%period, &
+               two%output%stop_seconds])
+    call same('wings', [one%flight%wings(1)%points], [two%flight%wings(1)%points])
+    call kit%check('the remark tells the units', index(printed, 'T in SI units, default') > 0)
+  end subroutine test_printed
 end program test_units

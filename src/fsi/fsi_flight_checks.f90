@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Whether wings are in the box and fit into it.
+module fsi_flight_checks
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use fsi_flight_params, only: flapping_wing_t, flight_params_t
+  use fsi_kinematics, only: pose_wing, wing_pose_t
+  use io_config, only: config_t
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: check_place, check_room, largest_extent
+
+  character(*), parameter :: SECTION = 'Insects'
+  integer, parameter :: LOOKS = 64 !< in one beat
+
+contains
+
+  !> Complains if the body's centre is outside of the box.
+  subroutine check_place(config, flight, grid, errors)
+    type(config_t), intent(in) :: config
+    type(flight_params_t), intent(in) :: flight
+    type(grid_t), intent(in) :: grid
+    type(message_list_t), intent(inout) :: errors
+    if (any(flight%body%centre < 0 .or. flight%body%centre > grid%length)) &
+      call config%complain(errors, SECTION, 'x0', 'is outside of the box, which begins at 0 and has the size '// &
+                           number_text(grid%length(1))//' x '//number_text(grid%length(2))//' x '// &
+                           number_text(grid%length(3))//' L')
+  end subroutine check_place
+
+  !> Complains if a wing does not fit: if at some time in the first beats it is longer, in the direction of x, y or
+  !> z, than the box, so that it runs into its own periodic image.
+  subroutine check_room(config, flight, grid, t_end, errors)
+    type(config_t), intent(in) :: config
+    type(flight_params_t), intent(in) :: flight
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: t_end !< end of the run, T
+    type(message_list_t), intent(inout) :: errors
+    character(2), parameter :: BOX(3) = ['xl', 'yl', 'zl']
+    real(rp) :: extent(3), margin
+    integer :: i, axis
+    margin = 2*(flight%half_thickness + flight%smoothing)
+    do i = 1, size(flight%wings)
+      if (size(flight%wings(i)%points) == 0) cycle ! its shape could not be read, which has been reported
+      extent = largest_extent(flight, flight%wings(i), t_end) + margin
+      do axis = 1, 3
+        if (extent(axis) <= grid%length(axis)) cycle
+        call config%complain(errors, 'Geometry', BOX(axis), 'is too small: with its thickness the '// &
+                             trim(flight%wings(i)%side)//' wing extends over '//number_text(extent(axis))// &
+                             ' L in this direction, and the box over '//number_text(grid%length(axis))//' L')
+      end do
+    end do
+  end subroutine check_room
+
+  !> Largest extents of the points of a wing along x, y and z, L, over the time of its ramp and one beat, as far as
+  !> the run goes.
+  function largest_extent(flight, wing, t_end) result(extent)
+    type(flight_params_t), intent(in) :: flight
+    type(flapping_wing_t), intent(in) :: wing
+    real(rp), intent(in) :: t_end
+    real(rp) :: extent(3), duration
+    type(wing_pose_t) :: pose
+    real(rp), allocatable :: placed(:, :)
+    integer :: i
+    extent = 0
+    duration = min(t_end, wing%motion%ramp + 1/wing%motion%frequency)
+    do i = 0, LOOKS
+      call pose_wing(flight%body, wing%mount, wing%motion, duration*i/LOOKS, pose)
+      placed = matmul(transpose(pose%matrix), wing%points)
+      extent = max(extent, maxval(placed, 2) - minval(placed, 2))
+    end do
+  end function largest_extent
+end module fsi_flight_checks

@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What must be known of a document before its keys can be read in their order: the spacing that dx stands for,
+!> and which sections count. Of several equal keys the first one counts; values with mistakes, which are reported
+!> later, count as unknown.
+module io_peek
+  use base_kinds, only: rp
+  use io_ini, only: ini_document_t
+  use io_key, only: KEY_INTEGER, matches_any
+  use io_registry, only: registry_t
+  use io_value, only: read_value, value_t
+  implicit none
+  private
+  public :: find_spacing, section_counts
+
+contains
+
+  !> The length that dx stands for, 0 if it is unknown.
+  real(rp) function find_spacing(registry, document) result(spacing)
+    type(registry_t), intent(in) :: registry
+    type(ini_document_t), intent(in) :: document
+    real(rp) :: points, length
+    spacing = 0
+    if (registry%points_key == 0) return
+    points = peek_number(registry, document, registry%points_key)
+    length = peek_number(registry, document, registry%length_key)
+    if (points > 0 .and. length > 0) spacing = length/points
+  end function find_spacing
+
+  !> Whether the conditions of section s of the registry hold.
+  logical function section_counts(registry, document, s) result(counts)
+    type(registry_t), intent(in) :: registry
+    type(ini_document_t), intent(in) :: document
+    integer, intent(in) :: s
+    integer :: i
+    counts = .true.
+    if (.not. allocated(registry%sections(s)%conditions)) return
+    associate (conditions => registry%sections(s)%conditions)
+      do i = 1, size(conditions)
+        counts = counts .and. matches_any(raw_value(registry, document, conditions(i)%key), conditions(i)%words)
+      end do
+    end associate
+  end function section_counts
+
+  !> The value that key k will have, 0 if it is wrong or missing.
+  real(rp) function peek_number(registry, document, k) result(x)
+    type(registry_t), intent(in) :: registry
+    type(ini_document_t), intent(in) :: document
+    integer, intent(in) :: k
+    type(value_t) :: value
+    character(:), allocatable :: problem, raw
+    x = 0
+    raw = raw_value(registry, document, k)
+    if (len(raw) == 0) return
+    call read_value(registry%keys(k)%key, raw, .false., 0, 0.0_rp, value, problem)
+    if (allocated(problem)) return
+    x = value%number
+    if (registry%keys(k)%key%kind == KEY_INTEGER) x = real(value%whole, rp)
+  end function peek_number
+
+  !> Text of key k in the document, or else its default; empty if it is required and missing.
+  function raw_value(registry, document, k) result(raw)
+    type(registry_t), intent(in) :: registry
+    type(ini_document_t), intent(in) :: document
+    integer, intent(in) :: k
+    character(:), allocatable :: raw
+    integer :: i
+    associate (key => registry%keys(k)%key)
+      raw = ''
+      if (.not. key%is_required) raw = key%default_text
+      do i = 1, document%n_entries
+        associate (entry => document%entries(i))
+          if (registry%find(document%sections(entry%section)%name, entry%key) /= k) cycle
+          if (len(entry%value) > 0 .or. entry%is_matrix) raw = entry%value
+          return
+        end associate
+      end do
+    end associate
+  end function raw_value
+end module io_peek
