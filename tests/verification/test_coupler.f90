@@ -78,7 +78,11 @@ contains
     call t%check_below('the first step gives the wing the impulse of the load', &
                        norm2(momenta%linear - impulse)/norm2(impulse), 1.5_rp*error + 1.0e-4_rp)
     call t%check_close('the deformation is the state in code units', norm2(wings%deformation(1)%v(:, 50)), &
-                norm2(coupler%states(1)%v(:, 50))*params%units%time/params%units%length, rtol=1.0e-12_rp)
+                       norm2(coupler%states(1)%v(:, 50))*params%units%time/params%units%length, rtol=1.0e-12_rp)
+    call t%check_close('so is its displacement', norm2(wings%deformation(1)%u(:, 50)), &
+                       norm2(coupler%states(1)%u(:, 50))/params%units%length, rtol=1.0e-12_rp)
+    call t%check_close('and its acceleration, from rest', norm2(wings%deformation(1)%a(:, 50)), &
+                       norm2(wings%deformation(1)%v(:, 50))/STEP, rtol=1.0e-12_rp)
     call coupler%free()
     call fluid%free()
   end subroutine fly
