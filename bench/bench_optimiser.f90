@@ -64,7 +64,7 @@ program bench_optimiser
   end do
   ms = milliseconds_per_generation(11, 64)
   write (output_unit, '(a,f7.4,a)') 'own time per generation, n = 11, lambda = 64: ', ms, ' ms'
-  write (output_unit, '(a,i0,a,f6.3,3(a,f8.1),a,f5.3,a,f7.4,a)') '{"seeds": ', n_seeds, ', "worst_deviation": ', worst, &
+ write (output_unit, '(a,i0,a,f6.3,3(a,f8.1),a,f5.3,a,f7.4,a)') '{"seeds": ', n_seeds, ', "worst_deviation": ', worst, &
     ', "sphere_64": ', at_64(1), ', "elli_64": ', at_64(2), ', "rosen_64": ', at_64(3), ', "rastrigin_success": ', &
     success, ', "ms_per_generation": ', ms, '}'
 

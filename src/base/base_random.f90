@@ -33,16 +33,25 @@ contains
   pure function philox(key, counter) result(words)
     integer(i8), intent(in) :: key(2), counter(4)
     integer(i8) :: words(4)
-    integer(i8) :: k(2), high(2), low(2)
+    integer(i8) :: w1, w2, w3, w4, k1, k2, high1, high2, low1, low2 ! scalars stay in registers
     integer :: round
-    words = counter
-    k = key
+    w1 = counter(1)
+    w2 = counter(2)
+    w3 = counter(3)
+    w4 = counter(4)
+    k1 = key(1)
+    k2 = key(2)
     do round = 1, ROUNDS
-      call multiply(MULTIPLIER(1), words(1), high(1), low(1))
-      call multiply(MULTIPLIER(2), words(3), high(2), low(2))
-      words = [ieor(ieor(high(2), words(2)), k(1)), low(2), ieor(ieor(high(1), words(4)), k(2)), low(1)]
-      k = iand(k + WEYL, WORD)
+      call multiply(MULTIPLIER(1), w1, high1, low1)
+      call multiply(MULTIPLIER(2), w3, high2, low2)
+      w1 = ieor(ieor(high2, w2), k1)
+      w2 = low2
+      w3 = ieor(ieor(high1, w4), k2)
+      w4 = low1
+      k1 = iand(k1 + WEYL(1), WORD)
+      k2 = iand(k2 + WEYL(2), WORD)
     end do
+    words = [w1, w2, w3, w4]
   end function philox
 
   !> Both halves of the 64-bit product of two 32-bit words, without leaving 63 bits.
@@ -70,15 +79,19 @@ contains
     integer(i8) :: words(4)
     words = philox([iand(seed, WORD), shiftr(seed, 32)], [iand(position, WORD), shiftr(position, 32), &
                                                           iand(stream, WORD), shiftr(stream, 32)])
-    u = unit_real(words([1, 3]), words([2, 4]))
+    u(1) = unit_real(words(1), words(2))
+    u(2) = unit_real(words(3), words(4))
   end function random_uniforms
 
   !> Two independent numbers of mean 0 and variance 1 at a place of a stream (Box and Muller).
   pure function random_gaussians(seed, stream, position) result(g)
     integer(i8), intent(in) :: seed, stream, position
-    real(rp) :: g(2)
+    real(rp) :: g(2), radius, angle
     g = random_uniforms(seed, stream, position)
-    g = sqrt(-2*log(g(1)))*[cos(TWO_PI*g(2)), sin(TWO_PI*g(2))]
+    radius = sqrt(-2*log(g(1)))
+    angle = TWO_PI*g(2)
+    g(1) = radius*cos(angle)
+    g(2) = radius*sin(angle)
   end function random_gaussians
 
   !> The next number, uniform in (0, 1).

@@ -21,7 +21,7 @@ contains
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work
     integer, intent(in) :: k
-    real(rp), intent(out) :: x(:)
+    real(rp), intent(out), contiguous :: x(:)
     integer :: j
     call draw_normals(state%seed, state%restart, state%generation + 1, state%attempt, k, work%z)
     x = 0
@@ -36,7 +36,7 @@ contains
   pure subroutine draw_normals(seed, restart, generation, attempt, candidate, z)
     integer(i8), intent(in) :: seed
     integer, intent(in) :: restart, generation, attempt, candidate
-    real(rp), intent(out) :: z(:)
+    real(rp), intent(out), contiguous :: z(:)
     real(rp) :: pair(2)
     integer(i8) :: stream, place
     integer :: i

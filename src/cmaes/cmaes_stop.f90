@@ -11,7 +11,7 @@ module cmaes_stop
   private
   public :: find_stop, note_history, stop_text, stop_name
 
-  integer, parameter, public :: RUNNING = 0, FTARGET = 1, MAXFEVALS = 2, MAXITER = 3, TOLFUN = 4, TOLFUNHIST = 5, TOLX = 6
+integer, parameter, public :: RUNNING = 0, FTARGET = 1, MAXFEVALS = 2, MAXITER = 3, TOLFUN = 4, TOLFUNHIST = 5, TOLX = 6
   integer, parameter, public :: TOLFACUPX = 7, TOLUPSIGMA = 8, STAGNATION = 9, FLAT_FITNESS = 10, NOEFFECTAXIS = 11
   integer, parameter, public :: NOEFFECTCOORD = 12, CONDITIONCOV = 13, TOO_MANY_FAILED = 14
   integer, parameter, public :: N_STOPS = 14
@@ -24,8 +24,8 @@ contains
     integer, intent(in) :: code
     character(:), allocatable :: name
     character(13), parameter :: NAMES(0:N_STOPS) = [character(13) :: 'running', 'ftarget', 'maxfevals', &
-      'maxiter', 'tolfun', 'tolfunhist', 'tolx', 'tolfacupx', 'tolupsigma', 'tolstagnation', 'flatfitness', &
-      'noeffectaxis', 'noeffectcoord', 'conditioncov', 'toomanyfailed']
+                 'maxiter', 'tolfun', 'tolfunhist', 'tolx', 'tolfacupx', 'tolupsigma', 'tolstagnation', 'flatfitness', &
+                                                       'noeffectaxis', 'noeffectcoord', 'conditioncov', 'toomanyfailed']
     name = 'unknown'
     if (code >= 0 .and. code <= N_STOPS) name = trim(NAMES(code))
   end function stop_name
