@@ -9,7 +9,7 @@ module base_random
   use base_kinds, only: rp, i8
   implicit none
   private
-  public :: philox, unit_real, random_uniforms, random_gaussians, random_stream_t
+  public :: philox, unit_real, random_uniforms, random_gaussians, fill_gaussians, random_stream_t
 
   integer(i8), parameter :: WORD = int(z'FFFFFFFF', i8), HALF = int(z'FFFF', i8)
   integer(i8), parameter :: MULTIPLIER(2) = [int(z'D2511F53', i8), int(z'CD9E8D57', i8)]
@@ -94,6 +94,20 @@ contains
     g(2) = radius*sin(angle)
   end function random_gaussians
 
+  !> Independent numbers of mean 0 and variance 1, two from each place of a stream beginning at `position`:
+  !> the same as those of `random_gaussians`.
+  pure subroutine fill_gaussians(seed, stream, position, values)
+    integer(i8), intent(in) :: seed, stream, position
+    real(rp), intent(out), contiguous :: values(:)
+    real(rp) :: pair(2)
+    integer :: i
+    do i = 1, size(values), 2
+      pair = random_gaussians(seed, stream, position + i/2)
+      values(i) = pair(1)
+      if (i < size(values)) values(i + 1) = pair(2)
+    end do
+  end subroutine fill_gaussians
+
   !> The next number, uniform in (0, 1).
   real(rp) function stream_uniform(self) result(u)
     class(random_stream_t), intent(inout) :: self
@@ -116,14 +130,8 @@ contains
   !> Fills an array with numbers of mean 0 and variance 1, two from each position.
   subroutine stream_gaussians(self, values)
     class(random_stream_t), intent(inout) :: self
-    real(rp), intent(out) :: values(:)
-    real(rp) :: pair(2)
-    integer :: i
-    do i = 1, size(values), 2
-      pair = random_gaussians(self%seed, self%stream, self%position)
-      self%position = self%position + 1
-      values(i) = pair(1)
-      if (i < size(values)) values(i + 1) = pair(2)
-    end do
+    real(rp), intent(out), contiguous :: values(:)
+    call fill_gaussians(self%seed, self%stream, self%position, values)
+    self%position = self%position + (size(values) + 1)/2
   end subroutine stream_gaussians
 end module base_random

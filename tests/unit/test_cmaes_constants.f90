@@ -23,9 +23,12 @@ contains
 
   !> n = 11 to the five digits of the reference table: mu_eff, c_1, c_mu, c_sigma, d_sigma, c_c, alpha.
   subroutine test_tutorial()
-    real(rp), parameter :: SMALL(7) = [3.41477_rp, 0.01293_rp, 0.02271_rp, 0.27890_rp, 1.27890_rp, 0.27594_rp, 1.56930_rp]
-    real(rp), parameter :: MIDDLE(7) = [4.84091_rp, 0.01281_rp, 0.03794_rp, 0.32824_rp, 1.32824_rp, 0.27960_rp, 1.33766_rp]
-    real(rp), parameter :: LARGE(7) = [17.62165_rp, 0.01184_rp, 0.17070_rp, 0.58360_rp, 1.93744_rp, 0.30773_rp, 0.43534_rp]
+    real(rp), parameter :: SMALL(7) = [3.41477_rp, 0.01293_rp, 0.02271_rp, 0.27890_rp, &
+      1.27890_rp, 0.27594_rp, 1.56930_rp]
+    real(rp), parameter :: MIDDLE(7) = [4.84091_rp, 0.01281_rp, 0.03794_rp, 0.32824_rp, &
+      1.32824_rp, 0.27960_rp, 1.33766_rp]
+    real(rp), parameter :: LARGE(7) = [17.62165_rp, 0.01184_rp, 0.17070_rp, 0.58360_rp, &
+      1.93744_rp, 0.30773_rp, 0.43534_rp]
     real(rp), parameter :: TABLE(7, 3) = reshape([SMALL, MIDDLE, LARGE], [7, 3])
     type(cmaes_options_t) :: options
     type(cmaes_params_t) :: p

@@ -135,9 +135,9 @@ contains
       f(half + 1) = ieee_value(1.0_rp, ieee_quiet_nan)
       call run%tell(f)
     end do
-   call t%check('a generation with more failures is repeated from the same mean', run%state%stop_code == RUNNING .and. &
-                 run%state%generation == 1 .and. run%state%n_redone == MOST_ATTEMPTS .and. &
-                 all(abs(run%state%mean - mean) <= 0))
+    call t%check('a generation with more failures is repeated from the same mean', &
+                 run%state%stop_code == RUNNING .and. run%state%generation == 1 .and. &
+                 run%state%n_redone == MOST_ATTEMPTS .and. all(abs(run%state%mean - mean) <= 0))
     call t%check('with half the step each time', abs(run%state%sigma - sigma/2**MOST_ATTEMPTS) <= 0)
     call run%ask(x)
     call run%tell(f)
