@@ -86,7 +86,7 @@ contains
             ' degrees'
         end associate
       end do
-      write (unit, '(3(a,g0.5),a)') '          f = ', f, ', mean tip speed 2 (stroke) R f = ', tip, ', u_inf = ', wind
+      write (unit, '(3(a,g0.5),a)') '          f = ', f, ', mean tip speed = ', tip, ', u_inf = ', wind
     if (p%nu > 0) write (unit, '(a,f0.1,a)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', (tip + wind)*chord/p%nu, ''
       if (tip > 0) write (unit, '(a,f0.3)') '          advance ratio u_inf/u_tip = ', wind/tip
       write (unit, '(2(a,f0.2),a)') 'thickness ', 2*flight%half_thickness/p%grid%max_spacing(), ' cells, smoothing ', &
