@@ -8,6 +8,7 @@ module app_flight_series
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: swap_flusi_wing
   use fsi_wing_loads, only: wing_loads_t
+  use fsi_wing_shape, only: section_t, wing_shape_t
   use io_series, only: series_t
   use parallel_world, only: world_t
   use solid_inertia, only: momenta_t
@@ -16,11 +17,13 @@ module app_flight_series
   public :: flight_series_t
 
   character(*), parameter :: XYZ = 'xyz'
+  real(rp), parameter :: SPAN(3) = [0.25_rp, 0.5_rp, 0.75_rp] !< where shapes are measured, in wing lengths
 
   type :: flight_series_t
     private
     type(series_t) :: kinematics, power
     type(series_t), allocatable :: wing(:), bending(:)
+    type(wing_shape_t), allocatable :: shapes(:) !< of flexible wings
   contains
     procedure :: open => series_open
     procedure :: write => series_write
@@ -44,8 +47,11 @@ contains
     call open_one(self%kinematics, 'kinematics.t', kinematics_columns())
     call open_one(self%power, 'aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P])
     allocate (self%wing(size(wings%params%wings)))
-    if (flexible) allocate (self%bending(size(wings%params%wings)))
+    if (flexible) allocate (self%bending(size(wings%params%wings)), self%shapes(size(wings%params%wings)))
     do i = 1, size(self%wing)
+      associate (wing => wings%params%wings(i))
+        if (flexible) call self%shapes(i)%init(wing%points, wing%triangles, SPAN, wing%mount%dorsal_sign())
+      end associate
      if (flexible) call open_one(self%bending(i), 'bending_'//trim(wings%params%wings(i)%side)//'.t', bending_columns())
       call open_one(self%wing(i), 'wing_'//trim(wings%params%wings(i)%side)//'.t', wing_columns())
     end do
@@ -95,10 +101,15 @@ contains
   end function wing_columns
 
   function bending_columns() result(columns)
-    character(40) :: columns(12)
+    character(40) :: columns(21)
+    character(9) :: place
     integer :: c
     columns(1) = 'time [T]'
     do c = 1, 3
+      write (place, '(a,i0,a)') ' at ', nint(100*SPAN(c)), ' %'
+      columns(10 + 3*c) = 'trailing edge'//trim(place)//' [L]'
+      columns(11 + 3*c) = 'twist'//trim(place)//' [rad]'
+      columns(12 + 3*c) = 'camber'//trim(place)//' [chord]'
       columns(1 + c) = 'tip u'//XYZ(c:c)//', wing frame [L]'
       columns(7 + c) = 'F'//XYZ(c:c)//' of the pressure [rho L^4/T^2]'
     end do
@@ -113,17 +124,20 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(in) :: coupler
     type(momenta_t) :: m
+    type(section_t) :: sections(size(SPAN))
     real(rp) :: joule
-    integer :: i, tip
+    integer :: i, c, tip
     associate (u => coupler%params%units)
       joule = u%mass*u%length**2/u%time**2
       do i = 1, size(self%bending)
         m = coupler%measure(i)
         associate (bent => wings%deformation(i)%u)
+          call self%shapes(i)%measure(bent, sections)
           tip = maxloc(wings%params%wings(i)%points(1, :), 1)
           call self%bending(i)%write([wings%time, bent(:, tip), sqrt(maxval(sum(bent**2, 1))), m%elastic/joule, &
                                       m%relative_kinetic/joule, coupler%surface_load(i), m%elastic, &
-                                      norm2(bent(:, tip))*u%length])
+                                      norm2(bent(:, tip))*u%length, &
+                                      (sections(c)%trailing, sections(c)%twist, sections(c)%camber, c=1, size(SPAN))])
         end associate
       end do
     end associate

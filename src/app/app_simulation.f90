@@ -53,7 +53,7 @@ module app_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, couple, fail
+    procedure, private :: restart, is_done, write_end, back_up, look, bend, fail
   end type simulation_t
 
 contains
@@ -137,9 +137,10 @@ contains
         call self%timers%stop(self%t_step)
         self%blown_up = self%failure%failed
         if (self%failure%failed) exit
+        if (allocated(self%coupler)) call self%look()
         call write_all(self)
         if (self%failure%failed) exit
-        if (allocated(self%coupler)) call self%couple()
+        if (allocated(self%coupler)) call self%bend()
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
@@ -179,24 +180,27 @@ contains
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
+    if (allocated(self%coupler)) call self%look()
     call write_all(self)
-    if (allocated(self%coupler)) then
-      call self%coupler%look(self%fluid, self%wings)
-      call self%series%write_bending(self%wings, self%coupler)
-    end if
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
-  !> Takes the flexible wings over the step that the fluid has made.
-  subroutine couple(self)
+  !> Takes the load on the flexible wings where they are.
+  subroutine look(self)
     class(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%look(self%fluid, self%wings)
-    if (self%output%integrals_due) call self%series%write_bending(self%wings, self%coupler)
+    call self%timers%stop(self%t_wings)
+  end subroutine look
+
+  !> Takes the flexible wings over the step that the fluid has made.
+  subroutine bend(self)
+    class(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_wings)
     call self%coupler%advance(self%fluid%dt, self%wings, self%failure)
     call self%timers%stop(self%t_wings)
     self%cannot_bend = self%failure%failed
-  end subroutine couple
+  end subroutine bend
 
   !> Closes files, prints where the time went, releases everything. Collective.
   subroutine simulation_finish(self)
@@ -224,8 +228,11 @@ contains
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
-    if (self%output%integrals_due) call self%series%write_integrals(self%fluid, self%failure, self%wings)
-    call self%output%write(self%fluid, self%failure, self%wings)
+    if (self%output%integrals_due) then
+      call self%series%write_integrals(self%fluid, self%failure, self%wings)
+      if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
+    end if
+    call self%output%write(self%fluid, self%failure, self%wings, self%coupler)
     call self%timers%stop(self%t_output)
   end subroutine write_all
 

@@ -60,6 +60,7 @@ module fsi_coupler
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
+    procedure :: point_loads => coupler_point_loads
     procedure :: free => coupler_free
   end type coupler_t
 
@@ -253,6 +254,16 @@ contains
     real(rp) :: force(3)
     force = sum(self%wings(i)%load%force, 2)
   end function coupler_surface_load
+
+  !> The load of the last look on wing i in space: force (3, n) on its points, rho L^4/T^2, and p_above - p_below (m)
+  !> of its triangles, rho L^2/T^2; above is where z of the wing frame points.
+  subroutine coupler_point_loads(self, i, force, jump)
+    class(coupler_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(out) :: force(:, :), jump(:)
+    force = self%wings(i)%load%force
+    jump = self%wings(i)%load%jump
+  end subroutine coupler_point_loads
 
   !> Releases everything.
   subroutine coupler_free(self)
