@@ -61,6 +61,7 @@ module fsi_coupler
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
     procedure :: point_loads => coupler_point_loads
+    procedure :: newton_iterations => coupler_newton_iterations
     procedure :: free => coupler_free
   end type coupler_t
 
@@ -264,6 +265,17 @@ contains
     force = self%wings(i)%load%force
     jump = self%wings(i)%load%jump
   end subroutine coupler_point_loads
+
+  !> Newton iterations, and with them factorisations, of the last step of the wing that took most. Collective.
+  integer function coupler_newton_iterations(self) result(n)
+    class(coupler_t), intent(in) :: self
+    integer :: i
+    n = 0
+    do i = 1, size(self%wings)
+      if (self%wings(i)%owner == self%world%rank) n = max(n, self%wings(i)%report%iterations)
+    end do
+    n = self%world%max_integer(n)
+  end function coupler_newton_iterations
 
   !> Releases everything.
   subroutine coupler_free(self)
