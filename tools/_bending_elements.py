@@ -63,7 +63,7 @@ class Turns:
         self.positions, self.nodes, self.k, self.k3 = positions, nodes, k, k3
         self.cosine, self.sine = np.cos(angles), np.sin(angles)
         self.bent, self.triangles, self.normal = angles != 0, triangles, normal
-        corners = triangles.reshape(len(nodes), -1)
+        corners = triangles.reshape(len(nodes), 12)
         self.local = np.concatenate([nodes, corners], 1)
         n = self.local.shape[1]
         self.pairs = np.stack([np.repeat(self.local, n, 1), np.tile(self.local, (1, n))], 2).reshape(-1, 2)
