@@ -73,7 +73,7 @@ contains
     type(world_t), intent(in), optional :: world
     type(registry_t) :: registry
     call register_all_keys(registry)
-    call settings%config%load_text(text, name, registry, errors, notices, flusi_compat)
+    call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
     call read_fluid_params(settings%config, settings%fluid, errors)
