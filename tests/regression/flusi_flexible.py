@@ -66,13 +66,27 @@ def test_rigid_limit(case):
 
 
 def test_restart(case):
-    """17 steps, restart, 7 steps are 24 steps to the last digit, on two ranks."""
-    whole = fly(case.sub("whole"), ranks=2)
-    parts = fly(case.sub("parts"), ranks=2, Time={"nt": 17})
-    parts.write("run.ini", FLIGHT)
-    parts.run("run.ini", "--restart", ranks=2)
-    for name in ("forces.t", "bending_left.t", "bending_right.t", "wing_right.t"):
-        check(whole.series(name).lines == parts.series(name).lines, f"{name} is the same to the last digit")
+    """17 steps, restart, 7 steps are 24 steps to the last digit, on two ranks; fewer with the other couplings."""
+    strong = {"coupling": "strong", "load": "pressure_viscous"}
+    for coupling, steps, first in (({}, 24, 17), ({"coupling": "extrapolated"}, 12, 7), (strong, 12, 7)):
+        setup = {"Flexible_wing": coupling, "Saving": {"tintegral": 8e-3}}
+        name = coupling.get("coupling", "weak")
+        whole = fly(case.sub(name), ranks=2, Time={"nt": steps}, **setup)
+        parts = fly(case.sub(f"{name}_parts"), ranks=2, Time={"nt": first}, **setup)
+        parts.write("run.ini", merged(FLIGHT, {"Time": {"nt": steps}, **setup}))
+        parts.run("run.ini", "--restart", ranks=2)
+        for series in ("forces.t", "bending_left.t", "bending_right.t", "wing_right.t"):
+            check(whole.series(series).lines == parts.series(series).lines, f"{name}, {series}: the last digit")
+
+
+def test_trials_are_steps(case):
+    """A step that begins with the last trial of the strong coupling is the same as one that repeats it."""
+    strong = {"Time": {"nt": 8}, "Flexible_wing": {"coupling": "strong"}}
+    each = fly(case.sub("each"), **strong)
+    other = fly(case.sub("other"), Saving={"tintegral": 8e-3}, **strong)
+    for name in ("forces.t", "bending_left.t", "wing_right.t"):
+        check(set(other.series(name).lines) <= set(each.series(name).lines), f"{name} is the same to the last digit")
+        check(len(other.series(name).lines) < len(each.series(name).lines), "with fewer records")
 
 
 def test_ranks(case):
