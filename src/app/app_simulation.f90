@@ -81,8 +81,8 @@ contains
     call self%timers%start(self%t_start)
     call self%stop_rules%init(settings%output)
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
-    call self%fluid%init(world, settings%fluid, settings%output%needs_fields(), self%failure, &
-                         settings%needs_pressure())
+    call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
+                         settings%needs_trials())
     if (settings%fluid%moving) allocate (self%wings)
     if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (settings%flexible) then
@@ -131,7 +131,7 @@ contains
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
         call self%output%look_ahead(fluid, .false., request)
-        if (allocated(self%coupler)) request%pressure = .true.
+        if (allocated(self%coupler)) call self%coupler%add_request(request)
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
@@ -176,7 +176,7 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
     call self%output%look_ahead(self%fluid, .true., request)
-    if (allocated(self%coupler)) request%pressure = .true.
+    if (allocated(self%coupler)) call self%coupler%add_request(request)
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
@@ -197,9 +197,10 @@ contains
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
-    call self%coupler%advance(self%fluid%dt, self%wings, self%failure)
+    call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid)
     call self%timers%stop(self%t_wings)
-    self%cannot_bend = self%failure%failed
+    self%blown_up = self%fluid%rhs%failure%failed
+    self%cannot_bend = self%failure%failed .and. .not. self%blown_up
   end subroutine bend
 
   !> Closes files, prints where the time went, releases everything. Collective.
