@@ -31,6 +31,7 @@ class Stiffness:
     joints: dict = field(default_factory=dict)  # name: [N m/rad]; the others bend as their vein
     # What a usual model does not know:
     E_gradient: float = 0.0           # E exp(g (x/R - 1/2)), x from the root, R the wing's length
+    E_wave: tuple = ()                # (vein, a, length [m]): E (1 + a sin(2 pi s/length)), s from the vein's beginning
     joint_hardening: float = 0.0      # [1/rad^2] M = k Theta (1 + h Theta^2) in the joints
     damage: tuple = ()                # (x, y, radius, factor) [m]: all stiffness in a disc
     root_compliance: tuple = (0.0, 0.0)  # [rad/(N m)] of the clamp: flapping about y, twisting about x
@@ -100,17 +101,27 @@ class Model:
         ends = np.array(ends, int).reshape(-1, 2)
         return Springs(self.positions, ends, np.array(k) * self.damaged(self.positions[ends].mean(1)))
 
+    def young(self, vein, node):
+        """E [Pa] of a vein at one of its points."""
+        s, x = self.stiffness, self.wing.points[node, 0]
+        young = s.E * s.veins.get(vein, 1.0)
+        if s.E_gradient:
+            young *= np.exp(s.E_gradient * ((x - self.root_x) / self.span - 0.5))
+        if s.E_wave and s.E_wave[0] == vein:
+            nodes = self.wing.veins[vein][0]
+            steps = np.linalg.norm(np.diff(self.wing.points[nodes[:nodes.index(node) + 1]], axis=0), axis=1)
+            young *= 1 + s.E_wave[1] * np.sin(2 * pi * steps.sum() / s.E_wave[2])
+        return young
+
     def hinge_stiffness(self, hinge, with_joint=True):
         """[N m/rad] 1/(sum of l/(2 E I)) over both halves, or that of the joint."""
         s = self.stiffness
         if with_joint and hinge.joint in s.joints and s.joints[hinge.joint] >= 0:
             return s.joints[hinge.joint]
-        bends, at = 0.0, self.positions[hinge.nodes[1]]
+        bends = 0.0
         for vein, length, diameter in hinge.halves:
             moment = pi / 64 * self.mean_diameter**4 * (diameter / self.mean_diameter)**s.diameter_exponent
-            young = s.E * s.veins.get(vein, 1.0) * np.exp(
-                s.E_gradient * ((at[0] - self.root_x) / self.span - 0.5) if self.span > 0 else 0.0)
-            bends += length / (young * moment)
+            bends += length / (self.young(vein, hinge.nodes[1]) * moment)
         return (s.root if hinge.at_root else 1.0) / bends
 
     def _turns(self, hinges, edges):
@@ -179,6 +190,21 @@ class Model:
     def zeros(self):
         return np.zeros((self.n_nodes, 3))
 
+    def weights(self, gravity, vein_density, membrane_mass):
+        """Forces (nodes, 3) [N] of the weight under gravity(3) [m/s^2]: veins as conical pieces, half to each end by
+        their volume on that side, and a membrane of constant thickness."""
+        mass = np.zeros(self.n_nodes)
+        for nodes, diameters in self.wing.veins.values():
+            length = np.linalg.norm(np.diff(self.wing.points[nodes], axis=0), axis=1)
+            d = np.asarray(diameters)
+            middle = (d[:-1] + d[1:]) / 2
+            for near, ends in ((d[:-1], nodes[:-1]), (d[1:], nodes[1:])):
+                piece = vein_density * pi / 12 * (near**2 + near * middle + middle**2) * length / 2
+                np.add.at(mass, ends, piece)
+        share = self.plate.area / (3 * self.plate.area.sum()) * membrane_mass
+        np.add.at(mass, self.triangles.ravel(), np.repeat(share, 3))
+        return mass[:, None] * np.asarray(gravity, float)
+
     def point_load(self, place, force):
         """Forces (nodes, 3) [N] of a force(3) at (x, y) [m] of the unloaded wing."""
         loads = self.zeros()
@@ -216,5 +242,8 @@ def check_stiffness(wing, s):
         raise InputError(f"poisson = {s.poisson}: must be between -1 and 1")
     if len(s.damage) not in (0, 4) or (len(s.damage) == 4 and not (s.damage[2] > 0 and s.damage[3] > 0)):
         raise InputError("damage is x y radius factor, with a positive radius and factor")
+    if len(s.E_wave) not in (0, 3) or (s.E_wave and not (s.E_wave[0] in wing.veins and abs(s.E_wave[1]) < 1
+                                                         and s.E_wave[2] > 0)):
+        raise InputError("E_wave is a vein of the wing, an amplitude below 1 and a positive length")
     if len(s.root_compliance) != 2 or min(s.root_compliance) < 0:
         raise InputError("root_compliance is two numbers, neither negative")

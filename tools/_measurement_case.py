@@ -21,6 +21,9 @@ class Hidden:
     drift: float = 0.0               # relative change of all stiffness from one scan to the next, in their order
     drift_veins: float = 0.0         # the same of the veins' E alone
     creep: tuple = (0.0, 1.0)        # (a, tau [s]): stiffness over 1 + a log10(1 + hold/tau)
+    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] bends the unloaded wing too
+    vein_density: float = 1300.0     # [kg/m^3] for the weight
+    membrane_mass: float = 81.475e-9  # [kg]
     load_shift: tuple = (0.0, 0.0)   # [m] common to all points of application
     height_scale: float = 1.0        # of the profilometer
     map_shift: tuple = (0.0, 0.0)    # [m] of all height maps
@@ -115,7 +118,7 @@ def convert(item, value, name):
         return float(value)
     if kind is tuple and isinstance(value, list):
         size = len(item.default)
-        if name.endswith(("shift", "tilt", "creep", "compliance")) and len(value) != size:
+        if name.endswith(("shift", "tilt", "creep", "compliance", "gravity")) and len(value) != size:
             raise InputError(f"{name}: needs {size} numbers")
         return tuple(tuple(v) if isinstance(v, list) else v for v in value)
     if kind in (int, bool, str, dict, list) and type(value) is kind:

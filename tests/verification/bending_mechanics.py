@@ -166,6 +166,38 @@ class Beams(unittest.TestCase):
         self.assertAlmostEqual(u[2, 2] / (LENGTH * np.sin(angle)), 1, delta=1e-4)
 
 
+class Weights(unittest.TestCase):
+    def test_total(self):
+        """The weight of the wing is that of its frustums and its membrane, and acts at their common centre."""
+        wing = read_wing(SMALL)
+        model = Model(refine(wing), Stiffness())
+        force = model.weights((0, 0, -9.81), 1300.0, 81.475e-9)
+        self.assertAlmostEqual(force[:, 2].sum() / (-9.81 * (wing.vein_mass() + 81.475e-9)), 1, delta=1e-12)
+        fine = Model(refine(model.wing), Stiffness()).weights((0, 0, -9.81), 1300.0, 81.475e-9)
+        self.assertAlmostEqual(fine[:, 2].sum() / force[:, 2].sum(), 1, delta=1e-12)
+
+    def test_beam(self):
+        """A light beam under its weight: q L^4/(8 EI), by the trapezoidal rules of the hinges and of the masses, whose
+        errors are of the second order."""
+        errors = []
+        for n in (8, 16):
+            model = Model(chain(n), Stiffness())
+            load = model.weights((0, 0, 1e-2), 1300.0, 0.0)
+            u, _ = LoadingPath(model).solve(load)
+            line = 1300.0 * pi / 4 * WIDTH**2 * 1e-2
+            errors.append(abs(u[n, 2] / (line * LENGTH**4 / (8 * EI)) - 1))
+        self.assertLess(errors[1], 0.01)
+        self.assertAlmostEqual(np.log2(errors[0] / errors[1]), 2, delta=0.1)
+
+    def test_wave(self):
+        """E (1 + a sin(2 pi s/length)) of one vein: at a quarter and three quarters of a wave the factors are 1 + a
+        and 1 - a, at the half 1."""
+        model = Model(chain(12), Stiffness(E_wave=("v", 0.4, LENGTH)))
+        np.testing.assert_allclose([model.young("v", k) / YOUNG for k in (3, 6, 9)], [1.4, 1, 0.6], rtol=1e-12)
+        k = model.turns.k / Model(chain(12), Stiffness()).turns.k
+        np.testing.assert_allclose([k[2], k[5], k[8]], [1.4, 1, 0.6], rtol=1e-12)
+
+
 class Plates(unittest.TestCase):
     def test_quadratic_shapes(self):
         """Morley's triangles hold every constant curvature exactly, on any mesh; the sums over edges do so for

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from dataclasses import fields
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[3]
@@ -17,7 +18,8 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from _bending_mesh import locate  # noqa: E402
-from _measurement_case import read_case  # noqa: E402
+from _bending_model import Stiffness  # noqa: E402
+from _measurement_case import Case, Hidden, Protocol, read_case  # noqa: E402
 from _measurement_noise import HeightErrors, Noise, Streams  # noqa: E402
 from _measurement_scan import grid_lines, scan  # noqa: E402
 from _measurement_synthesis import Bench, synthesise  # noqa: E402
@@ -226,6 +228,22 @@ class Experiments(WithFolder):
         self.assertIn("not JSON", self.run_tool("broken.json", "-o", "m.h5", code=2).stderr)
 
 
+class Documentation(WithFolder):
+    text = (SOURCE / "docs/synthetic-measurements.md").read_text()
+
+    def test_example(self):
+        data = json.loads(re.search("```json\n(.*?)```", self.text, re.S).group(1))
+        data["wing"] = str(WING)
+        case = self.case(data)
+        self.assertEqual(len(Bench(case).loads()), 15)
+
+    def test_keys(self):
+        """Every key is named."""
+        for kind in (Case, Stiffness, Protocol, Noise, Hidden):
+            for item in fields(kind):
+                self.assertIn(f"`{item.name}`", self.text.replace("` ", "` ").replace("**", ""), item.name)
+
+
 class Independence(unittest.TestCase):
     def test_imports(self):
         """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
@@ -233,9 +251,8 @@ class Independence(unittest.TestCase):
         own = {"_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model", "_bending_statics",
                "_measurement_case", "_measurement_file", "_measurement_noise", "_measurement_scan",
                "_measurement_synthesis"}
-        allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} | set(sys.stdlib_module_names
-                                                                                   if hasattr(sys, "stdlib_module_names")
-                                                                                   else ())
+        allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
+            | set(getattr(sys, "stdlib_module_names", ()))
         for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement"]:
             text = path.read_text()
             found = set()
@@ -250,8 +267,8 @@ class Independence(unittest.TestCase):
             self.assertNotRegex(text, r"msm_train|os\.system|popen", path)
         for path in TOOLS.glob("*.py"):
             if path.stem not in own:
-                self.assertNotRegex(path.read_text(), r"import _bending|from _bending|_measurement_(synthesis|scan|noise)",
-                                    path)
+                text = path.read_text()
+                self.assertNotRegex(text, r"(import|from) _(bending|measurement_(synthesis|scan|noise))", path)
         for path in (SOURCE / "src").rglob("*.f90"):
             self.assertFalse(re.search("make_measurement|_bending_model", path.read_text()), path)
 
