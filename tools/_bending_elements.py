@@ -68,20 +68,20 @@ class Turns:
         n = self.local.shape[1]
         self.pairs = np.stack([np.repeat(self.local, n, 1), np.tile(self.local, (1, n))], 2).reshape(-1, 2)
 
-    def _law(self, e, f, n):
-        """Energies; e, f are the segments, n the unit normal, or nothing for straight hinges."""
+    def _law(self, which, e, f, n):
+        """Energies of some hinges; e, f are the segments, n the unit normal, or nothing for straight hinges."""
         te, tf = unit(e), unit(f)
         if n is not None:
-            c, s = self._c, self._s
+            c, s = self.cosine[which], self.sine[which]
             side, along = cross(n, te), dot(n, te)
             te = [te[k] * c + side[k] * s + along * n[k] * (1 - c) for k in range(3)]
         w = [tf[k] - te[k] for k in range(3)]
         square = squared_angle(dot(w, w) * 0.25)
-        return square * (0.5 * self._k) + square * square * (0.25 * self._k3)
+        return square * (0.5 * self.k[which]) + square * square * (0.25 * self.k3[which])
 
     def _groups(self, u):
         """Straight hinges, hinges with a normal carried by triangles, hinges with a fixed normal: which, their
-        segments and their areas."""
+        segments, and their areas if these matter."""
         x = self.positions + u[:len(self.positions)]
         e, f = x[self.nodes[:, 1]] - x[self.nodes[:, 0]], x[self.nodes[:, 2]] - x[self.nodes[:, 1]]
         has = self.bent & (self.triangles[:, 0, 0] != self.triangles[:, 0, 1])
@@ -89,21 +89,19 @@ class Turns:
         area = np.cross(b - a, c - a).sum(1)
         for chosen, carried in ((~self.bent, False), (has, True), (self.bent & ~has, False)):
             which = np.flatnonzero(chosen)
-            if not len(which):
-                continue
-            self._c, self._s, self._k, self._k3 = (q[which] for q in (self.cosine, self.sine, self.k, self.k3))
-            yield which, e[which], f[which], area[which] if carried else None, bool(self.bent[which[0]])
+            if len(which):
+                yield which, e[which], f[which], area[which] if carried else None
 
-    def _normal(self, area, bent):
+    def _normal(self, which, area):
         if area is not None:
             return unit(area)
-        return [np.full(len(self._c), q) for q in self.normal] if bent else None
+        return [np.full(len(which), q) for q in self.normal] if self.bent[which[0]] else None
 
     def energy(self, u):
         total = 0.0
-        for _, e, f, area, bent in self._groups(u):
-            total = total + self._law(list(e.T), list(f.T), self._normal(None if area is None else list(area.T), bent)
-                                      ).sum()
+        for which, e, f, area in self._groups(u):
+            normal = self._normal(which, None if area is None else list(area.T))
+            total = total + self._law(which, list(e.T), list(f.T), normal).sum()
         return total
 
     def derivatives(self, u, with_hessian=True):
@@ -112,9 +110,9 @@ class Turns:
         g = np.zeros((count, n, 3), u.dtype)
         h = np.zeros((count, n, 3, n, 3), u.dtype) if with_hessian else None
         x = (self.positions + u[:len(self.positions)])[self.triangles]  # (hinges, 4, 3 corners, 3)
-        for which, e, f, area, bent in self._groups(u):
+        for which, e, f, area in self._groups(u):
             jets = variables(np.concatenate([e, f] + ([] if area is None else [area]), 1), with_hessian)
-            out = self._law(jets[:3], jets[3:6], self._normal(None if area is None else jets[6:], bent))
+            out = self._law(which, jets[:3], jets[3:6], self._normal(which, None if area is None else jets[6:]))
             m = len(which)
             basis = np.zeros((m, out.g.shape[1], n, 3), u.dtype)  # d(e, f, A)/d(local nodes)
             for k in range(3):
@@ -147,16 +145,6 @@ class Turns:
     def hessian(self, u):
         _, h = self.derivatives(u)
         return h.transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
-
-    def angles(self, u):
-        """The turning angles [rad]."""
-        k, k3, result = self.k, self.k3, np.zeros(len(self.nodes))
-        for which, e, f, area, bent in self._groups(u):
-            self._k, self._k3 = np.full(len(which), 2.0), np.zeros(len(which))
-            result[which] = np.sqrt(self._law(list(e.T), list(f.T), self._normal(None if area is None else
-                                                                                 list(area.T), bent)))
-        self.k, self.k3 = k, k3
-        return result
 
 
 def _cross_matrix(v):

@@ -19,6 +19,7 @@ import numpy as np  # noqa: E402
 
 from _bending_mesh import locate  # noqa: E402
 from _bending_model import Stiffness  # noqa: E402
+from _flusi_io import InputError  # noqa: E402
 from _measurement_case import Case, Hidden, Protocol, read_case  # noqa: E402
 from _measurement_noise import HeightErrors, Noise, Streams  # noqa: E402
 from _measurement_scan import grid_lines, scan  # noqa: E402
@@ -209,11 +210,8 @@ class Experiments(WithFolder):
     def test_mistakes(self):
         """A mistake is told in a sentence, with the key."""
         def refused(pattern, data, *changes):
-            (self.folder / "case.json").write_text(json.dumps(data))
-            done = self.run_tool("case.json", "-o", "m.h5", *[w for c in changes for w in ("--set", c)], code=2)
-            self.assertRegex(done.stderr, "^make_measurement: .*" + pattern)
-            self.assertEqual(done.stderr.count("\n"), 1)
-            self.assertFalse((self.folder / "m.h5").exists())
+            with self.assertRaisesRegex(InputError, pattern):
+                synthesise(self.case(data, *changes))
 
         refused("noise.hight: unknown; did you mean height", BUSY, "noise.hight=1")
         refused("wing: required", {"loads": [[0, 0, 1]]})
@@ -223,9 +221,15 @@ class Experiments(WithFolder):
         refused("noise.missing", BUSY, "noise.missing=2")
         refused("declared.hight: unknown", BUSY, "declared.hight=1")
         refused("sd of the heights", {**BUSY, "declared": {}}, "noise.height=0", "noise.correlated=0")
+        refused("noise: must be a section", BUSY, "noise=3")
+        refused("stiffness.damage.*no number", BUSY, 'stiffness.damage=["x", 0, 0, 1]')
+        refused("protocol.levels.*no number", BUSY, 'protocol.levels=["x"]')
+        refused("stiffness.joints.*no number", BUSY, 'stiffness.joints={"C_Sc": "soft"}')
         refused("none.h5: not a readable wing", BUSY, 'wing="none.h5"')
         (self.folder / "broken.json").write_text("{")
-        self.assertIn("not JSON", self.run_tool("broken.json", "-o", "m.h5", code=2).stderr)
+        done = self.run_tool("broken.json", "-o", "m.h5", code=2)
+        self.assertRegex(done.stderr, "^make_measurement: broken.json: not JSON.*\n$")
+        self.assertFalse((self.folder / "m.h5").exists())
 
 
 class Documentation(WithFolder):
