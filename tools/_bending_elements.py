@@ -57,16 +57,25 @@ class Springs:
 class Turns:
     """Hinges: k Theta^2/2 + k3 Theta^4/4 with the angle Theta between the second segment and its rest direction. That
     is the first segment turned by the rest angle about the membrane's normal, the direction of the summed areas of
-    `triangles` (hinges, 4, 3), padded with empty ones; if there are none the normal is fixed."""
+    `triangles` (hinges, 4, 3), padded with empty ones; if there are none the normal is fixed. `is_flat` is False if the
+    wing is not: then the turned segment is also raised toward the normal by the difference of elevation at rest."""
 
-    def __init__(self, positions, nodes, angles, triangles, normal, k, k3):
+    def __init__(self, positions, nodes, angles, triangles, normal, k, k3, is_flat=True):
         self.positions, self.nodes, self.k, self.k3 = positions, nodes, k, k3
-        self.cosine, self.sine = np.cos(angles), np.sin(angles)
+        self.cosine, self.sine, self.raised = np.cos(angles), np.sin(angles), None
         self.bent, self.triangles, self.normal = angles != 0, triangles, normal
         corners = triangles.reshape(len(nodes), 12)
         self.local = np.concatenate([nodes, corners], 1)
         n = self.local.shape[1]
         self.pairs = np.stack([np.repeat(self.local, n, 1), np.tile(self.local, (1, n))], 2).reshape(-1, 2)
+        if not is_flat:
+            self.bent, self.raised = np.ones(len(nodes), bool), np.zeros(len(nodes))
+            for which, e, f, area in self._groups(np.zeros(positions.shape)):
+                te, tf = unit(list(e.T)), unit(list(f.T))
+                n = self._normal(which, None if area is None else list(area.T))
+                angle = np.arctan2(dot(n, cross(te, tf)), dot(te, tf) - dot(n, te) * dot(n, tf))
+                self.cosine[which], self.sine[which] = np.cos(angle), np.sin(angle)
+                self.raised[which] = np.arcsin(dot(n, tf)) - np.arcsin(dot(n, te))
 
     def _law(self, which, e, f, n):
         """Energies of some hinges; e, f are the segments, n the unit normal, or nothing for straight hinges."""
@@ -75,6 +84,10 @@ class Turns:
             c, s = self.cosine[which], self.sine[which]
             side, along = cross(n, te), dot(n, te)
             te = [te[k] * c + side[k] * s + along * n[k] * (1 - c) for k in range(3)]
+        if self.raised is not None:
+            along = dot(n, te)
+            up = unit([n[k] - along * te[k] for k in range(3)])
+            te = [te[k] * np.cos(self.raised[which]) + up[k] * np.sin(self.raised[which]) for k in range(3)]
         w = [tf[k] - te[k] for k in range(3)]
         square = squared_angle(dot(w, w) * 0.25)
         return square * (0.5 * self.k[which]) + square * square * (0.25 * self.k3[which])

@@ -142,18 +142,19 @@ class Bench:
         except NoEquilibrium as error:
             raise NoEquilibrium(f"load {load.name}: {error}") from None
         moved = float((force * u).sum() / np.linalg.norm(load.true_vector))
-        return self.wing.points + u[:model.n_points], moved, report, turn
+        return model.wing.points + u[:model.n_points], moved, report, turn
 
     def weight(self, model):
         hidden = self.case.hidden
         return model.weights(hidden.gravity, hidden.vein_density, hidden.membrane_mass)
 
     def rest(self):
-        """Positions of the points of the wing without a load: as in the wing file, or bent by its weight."""
-        if not any(self.case.hidden.gravity):
-            return self.wing.points
+        """Positions of the points of the wing without a load: as in the wing file, with its camber, bent by its
+        weight."""
         model = self.model()
-        return self.wing.points + rest_on_clamp(model, Path(model), self.weight(model))[0][:model.n_points]
+        if not any(self.case.hidden.gravity):
+            return model.wing.points
+        return model.wing.points + rest_on_clamp(model, Path(model), self.weight(model))[0][:model.n_points]
 
 
 def soft_name(k):

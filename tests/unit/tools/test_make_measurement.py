@@ -28,7 +28,7 @@ from _wing_file import read_wing  # noqa: E402
 
 WING = SOURCE / "wings/calliphora_small.h5"
 # One light load on the stiff front; everything that can go wrong does.
-BUSY = {"wing": str(WING), "loads": [[0.00405, 0.00066, 1e-3]], "spacing": 2e-4,
+BUSY = {"wing": str(WING), "loads": [[0.00405, 0.00066, 1e-3]], "spacing": 2e-4, "stiffness": {"plate": "edges"},
         "protocol": {"levels": [1, -1], "random_order": True},
         "noise": {"height": 8e-6, "correlated": 6e-6, "tilt": 1e-3, "piston": 5e-6, "missing": 0.2, "outliers": 0.02,
                   "force": 1e-5, "force_gain": 0.02, "position": 5e-5, "shift": 1e-5, "reference_scans": 4},
@@ -174,6 +174,20 @@ class Experiments(WithFolder):
         self.assertAlmostEqual(ratio, 1, delta=2e-3)
         self.assertGreater(np.nanmax(soft["loads"][0]["z"]) / np.nanmax(plain["loads"][0]["z"]), 1.05)
 
+    def test_camber(self):
+        """The unloaded wing is scanned with its camber: z0 at the grid points up to the error of straight triangles,
+        h^2/8 times its curvature."""
+        content, _ = synthesise(self.case({**BUSY, "noise": {"height": 0.0}, "hidden": {}, "protocol": {},
+                                           "declared": {"height": 1e-6}, "stiffness": {"camber": [2e-4, 0, 0]}}))
+        wing = read_wing(WING)
+        low, chord = wing.points[:, 1].min(), np.ptp(wing.points[:, 1])
+        y = (content["y"] - low) / chord
+        want = np.broadcast_to((2e-4 * 4 * y * (1 - y))[:, None], content["z"].shape)
+        seen = np.isfinite(content["z"])
+        self.assertGreater(seen.sum(), 400)
+        longest = np.linalg.norm(np.diff(wing.points[wing.edges()[0]], axis=1), axis=2).max()
+        self.assertLess(np.abs(content["z"] - want)[seen].max(), longest**2 / 8 * 8 * 2e-4 / chord**2)
+
     def test_soft_place(self):
         """A hidden hinge in a vein softens; its stiffness on the wing file's mesh is told."""
         base = {**BUSY, "noise": {}, "hidden": {"soft_places": [["C", 0.3, 2e-6]]}, "protocol": {}}
@@ -252,7 +266,7 @@ class Independence(unittest.TestCase):
     def test_imports(self):
         """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
         the solver, and nothing of the fitter imports it."""
-        own = {"_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model", "_bending_statics",
+        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model", "_bending_statics",
                "_measurement_case", "_measurement_writer", "_measurement_noise", "_measurement_scan",
                "_measurement_synthesis"}
         allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
