@@ -8,6 +8,7 @@ program test_coupling_limits
   use fluid_solver, only: fluid_t
   use fsi_added_mass, only: added_mass_ratio
   use fsi_coupler, only: coupler_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
+  use fsi_coupling_history, only: coupling_history_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_flight_params, only: flight_params_t
   use fsi_pressure_load, only: pressure_load_t
@@ -28,6 +29,7 @@ program test_coupling_limits
   call translation()
   call stability()
   call rectangle()
+  call steps()
   call friction()
   call t%finish()
 
@@ -209,6 +211,20 @@ contains
     call t%check_close('added mass of a rectangle', added_mass_ratio(points, triangles, masses, DENSITY), &
                        DENSITY*PI/4*CHORD/LAYER, rtol=1.0e-12_rp)
   end subroutine rectangle
+
+  !> A load that is linear in time is extrapolated exactly over steps of different length, and kept in the first.
+  subroutine steps()
+    type(coupling_history_t) :: history
+    real(rp) :: load(3, 2, 1), later(3, 2, 1)
+    call history%init(2, 1)
+    load = 5
+    call history%extrapolate(0.1_rp, load, later)
+    call t%check('the first step has nothing to extrapolate', all(abs(later - 5) <= 0))
+    history%force = load
+    call history%keep(0.1_rp, later)
+    call history%extrapolate(0.3_rp, load + 2*0.1_rp, later)
+    call t%check_below('a linear load over steps of different length', maxval(abs(later - (5 + 2*0.4_rp))), 1.0e-14_rp)
+  end subroutine steps
 
   !> A flow that moves with the turning wing as far as the faces of the sheet and is linear beyond, differently on
   !> both sides. The delta function is exact on what is linear.
