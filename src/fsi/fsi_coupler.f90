@@ -58,6 +58,7 @@ module fsi_coupler
   contains
     procedure :: needs_fields => params_needs_fields
     procedure :: needs_trials => params_needs_trials
+    procedure :: stability_limit => params_stability_limit
   end type coupler_params_t
 
   !> What the sub-iterations of the strong coupling did.
@@ -82,7 +83,8 @@ module fsi_coupler
     type(world_t), private :: world
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
-    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n_all, wings) [N]
+    !> (3, n_all, wings) [N] along the wing frames
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
     procedure :: init => coupler_init
     procedure :: look => coupler_look
@@ -110,6 +112,22 @@ contains
     class(coupler_params_t), intent(in) :: self
     needs = self%coupling == COUPLING_STRONG
   end function params_needs_trials
+
+  !> Largest s = (dt/C_eta) rho t/(mass per area of the wing) that is certainly stable, t the thickness of the sheet.
+  !> The fluid in the mask pulls a point of the wing with rho t/C_eta per velocity; under that alone BDF2 moves it
+  !> by z^n with 3 z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z + 1/2 - s
+  !> = 0 if it is extrapolated: |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
+  pure real(rp) function params_stability_limit(self) result(limit)
+    class(coupler_params_t), intent(in) :: self
+    select case (self%coupling)
+    case (COUPLING_WEAK)
+      limit = 4
+    case (COUPLING_EXTRAPOLATED)
+      limit = 4.0_rp/3
+    case default
+      limit = huge(limit)
+    end select
+  end function params_stability_limit
 
   !> Wings at rest in their frames, unloaded, at time `time` [T]. `wings` becomes deformable. Collective.
   subroutine coupler_init(self, world, params, grid, block, time, wings)
