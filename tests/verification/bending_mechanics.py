@@ -171,10 +171,14 @@ class Weights(unittest.TestCase):
         """The weight of the wing is that of its frustums and its membrane, and acts at their common centre."""
         wing = read_wing(SMALL)
         model = Model(refine(wing), Stiffness())
-        force = model.weights((0, 0, -9.81), 1300.0, 81.475e-9)
-        self.assertAlmostEqual(force[:, 2].sum() / (-9.81 * (wing.vein_mass() + 81.475e-9)), 1, delta=1e-12)
-        fine = Model(refine(model.wing), Stiffness()).weights((0, 0, -9.81), 1300.0, 81.475e-9)
+        force = model.weights((0, 0, -9.81), 1300.0, 3e-3)
+        weight = -9.81 * (wing.vein_mass() + 3e-3 * wing.areas().sum())
+        self.assertAlmostEqual(force[:, 2].sum() / weight, 1, delta=1e-12)
+        fine = Model(refine(model.wing), Stiffness()).weights((0, 0, -9.81), 1300.0, 3e-3)
         self.assertAlmostEqual(fine[:, 2].sum() / force[:, 2].sum(), 1, delta=1e-12)
+        finer = refine(model.wing).points
+        centre, other = force[:model.n_points, 2] @ model.wing.points, fine[:len(finer), 2] @ finer
+        np.testing.assert_allclose(other, centre, rtol=0, atol=1e-12 * np.abs(centre).max())
 
     def test_beam(self):
         """A light beam under its weight: q L^4/(8 EI), by the trapezoidal rules of the hinges and of the masses, whose

@@ -266,8 +266,8 @@ class Independence(unittest.TestCase):
     def test_imports(self):
         """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
         the solver, and nothing of the fitter imports it."""
-        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model", "_bending_statics",
-               "_measurement_case", "_measurement_writer", "_measurement_noise", "_measurement_scan",
+        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model",
+               "_bending_statics", "_measurement_case", "_measurement_writer", "_measurement_noise", "_measurement_scan",
                "_measurement_synthesis"}
         allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
             | set(getattr(sys, "stdlib_module_names", ()))
