@@ -16,6 +16,7 @@ sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
 from scipy.integrate import solve_bvp  # noqa: E402
 
+from _bending_jets import Jet, squared_angle  # noqa: E402
 from _bending_mesh import locate, plan_hinges, refine  # noqa: E402
 from _bending_model import Model, Stiffness  # noqa: E402
 from _bending_statics import Path as LoadingPath  # noqa: E402
@@ -92,6 +93,16 @@ class Derivatives(unittest.TestCase):
         np.add.at(total, turns.local.ravel(), found.reshape(-1, 3))
         np.add.at(want, turns.local.ravel(), shifted.imag.reshape(-1, 3) / 1e-30)
         self.assertLess(np.abs(total - want).max(), 1e-11 * np.abs(want).max())
+
+    def test_angle(self):
+        """(2 asin sqrt s)^2 and its derivatives: series and closed form agree where one takes over, up to the
+        cancellation in the closed form, eps/s of the second derivative."""
+        s = np.array([0.999e-3, 1.001e-3])
+        jet = squared_angle(Jet(s, np.ones((2, 1)), np.zeros((2, 1, 1))))
+        a, r = np.arcsin(np.sqrt(s)), s * (1 - s)
+        np.testing.assert_allclose(jet.v, 4 * a**2, rtol=1e-14)
+        np.testing.assert_allclose(jet.g[:, 0], 4 * a / np.sqrt(r), rtol=1e-14)
+        np.testing.assert_allclose(jet.h[:, 0, 0], 2 / r - 2 * a * (1 - 2 * s) / r**1.5, rtol=2e-12)
 
     def test_rotation(self):
         model = Model(read_wing(SMALL), Stiffness(plate="edges"))

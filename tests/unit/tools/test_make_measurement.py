@@ -99,6 +99,13 @@ class Errors(unittest.TestCase):
             lost = (errors.missing(k, known) & known).sum() / known.sum()
             self.assertTrue(0.25 <= lost < 0.25 + np.pi * 5**2 / known.sum(), lost)  # one disc more at most
 
+    def test_streams(self):
+        """Errors of different kinds, scans and seeds have nothing to do with each other."""
+        draws = [Streams(seed)(name, scan).standard_normal(4000) for seed in (1, 2) for name in ("height", "tilt")
+                 for scan in (0, 1)]
+        products = np.corrcoef(draws) - np.eye(len(draws))
+        self.assertLess(np.abs(products).max(), 4.5 / np.sqrt(4000))
+
     def test_tilt(self):
         errors = HeightErrors(Noise(tilt=1e-3, piston=5e-6, shift=2e-5), self.x, self.y, Streams(6))
         n = 2000
@@ -267,8 +274,8 @@ class Independence(unittest.TestCase):
         """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
         the solver, and nothing of the fitter imports it."""
         own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model",
-               "_bending_statics", "_measurement_case", "_measurement_writer", "_measurement_noise", "_measurement_scan",
-               "_measurement_synthesis"}
+               "_bending_statics", "_measurement_case", "_measurement_noise", "_measurement_scan",
+               "_measurement_synthesis", "_measurement_writer"}
         allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
             | set(getattr(sys, "stdlib_module_names", ()))
         for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement"]:
