@@ -174,6 +174,8 @@ class Experiments(WithFolder):
         more, _ = synthesise(self.case({**base, "loads": [[0.00405, 0.00066, 1.2e-3]]}))
         gained, _ = synthesise(self.case({**base, "hidden": {"force_gain": 1.1, "force_offset": 1e-4}}))
         self.assertLess(np.nanmax(np.abs(more["loads"][0]["z"] - gained["loads"][0]["z"])), 1e-12)
+        s = Bench(self.case({**base, "stiffness": {"joints": {"C_Sc": 1e-6}}})).model(0.9, 0.5).stiffness
+        np.testing.assert_allclose([s.D, s.E, s.joints["C_Sc"]], [0.9 * 2e-7, 0.45 * 12.58e9, 0.9e-6], rtol=1e-14)
         # Softer by 1 - 0.1: the change against the straight ratio is that of the springs, far below a per cent.
         soft, _ = synthesise(self.case({**base, "hidden": {"creep": [0.1 / 0.9, 10 / 9]}}))  # 1 + a log10(10)
         less, _ = synthesise(self.case({**base, "loads": [[0.00405, 0.00066, 1e-3 / 0.9]]}))
