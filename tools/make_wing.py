@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes wing files: a blowfly wing with its veins, or a rectangular plate with spars.
+"""Makes wing files: a blowfly wing with its veins, a rectangular plate with spars, a strip for two-dimensional flows.
 
 usage: make_wing.py calliphora FILE [--edge MM]
        make_wing.py plate FILE [--length MM] [--chord MM] [--edge MM] [--spars N] [--diameters ROOT TIP]
+       make_wing.py strip FILE [--length MM] [--width MM] [--cells N] [--diameter UM]
 
 The same command gives the same numbers to the last bit on every machine. The wings in the folder wings are made
 by tools/make_wings. The blowfly wing is described in tools/_wing_calliphora.py.
@@ -79,6 +80,25 @@ def make_plate(length, chord, edge, spars, diameters):
                             [number(0, j) for j in range(rows + 1)], "Rectangular plate with spars"))
 
 
+def make_strip(length, width, cells, diameter):
+    """Filament for a two-dimensional flow: rectangle 0 <= x <= length, |y| <= width/2 [mm], the mirror image of
+    itself about y = 0, `cells` long and two wide. Mass, load and stiffness per width are the same
+    for its three spars along x: those at the sides have half the moment of area of the middle one, whose diameter
+    [um] is given."""
+    if not (length > 0 and width > 0 and diameter > 0 and cells >= 2):
+        raise InputError("--length, --width and --diameter must be positive, and --cells at least 2")
+    points = [(length * i / cells, width * (j / 2 - 0.5), 0.0) for i in range(cells + 1) for j in range(3)]
+    triangles = []
+    for i in range(cells):
+        a, b = 3 * i, 3 * i + 3
+        triangles += [(a, b, b + 1), (a, b + 1, a + 1), (a + 1, b + 1, a + 2), (b + 1, b + 2, a + 2)]
+    veins = {}
+    for j, share in enumerate((0.5, 1.0, 0.5)):
+        veins[f"spar{j + 1}"] = ([3 * i + j for i in range(cells + 1)], [1e-6 * diameter * share**0.25] * (cells + 1))
+    return sorted_wing(Wing(np.array(points) * MM, np.array(triangles), veins, {}, [0, 1, 2],
+                            "Strip for two-dimensional flows"))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     kinds = parser.add_subparsers(dest="kind", required=True)
@@ -91,12 +111,19 @@ def main():
     plate.add_argument("--spars", type=int, default=3, metavar="N")
     plate.add_argument("--diameters", type=float, nargs=2, default=(100.0, 40.0), metavar=("ROOT", "TIP"),
                        help="of the spars [um]")
-    for kind in (fly, plate):
+    strip = kinds.add_parser("strip", help="a filament for two-dimensional flows")
+    strip.add_argument("--length", type=float, default=1000.0, metavar="MM")
+    strip.add_argument("--width", type=float, default=1000.0, metavar="MM", help="one unit of length of the run")
+    strip.add_argument("--cells", type=int, default=48, metavar="N", help="along the length")
+    strip.add_argument("--diameter", type=float, default=1.0e5, metavar="UM", help="of the middle spar")
+    for kind in (fly, plate, strip):
         kind.add_argument("file", metavar="FILE", help="wing file to write")
     options = parser.parse_args()
     try:
         if options.kind == "calliphora":
             wing = make_calliphora(options.edge)
+        elif options.kind == "strip":
+            wing = make_strip(options.length, options.width, options.cells, options.diameter)
         else:
             wing = make_plate(options.length, options.chord, options.edge, options.spars, options.diameters)
         write_wing(options.file, wing)

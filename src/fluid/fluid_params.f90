@@ -233,8 +233,6 @@ contains
       call c%complain(errors, 'Penalization', 'iMoving', 'contradicts iMask: the wings of Insect always move (with '// &
                         'FlappingMotion none they are at rest), other bodies never do')
     end if
-    if (p%moving .and. p%grid%is_2d) &
-      call c%complain(errors, 'Penalization', 'iMask', 'wings need a three-dimensional box')
     if (any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .and. p%size <= 0) &
       call c%complain(errors, 'Geometry', 'Size', 'the body needs a size above 0')
     if (p%mask == 'couette' .and. p%r2 <= p%r1) &

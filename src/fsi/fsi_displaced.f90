@@ -18,16 +18,21 @@ module fsi_displaced
 contains
 
   !> Volumes v (n) [L^3] of the points of a sheet of thickness t [L]. Triangles have one orientation, every
-  !> free edge belongs to one triangle. Allocates.
-  subroutine displaced_volumes(points, triangles, thickness, volumes)
+  !> free edge belongs to one triangle. With `is_section` they are those of a strip along y in a two-dimensional
+  !> flow, which sees its section: t along the sheet and the round ends, but neither sides nor corners. Allocates.
+  subroutine displaced_volumes(points, triangles, thickness, volumes, is_section)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
     real(rp), intent(in) :: thickness
     real(rp), allocatable, intent(out) :: volumes(:)
+    logical, intent(in), optional :: is_section
     real(rp), allocatable :: normals(:, :), in(:, :), out(:, :)
     real(rp) :: normal(3), edge(3)
     integer, allocatable :: free(:, :)
+    logical :: is_strip
     integer :: i, k
+    is_strip = .false.
+    if (present(is_section)) is_strip = is_section
     allocate (volumes(size(points, 2)), source=0.0_rp)
     allocate (normals(3, size(points, 2)), in(3, size(points, 2)), out(3, size(points, 2)), source=0.0_rp)
     do i = 1, size(triangles, 2)
@@ -43,13 +48,14 @@ contains
     do i = 1, size(free, 2)
       associate (a => free(1, i), b => free(2, i))
         edge = points(:, b) - points(:, a)
+        if (is_strip) edge = [0.0_rp, edge(2), 0.0_rp]
         volumes(a) = volumes(a) + PI*thickness**2/16*norm2(edge)
         volumes(b) = volumes(b) + PI*thickness**2/16*norm2(edge)
         out(:, a) = edge
         in(:, b) = edge
       end associate
     end do
-    do i = 1, size(points, 2)
+    do i = 1, merge(0, size(points, 2), is_strip)
       if (norm2(in(:, i)) <= 0 .or. norm2(out(:, i)) <= 0) cycle
       volumes(i) = volumes(i) + thickness**3/12*atan2(dot_product(cross(in(:, i), out(:, i)), normals(:, i))/ &
                                                       norm2(normals(:, i)), dot_product(in(:, i), out(:, i)))

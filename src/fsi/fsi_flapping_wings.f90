@@ -67,7 +67,7 @@ contains
     do i = 1, size(params%wings)
       associate (wing => params%wings(i))
         call self%surfaces(i)%init(wing%points, wing%triangles, wing%color)
-        call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes)
+     call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes, grid%is_2d)
       end associate
     end do
   end subroutine wings_init

@@ -13,7 +13,9 @@ module fsi_flight_checks
   public :: check_place, check_room, largest_extent
 
   character(*), parameter :: SECTION = 'Insects'
+  character(*), parameter :: TWO_D = 'is 1, a two-dimensional flow, which sees the section of the wings at x = 0: '
   integer, parameter :: LOOKS = 64 !< in one beat
+  real(rp), parameter :: ROUNDING = 1.0e-9_rp
 
 contains
 
@@ -43,8 +45,9 @@ contains
     margin = 2*(flight%half_thickness + flight%smoothing)
     do i = 1, size(flight%wings)
       if (size(flight%wings(i)%points) == 0) cycle ! its shape could not be read, which has been reported
+      if (grid%is_2d) call check_section(config, flight, flight%wings(i), t_end, errors)
       extent = largest_extent(flight, flight%wings(i), t_end) + margin
-      do axis = 1, 3
+      do axis = merge(2, 1, grid%is_2d), 3
         if (extent(axis) <= grid%length(axis)) cycle
         call config%complain(errors, 'Geometry', BOX(axis), 'is too small: with its thickness the '// &
                              trim(flight%wings(i)%side)//' wing extends over '//number_text(extent(axis))// &
@@ -53,20 +56,59 @@ contains
     end do
   end subroutine check_room
 
+  !> Complains if the wing is no strip that a two-dimensional flow can see as a section: one unit wide along x, from
+  !> which everything is per unit depth, with its chord along x at all times.
+  subroutine check_section(config, flight, wing, t_end, errors)
+    type(config_t), intent(in) :: config
+    type(flight_params_t), intent(in) :: flight
+    type(flapping_wing_t), intent(in) :: wing
+    real(rp), intent(in) :: t_end
+    type(message_list_t), intent(inout) :: errors
+    type(wing_pose_t) :: pose
+    real(rp) :: width, lean, reach, x(2)
+    integer :: i
+    width = maxval(wing%points(2, :)) - minval(wing%points(2, :))
+    if (abs(width - 1) > ROUNDING .or. any(abs(wing%points(3, :)) > ROUNDING)) then
+      call config%complain(errors, 'Resolution', 'nx', TWO_D//'a wing is a flat strip 1 L wide; this one is '// &
+                           number_text(width)//' L wide')
+      return
+    end if
+    lean = 0
+    do i = 0, LOOKS
+      call pose_wing(flight%body, wing%mount, wing%motion, duration(wing, t_end)*i/LOOKS, pose)
+      lean = max(lean, 1 - abs(pose%matrix(2, 1)))
+    end do
+    reach = flight%half_thickness + flight%smoothing
+    x = pose%hinge(1) + sign(1.0_rp, pose%matrix(2, 1))*[minval(wing%points(2, :)), maxval(wing%points(2, :))]
+    if (lean > ROUNDING) then
+      call config%complain(errors, 'Resolution', 'nx', TWO_D//'the chord of a wing lies along x at all times')
+    else if (maxval(x) < reach .or. minval(x) > -reach) then
+      call config%complain(errors, SECTION, 'x0', 'puts the wing between x = '//number_text(minval(x))//' and '// &
+                           number_text(maxval(x))//' L; in a two-dimensional flow it reaches at least from '// &
+                           number_text(-reach)//' to '//number_text(reach))
+    end if
+  end subroutine check_section
+
+  !> Time of the ramp and one beat, as far as the run goes, T.
+  pure real(rp) function duration(wing, t_end)
+    type(flapping_wing_t), intent(in) :: wing
+    real(rp), intent(in) :: t_end
+    duration = min(t_end, wing%motion%ramp + 1/wing%motion%frequency)
+  end function duration
+
   !> Largest extents of the points of a wing along x, y and z, L, over the time of its ramp and one beat, as far as
   !> the run goes.
   function largest_extent(flight, wing, t_end) result(extent)
     type(flight_params_t), intent(in) :: flight
     type(flapping_wing_t), intent(in) :: wing
     real(rp), intent(in) :: t_end
-    real(rp) :: extent(3), duration
+    real(rp) :: extent(3)
     type(wing_pose_t) :: pose
     real(rp), allocatable :: placed(:, :)
     integer :: i
     extent = 0
-    duration = min(t_end, wing%motion%ramp + 1/wing%motion%frequency)
     do i = 0, LOOKS
-      call pose_wing(flight%body, wing%mount, wing%motion, duration*i/LOOKS, pose)
+      call pose_wing(flight%body, wing%mount, wing%motion, duration(wing, t_end)*i/LOOKS, pose)
       placed = matmul(transpose(pose%matrix), wing%points)
       extent = max(extent, maxval(placed, 2) - minval(placed, 2))
     end do

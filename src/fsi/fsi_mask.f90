@@ -76,7 +76,8 @@ module fsi_mask
 
 contains
 
-  !> Prepares drawing on `block` of `grid`. Not for two-dimensional boxes.
+  !> Prepares drawing on `block` of `grid`. In a two-dimensional box the section of the wings in the plane x = 0 is
+  !> drawn.
   subroutine mask_init(self, grid, block, half_thickness, smoothing)
     class(mask_t), intent(inout) :: self
     type(grid_t), intent(in) :: grid
@@ -84,7 +85,6 @@ contains
     real(rp), intent(in) :: half_thickness !< t/2 [length]
     real(rp), intent(in) :: smoothing      !< h [length], half the width of the step
     integer :: nx, n_lines
-    call require(.not. grid%is_2d, 'mask_t: wings need a three-dimensional box')
     call require(half_thickness >= smoothing .and. smoothing > 0, 'mask_t: 0 < smoothing <= half-thickness is needed')
     call require(block%count(1) == grid%n(1), 'mask_t: lines must be whole')
     self%grid = grid

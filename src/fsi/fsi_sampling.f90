@@ -25,14 +25,15 @@ module fsi_sampling
 
 contains
 
-  !> Prepares sampling of fields on this rank's `block` of `grid`, which owns whole lines in x.
+  !> Prepares sampling of fields on this rank's `block` of `grid`, which owns whole lines in x. In a two-dimensional
+  !> box the place along x does not matter: the weights, whose sum is 1, all fall on the one point.
   subroutine sampler_init(self, world, grid, block)
     class(sampler_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     type(block_t), intent(in) :: block
     call require(block%count(1) == grid%n(1), 'sampler_t: lines must be whole')
-    call require(all(grid%n >= 4), 'sampler_t: the function needs four points in each direction')
+ call require(all(grid%n >= 4 .or. grid%n == 1), 'sampler_t: the function needs four points, or one, in each direction')
     self%world = world
     self%grid = grid
     self%block = block

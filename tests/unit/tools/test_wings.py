@@ -19,7 +19,7 @@ sys.path.insert(0, str(TOOLS))
 from _triangulate import Triangulation, in_circle  # noqa: E402
 from _wing_file import Wing, read_wing  # noqa: E402
 from _wing_shape import read_shape, section  # noqa: E402
-from make_wing import make_calliphora, make_plate  # noqa: E402
+from make_wing import make_calliphora, make_plate, make_strip  # noqa: E402
 
 READER = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
 
@@ -56,7 +56,7 @@ class Shipped(InFolder):
         subprocess.run([TOOLS / "make_wings", str(self.folder)], check=True, capture_output=True,
                        env={"PATH": "/usr/bin:/bin", "PYTHON": sys.executable})
         names = sorted(path.name for path in self.folder.iterdir())
-        self.assertEqual(names, ["calliphora.h5", "calliphora_small.h5", "plate.h5"])
+        self.assertEqual(names, ["calliphora.h5", "calliphora_small.h5", "filament.h5", "plate.h5"])
         for name in names:
             new, old = contents(self.folder / name), contents(SOURCE / "wings" / name)
             self.assertEqual(sorted(map(str, new)), sorted(map(str, old)))
@@ -124,6 +124,32 @@ class Plate(InFolder):
             if k < 2:
                 self.assert_read(path)
             self.assertTrue((read_wing(path).areas() > 0).all())
+
+
+class Strip(InFolder):
+    def test_is_its_own_mirror_image(self):
+        wing = make_strip(2000, 1000, 5, 1e5)
+        self.assertEqual(len(wing.points), 18)
+        self.assertTrue((wing.areas() > 0).all())
+        mirror = wing.points * (1, -1, 1)
+        number = [int(np.flatnonzero((np.abs(wing.points - p) < 1e-12).all(1))[0]) for p in mirror]
+        cells = {tuple(sorted(t)) for t in wing.triangles.tolist()}
+        self.assertEqual(cells, {tuple(sorted(number[i] for i in t)) for t in wing.triangles.tolist()})
+
+    def test_every_spar_carries_its_part_of_the_width(self):
+        wing = make_strip(1000, 1000, 6, 1e5)
+        load = np.bincount(wing.triangles.ravel(), np.repeat(wing.areas() / 3, 3))
+        fourth = {name: np.array(d)**4 for name, (_, d) in wing.veins.items()}
+        self.assertAlmostEqual(fourth["spar1"][0] / fourth["spar2"][0], 0.5, delta=1e-12)
+        for name in ("spar1", "spar3"):  # but for the ends, where a diagonal leaves more to one of two
+            np.testing.assert_allclose(load[wing.veins[name][0][1:-1]], 0.5 * load[wing.veins["spar2"][0][1:-1]])
+
+    def test_is_read(self):
+        path = self.folder / "strip.h5"
+        self.assertEqual(run_tool("make_wing.py", "strip", path, "--cells", "8").returncode, 0)
+        self.assert_read(path)
+        run = run_tool("make_wing.py", "strip", path, "--cells", "1")
+        self.assertIn("at least 2", str(run.returncode) + run.stderr)
 
 
 class Triangulations(unittest.TestCase):
