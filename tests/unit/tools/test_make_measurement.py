@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """tools/make_measurement: errors have the declared statistics, seeds reproduce, mistakes are explained, and no code is
-shared with the solver or with what fits measurements."""
+shared with the solver or with what fits measurements.
+
+usage: test_make_measurement.py <test_measurements> [tests]
+"""
 import ast
 import json
 import re
@@ -225,6 +228,11 @@ class Experiments(WithFolder):
                 heights[name] = file["loads/P01_L2/z"][:]
                 self.assertEqual(file["reference/z"].shape, (file["reference/y"].size, file["reference/x"].size))
                 self.assertEqual(list(file["loads/P01_L2"].attrs["direction"]), [0, 0, -1])
+        if READER:  # that of what fits measurements
+            done = subprocess.run([READER, WING, *[self.folder / f"{name}.h5" for name in "acd"]], capture_output=True,
+                                  text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertEqual(done.stdout.count("P01_L2:  1.0000E-03 N at  4.0500E-03  6.6000E-04 m"), 3, done.stdout)
         known = np.isfinite(heights["a"])
         same = heights["a"][known] == heights["d"][known]
         self.assertAlmostEqual(1 - same.mean(), 0.02, delta=4 * np.sqrt(0.02 / known.sum()))
@@ -301,4 +309,5 @@ class Independence(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    READER = str(Path(sys.argv.pop(1)).resolve()) if sys.argv[1:] and Path(sys.argv[1]).is_file() else ""
     unittest.main()
