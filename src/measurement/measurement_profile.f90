@@ -57,6 +57,8 @@ contains
     best = report%p
     least = report%chi2 + report%prior_chi2
     others%is_fixed(i) = .true.
+    is_lower_found = .false.
+    is_upper_found = .false.
     do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
       interval%best = best(i)
       call find_end(-1, interval%lower, interval%has_lower, is_lower_found, found_better)
