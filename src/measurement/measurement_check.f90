@@ -15,8 +15,8 @@ module measurement_check
 
   real(rp), parameter :: MOST_SCALE = 100       !< extent of the grid over that of the wing, or the reverse
   real(rp), parameter :: MOST_DEFORMATION = 2   !< of the wing's length
-  !> [Pa] Young's modulus that a force and a deformation may mean. A wing's veins at E of 0.1 to 100 GPa seem to have E/25
-  !> to E, so that a factor of 1000 is always noticed for usual E.
+  !> [Pa] Young's modulus that a force and a deformation may mean. Veins at E of 0.1 to 100 GPa seem to have
+  !> E/25 to E, so that a factor of 1000 is noticed for usual E.
   real(rp), parameter :: SOFTEST = 2.0e6_rp, STIFFEST = 3.0e11_rp
 
 contains

@@ -91,8 +91,8 @@ contains
     is_feasible = self%is_solved .and. .not. any(self%violation > 0)
   end function evaluation_is_feasible
 
-  !> What load l adds to sums over loads, for callers that need no residuals: the mean squared difference of heights [m^2],
-  !> of which h^2 of Truong et al. is the sum, and the sum of squares over the declared variances.
+  !> What load l adds to sums over loads, for callers that need no residuals: the mean squared difference of
+  !> heights [m^2], of which h^2 of Truong et al. is the sum, and the sum of squares over the declared variances.
   pure function evaluation_terms(self, experiment, l) result(terms)
     class(evaluation_t), intent(in) :: self
     type(experiment_t), intent(in) :: experiment
@@ -104,9 +104,9 @@ contains
     end associate
   end function evaluation_terms
 
-  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which must be
-  !> a shape under the same load reached without snaps, and always the result. `evaluation` was made by its `init`,
-  !> which says whether derivatives are wanted. Allocates nothing but what the static solver does.
+  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which
+  !> must be a shape under the same load reached without snaps, and always the result. `evaluation` was made by
+  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing.
   subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Readings of the displacement and the rotation of the tip of a cantilever, computed from the theory of slender beams,
-!> w = F L^3/(3 E I) and w' = F L^2/(2 E I), with an unknown offset in the displacements: the fit finds E and the offset.
+!> w = F L^3/(3 E I) and w' = F L^2/(2 E I), with an unknown offset in the displacements: the fit finds E and the
+!> offset.
 program test_measurement_beam
   use base_constants, only: PI
   use base_errors, only: failure_t, message_list_t
