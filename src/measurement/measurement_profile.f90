@@ -15,7 +15,7 @@ module measurement_profile
   real(rp), parameter, public :: THRESHOLD_90 = 2.705543454095404_rp !< 90 % of chi^2 with one degree of freedom
   integer, parameter :: MOST_REFITS = 25
   real(rp), parameter :: ACCURACY = 0.01_rp     !< of the root of the threshold
-  real(rp), parameter :: RESOLUTION = 1.0e-3_rp !< of the threshold, to which the sums of squares of refits are minimised
+  real(rp), parameter :: RESOLUTION = 1.0e-3_rp !< of the threshold, left in the sums of squares of refits
 
   !> What can be said about one unknown.
   type :: interval_t
