@@ -149,7 +149,7 @@ def table(root):
     for name, ratio in found.items():
         if name.startswith("pendulum") and name[9:].isdigit():
             theory = added_mass(4 / int(name[9:]))
-            print(f"{name:14s} period {ratio:.4f} of that in a vacuum (which is {vacuum:.4f}); added mass {theory:.4f}, "
+            print(f"{name:14s} period {ratio:.4f}, in a vacuum {vacuum:.4f}; added mass {theory:.4f}, "
                   f"difference {100 * (ratio / vacuum / theory - 1):+.2f} %")
     print(json.dumps({name: value if isinstance(value, float) else {k: round(v, 5) for k, v in value.items()}
                       for name, value in found.items()}))
