@@ -9,7 +9,7 @@ program identifiability
   use base_kinds, only: rp
   use bench_places, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
-  use solid_lapack, only: singular_values, symmetric_eigen
+  use base_lapack, only: singular_values, symmetric_eigen
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, parameter_t, default_params

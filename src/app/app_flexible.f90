@@ -6,7 +6,8 @@ module app_flexible
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use fsi_coupler, only: coupler_params_t
+  use fsi_added_mass, only: added_mass_ratio
+  use fsi_coupler, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
   use fsi_flight_params, only: flight_params_t
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -30,12 +31,25 @@ contains
                            'flexible: the wing of [Wing], which the flow bends')
     call registry%add_switch(F, 'use_flexible_wing_model', .false., 'FLUSI''s name for [Insects] wings = flexible', &
                              computed='as [Insects] wings says')
-  call registry%add_length(F, 'load_distance', 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface '// &
-                             'at which the pressure on both sides is taken', unit='L', above=0.0_rp)
+    call registry%add_length(F, 'load_distance', 't_wing + wing_smoothing + max(dx)', &
+                             'distance from the mid surface at which the flow on both sides is looked at', unit='L', &
+                             above=0.0_rp)
+    call registry%add_word(F, 'load', 'pressure', 'pressure|pressure_viscous', &
+                           'what bends the wings: the pressure on both sides, or the viscous traction as well')
+    call registry%add_word(F, 'coupling', 'weak', 'weak|extrapolated|strong', &
+                          'load under which the wings make a step: that at its beginning, extrapolated to its end, '// &
+                           'or found at its end by sub-iterations')
+    call registry%add_real(F, 'coupling_tolerance', 1.0e-3_rp, &
+                           'strong: the load may change by so much of itself in the last sub-iteration', &
+                           above=0.0_rp)
+    call registry%add_integer(F, 'coupling_iterations', 20, &
+                              'strong: the run stops if so many evaluations of the flow in a step are not enough', &
+                              min=1)
     call registry%add_real(F, 'T_release', 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
     call registry%add_real(F, 'largest_deflection', 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
                            above=0.0_rp)
-   call registry%add_reals(F, 'gravity', ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', length=3)
+    call registry%add_reals(F, 'gravity', ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', &
+                            length=3)
     call register_wing_keys(registry, required=.false.)
     call register_damping_keys(registry)
   end subroutine register_flexible_keys
@@ -118,7 +132,22 @@ contains
     params%membrane = 0
     if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
     params%units = units
+    params%added_mass = added_mass_ratio(setup%wing%points, setup%wing%triangles, setup%mass%nodal, &
+                                         units%mass/units%length**3)
     params%gravity = config%get_reals(F, 'gravity')
+    params%friction = config%get_word(F, 'load') == 'pressure_viscous'
+    params%tolerance = config%get_real(F, 'coupling_tolerance')
+    params%iterations = config%get_integer(F, 'coupling_iterations')
+    select case (config%get_word(F, 'coupling'))
+    case ('extrapolated')
+      params%coupling = COUPLING_EXTRAPOLATED
+    case ('strong')
+      params%coupling = COUPLING_STRONG
+    end select
+    if (params%coupling /= COUPLING_STRONG .and. (config%is_given(F, 'coupling_tolerance') .or. &
+                                                  config%is_given(F, 'coupling_iterations'))) &
+      call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations are of no effect without '// &
+                       'coupling = strong')
     params%release = config%get_real(F, 'T_release')
     if (params%release >= t_end) &
       call notices%add('[Flexible_wing] T_release is not before Tmax: the wings are rigid during the whole run')

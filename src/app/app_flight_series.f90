@@ -8,6 +8,7 @@ module app_flight_series
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: swap_flusi_wing
   use fsi_wing_loads, only: wing_loads_t
+  use fsi_wing_shape, only: section_t, wing_shape_t
   use io_series, only: series_t
   use parallel_world, only: world_t
   use solid_inertia, only: momenta_t
@@ -16,11 +17,14 @@ module app_flight_series
   public :: flight_series_t
 
   character(*), parameter :: XYZ = 'xyz'
+  real(rp), parameter :: SPAN(3) = [0.25_rp, 0.5_rp, 0.75_rp] !< where shapes are measured, in wing lengths
 
   type :: flight_series_t
     private
     type(series_t) :: kinematics, power
     type(series_t), allocatable :: wing(:), bending(:)
+    type(wing_shape_t), allocatable :: shapes(:) !< of flexible wings
+    type(wing_loads_t), allocatable :: loads(:)  !< of the last record
   contains
     procedure :: open => series_open
     procedure :: write => series_write
@@ -43,9 +47,12 @@ contains
     integer :: i
     call open_one(self%kinematics, 'kinematics.t', kinematics_columns())
     call open_one(self%power, 'aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P])
-    allocate (self%wing(size(wings%params%wings)))
-    if (flexible) allocate (self%bending(size(wings%params%wings)))
+    allocate (self%wing(size(wings%params%wings)), self%loads(size(wings%params%wings)))
+    if (flexible) allocate (self%bending(size(wings%params%wings)), self%shapes(size(wings%params%wings)))
     do i = 1, size(self%wing)
+      associate (wing => wings%params%wings(i))
+        if (flexible) call self%shapes(i)%init(wing%points, wing%triangles, SPAN, wing%mount%dorsal_sign())
+      end associate
      if (flexible) call open_one(self%bending(i), 'bending_'//trim(wings%params%wings(i)%side)//'.t', bending_columns())
       call open_one(self%wing(i), 'wing_'//trim(wings%params%wings(i)%side)//'.t', wing_columns())
     end do
@@ -95,35 +102,55 @@ contains
   end function wing_columns
 
   function bending_columns() result(columns)
-    character(40) :: columns(12)
+    character(40) :: columns(30)
+    character(9) :: place
     integer :: c
     columns(1) = 'time [T]'
     do c = 1, 3
+      write (place, '(a,i0,a)') ' at ', nint(100*SPAN(c)), ' %'
+      columns(10 + 3*c) = 'trailing edge'//trim(place)//' [L]'
+      columns(11 + 3*c) = 'twist'//trim(place)//' [rad]'
+      columns(12 + 3*c) = 'camber'//trim(place)//' [chord]'
       columns(1 + c) = 'tip u'//XYZ(c:c)//', wing frame [L]'
       columns(7 + c) = 'F'//XYZ(c:c)//' of the pressure [rho L^4/T^2]'
     end do
     columns(5:7) = [character(40) :: 'largest |u| [L]', 'elastic energy [rho L^5/T^2]', &
                     'kinetic, in the frame [rho L^5/T^2]']
     columns(11:12) = [character(40) :: 'elastic energy [J]', 'tip |u| [m]']
+    columns(22:26) = [character(40) :: 'kinetic energy, in space [rho L^5/T^2]', 'power of the hinge [rho L^5/T^3]', &
+                      'power of the load [rho L^5/T^3]', 'damping power [rho L^5/T^3]', 'energy imbalance [rho L^5/T^2]']
+    do c = 1, 3
+      columns(26 + c) = 'F'//XYZ(c:c)//' pressure - penalty [rho L^4/T^2]'
+    end do
+    columns(30) = 'power pressure - penalty [rho L^5/T^3]'
   end function bending_columns
 
-  !> One record of the bending of every wing and of the force that bends it.
+  !> One record of the bending of every wing, of the load that bends it and of its energy; `write` must have been
+  !> called for the same time.
   subroutine series_write_bending(self, wings, coupler)
     class(flight_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(in) :: coupler
     type(momenta_t) :: m
-    real(rp) :: joule
-    integer :: i, tip
+    type(wing_loads_t) :: l
+    type(section_t) :: sections(size(SPAN))
+    real(rp) :: joule, watt
+    integer :: i, c, tip
     associate (u => coupler%params%units)
       joule = u%mass*u%length**2/u%time**2
+      watt = joule/u%time
       do i = 1, size(self%bending)
         m = coupler%measure(i)
-        associate (bent => wings%deformation(i)%u)
+        l = self%loads(i)
+        associate (bent => wings%deformation(i)%u, e => coupler%energies(i), load => coupler%loads(i))
+          call self%shapes(i)%measure(bent, sections)
           tip = maxloc(wings%params%wings(i)%points(1, :), 1)
           call self%bending(i)%write([wings%time, bent(:, tip), sqrt(maxval(sum(bent**2, 1))), m%elastic/joule, &
                                       m%relative_kinetic/joule, coupler%surface_load(i), m%elastic, &
-                                      norm2(bent(:, tip))*u%length])
+                                      norm2(bent(:, tip))*u%length, &
+                                      (sections(c)%trailing, sections(c)%twist, sections(c)%camber, c=1, size(SPAN)), &
+                                      e%kinetic/joule, e%hinge_power/watt, e%load_power/watt, e%damping_power/watt, &
+                                      e%imbalance()/joule, load%force - l%force, load%power - l%power])
         end associate
       end do
     end associate
@@ -136,6 +163,7 @@ contains
     type(wing_loads_t), intent(in) :: loads(:)
     real(rp) :: angles(3, 2), omega(3, 2), omega_rate(3, 2)
     integer :: i, side
+    self%loads = loads
     angles = 0
     omega = 0
     omega_rate = 0

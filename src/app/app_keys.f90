@@ -8,6 +8,7 @@ module app_keys
   use base_kinds, only: rp
   use fluid_keys, only: register_fluid_keys
   use fsi_flight_params, only: register_flight_keys
+  use io_include, only: register_include
   use io_registry, only: registry_t
   implicit none
   private
@@ -18,6 +19,7 @@ contains
   !> Fills `registry` with every key that `flusi` accepts.
   subroutine register_all_keys(registry)
     type(registry_t), intent(inout) :: registry
+    call register_include(registry)
     call register_units(registry)
     call register_fluid_keys(registry)
     call register_saving(registry)

@@ -19,9 +19,9 @@ module app_memory
 contains
 
   !> The largest need of any of `ranks` ranks.
-  function estimate_memory(p, keeps_fields, keeps_pressure, ranks) result(m)
+  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, ranks) result(m)
     type(fluid_params_t), intent(in) :: p
-    logical, intent(in) :: keeps_fields, keeps_pressure
+    logical, intent(in) :: keeps_fields, keeps_pressure, keeps_rhs
     integer, intent(in) :: ranks
     type(memory_t) :: m
     type(sticks_t) :: s
@@ -50,6 +50,7 @@ contains
     if (keeps_fields) m%running = m%running + 8*points*6
     if (keeps_fields .or. keeps_pressure) m%running = m%running + 8*points ! scratch to write one field
     if (keeps_pressure) m%running = m%running + 16*sticks*s%nkz + 8*points
+    if (keeps_rhs) m%running = m%running + 16*sticks*s%nkz*3
     ! The initial condition: its untruncated spectrum (three fields and one more) with the buffers of one
     ! field, and the seven physical fields that the first step begins from.
     full = (p%grid%n(1)/2 + 1)*real(p%grid%n(2), rp)*p%grid%n(3)/ranks

@@ -9,6 +9,7 @@ module app_output
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use fluid_timestep, only: is_due
+  use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use io_fields, only: field_meta_t, write_field, write_slice, field_label, finest_naming, PRECISION_SINGLE, &
                        PRECISION_DOUBLE
@@ -86,11 +87,12 @@ contains
   end subroutine output_look_ahead
 
   !> Writes what `look_ahead` found due, from the pass that has run since. Collective.
-  subroutine output_write(self, fluid, failure, wings)
+  subroutine output_write(self, fluid, failure, wings, coupler)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
+    type(coupler_t), intent(in), optional :: coupler !< of flexible wings
     character(:), allocatable :: label
     type(field_meta_t) :: meta
     character(8) :: saved(16) !< prefixes written so far
@@ -127,7 +129,7 @@ contains
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
-        if (present(wings)) call self%wings%write(wings, label, self%note, failure)
+        if (present(wings)) call self%wings%write(wings, label, self%note, failure, coupler)
         if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
                                              meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
       end if

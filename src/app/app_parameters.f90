@@ -56,8 +56,8 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(memory_t) :: m
     character(120) :: text
-    m = estimate_memory(settings%fluid, settings%output%needs_fields(), settings%needs_pressure(), &
-                        world%size)
+    m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), &
+                        settings%needs_trials(), world%size)
     if (m%possible .and. m%largest_buffer <= huge(1)) return
     if (m%possible) then
       write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &

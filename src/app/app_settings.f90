@@ -58,7 +58,9 @@ module app_settings
     type(units_t) :: units
     type(config_t) :: config
   contains
+    procedure :: needs_fields => settings_needs_fields
     procedure :: needs_pressure => settings_needs_pressure
+    procedure :: needs_trials => settings_needs_trials
   end type settings_t
 
 contains
@@ -73,7 +75,7 @@ contains
     type(world_t), intent(in), optional :: world
     type(registry_t) :: registry
     call register_all_keys(registry)
-    call settings%config%load_text(text, name, registry, errors, notices, flusi_compat)
+    call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
     call read_fluid_params(settings%config, settings%fluid, errors)
@@ -214,6 +216,18 @@ contains
     class(output_params_t), intent(in) :: self
     needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices
   end function output_needs_fields
+
+  !> Whether any pass will be asked for velocity or vorticity in physical space.
+  pure logical function settings_needs_fields(self) result(needs)
+    class(settings_t), intent(in) :: self
+    needs = self%output%needs_fields() .or. (self%flexible .and. self%coupler%needs_fields())
+  end function settings_needs_fields
+
+  !> Whether the coupling will make trials of the flow.
+  pure logical function settings_needs_trials(self) result(needs)
+    class(settings_t), intent(in) :: self
+    needs = self%flexible .and. self%coupler%needs_trials()
+  end function settings_needs_trials
 
   !> Whether any pass will be asked for the pressure.
   pure logical function settings_needs_pressure(self) result(needs)

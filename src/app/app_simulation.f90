@@ -53,7 +53,7 @@ module app_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, couple, fail
+    procedure, private :: restart, is_done, write_end, back_up, look, bend, fail
   end type simulation_t
 
 contains
@@ -81,8 +81,8 @@ contains
     call self%timers%start(self%t_start)
     call self%stop_rules%init(settings%output)
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
-    call self%fluid%init(world, settings%fluid, settings%output%needs_fields(), self%failure, &
-                         settings%needs_pressure())
+    call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
+                         settings%needs_trials())
     if (settings%fluid%moving) allocate (self%wings)
     if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (settings%flexible) then
@@ -131,15 +131,16 @@ contains
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
         call self%output%look_ahead(fluid, .false., request)
-        if (allocated(self%coupler)) request%pressure = .true.
+        if (allocated(self%coupler)) call self%coupler%add_request(request)
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
         self%blown_up = self%failure%failed
         if (self%failure%failed) exit
+        if (allocated(self%coupler)) call self%look()
         call write_all(self)
         if (self%failure%failed) exit
-        if (allocated(self%coupler)) call self%couple()
+        if (allocated(self%coupler)) call self%bend()
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
@@ -175,28 +176,32 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
     call self%output%look_ahead(self%fluid, .true., request)
-    if (allocated(self%coupler)) request%pressure = .true.
+    if (allocated(self%coupler)) call self%coupler%add_request(request)
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
+    if (allocated(self%coupler)) call self%look()
     call write_all(self)
-    if (allocated(self%coupler)) then
-      call self%coupler%look(self%fluid, self%wings)
-      call self%series%write_bending(self%wings, self%coupler)
-    end if
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
-  !> Takes the flexible wings over the step that the fluid has made.
-  subroutine couple(self)
+  !> Takes the load on the flexible wings where they are.
+  subroutine look(self)
     class(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%look(self%fluid, self%wings)
-    if (self%output%integrals_due) call self%series%write_bending(self%wings, self%coupler)
-    call self%coupler%advance(self%fluid%dt, self%wings, self%failure)
     call self%timers%stop(self%t_wings)
-    self%cannot_bend = self%failure%failed
-  end subroutine couple
+  end subroutine look
+
+  !> Takes the flexible wings over the step that the fluid has made.
+  subroutine bend(self)
+    class(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_wings)
+    call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid)
+    call self%timers%stop(self%t_wings)
+    self%blown_up = self%fluid%rhs%failure%failed
+    self%cannot_bend = self%failure%failed .and. .not. self%blown_up
+  end subroutine bend
 
   !> Closes files, prints where the time went, releases everything. Collective.
   subroutine simulation_finish(self)
@@ -224,8 +229,11 @@ contains
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
-    if (self%output%integrals_due) call self%series%write_integrals(self%fluid, self%failure, self%wings)
-    call self%output%write(self%fluid, self%failure, self%wings)
+    if (self%output%integrals_due) then
+      call self%series%write_integrals(self%fluid, self%failure, self%wings)
+      if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
+    end if
+    call self%output%write(self%fluid, self%failure, self%wings, self%coupler)
     call self%timers%stop(self%t_output)
   end subroutine write_all
 

@@ -4,6 +4,7 @@ module app_solid_keys
   use app_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
   use base_kinds, only: rp
   use fsi_kinematics_keys, only: register_kinematics_keys
+  use io_include, only: register_include
   use io_registry, only: registry_t
   implicit none
   private
@@ -16,6 +17,7 @@ contains
   !> Fills `registry` with every key that `flusi --solid` accepts.
   subroutine register_solid_keys(registry)
     type(registry_t), intent(inout) :: registry
+    call register_include(registry)
     call register_wing_keys(registry, required=.true.)
     call register_damping_keys(registry)
     call register_motion(registry)

@@ -15,8 +15,8 @@ module app_solid_settings
   use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_motion, only: wing_motion_t
+  use io_shared_text, only: read_text_file
   use io_config, only: config_t
-  use io_ini, only: read_text_file
   use io_registry, only: registry_t
   use solid_dynamics, only: dynamic_options_t
   use solid_inertia, only: inertia_t

@@ -3,6 +3,7 @@
 module app_static_keys
   use app_wing_keys, only: register_wing_keys, PLACE_HELP
   use base_kinds, only: rp
+  use io_include, only: register_include
   use io_registry, only: registry_t
   implicit none
   private
@@ -13,6 +14,7 @@ contains
   !> Fills `registry` with every key that `flusi --static` accepts.
   subroutine register_static_keys(registry)
     type(registry_t), intent(inout) :: registry
+    call register_include(registry)
     call register_wing_keys(registry, required=.true.)
     call register_rest(registry)
   end subroutine register_static_keys

@@ -27,6 +27,10 @@ contains
     call r%add_section('Wing', 'the wing and what it is made of')
    call r%add_text('Wing', 'file', '', 'wing file (docs/wing-format.md); looked for here and then in the folder of '// &
                     'the input file', required=required)
+    call r%add_real('Wing', 'length', 0.0_rp, 'the wing is made so large, with all its lengths and diameters, that its '// &
+                    'largest x is this; 0: as in its file', unit='m', min=0.0_rp)
+    call r%add_real('Wing', 'mean_chord', 0.0_rp, 'then its y are stretched so that its area over its extent along x '// &
+                    'is this; 0: not stretched', unit='m', min=0.0_rp)
     call r%add_word('Wing', 'preset', 'default', 'default|paper', 'paper: with cross-springs, as in Truong et al.')
     call r%add_real('Wing', 'E', 12.58e9_rp, 'Young''s modulus of all veins', unit='Pa', above=0.0_rp)
     call r%add_real('Wing', 'k_e', 1.0e5_rp, 'extension stiffness of every spring', unit='N/m', above=0.0_rp)

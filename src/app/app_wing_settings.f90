@@ -26,6 +26,7 @@ module app_wing_settings
     type(mass_params_t) :: material
     type(mass_t) :: mass
     logical :: has_mass = .false.
+    real(rp) :: scale(2) = 1               !< along x and y of the wing against that in its file
     integer :: tip = 0                     !< the point farthest from the centre of the root
   end type wing_settings_t
 
@@ -60,6 +61,7 @@ contains
       call read_wing(s%path, s%wing, errors)
     end if
     if (errors%count() > n_before) return
+    call scale_wing(config, s)
     call read_material(config, s, errors, notices)
     call read_mass(config, needs_mass, s, errors, notices)
     call s%model%init(s%wing, s%asked, failure)
@@ -73,6 +75,34 @@ contains
     end associate
     found = .true.
   end subroutine load_wing
+
+  !> Gives the wing the size that [Wing] asks for: first similar to that of its file, then stretched along y.
+  subroutine scale_wing(config, s)
+    type(config_t), intent(in) :: config
+    type(wing_settings_t), intent(inout) :: s
+    real(rp) :: length, chord, a(2), b(2), area, stretch
+    integer :: i
+    length = config%get_real('Wing', 'length')
+    chord = config%get_real('Wing', 'mean_chord')
+    associate (points => s%wing%points, triangles => s%wing%triangles)
+      if (length > 0) s%scale = length/maxval(points(1, :))
+      points = s%scale(1)*points
+      do i = 1, size(s%wing%veins)
+        s%wing%veins(i)%diameters = s%scale(1)*s%wing%veins(i)%diameters
+      end do
+      area = 0
+      do i = 1, size(triangles, 2)
+        a = points(:2, triangles(2, i)) - points(:2, triangles(1, i))
+        b = points(:2, triangles(3, i)) - points(:2, triangles(1, i))
+        area = area + (a(1)*b(2) - a(2)*b(1))/2
+      end do
+      if (chord > 0 .and. area > 0) then
+        stretch = chord*(maxval(points(1, :)) - minval(points(1, :)))/area
+        s%scale(2) = stretch*s%scale(2)
+        points(2, :) = stretch*points(2, :)
+      end if
+    end associate
+  end subroutine scale_wing
 
   !> Where the file `name` is: as it stands, or else in the folder of the input file `ini`.
   subroutine find_beside(ini, name, path, problem, world)
@@ -129,6 +159,7 @@ contains
   s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, c%get_word('Mass', 'membrane_law') == 'bilinear')
     s%material%membrane_mass = c%get_real('Mass', 'membrane_mass')
     s%material%areal_density = c%get_real('Mass', 'areal_density')
+    s%material%weights(2:) = s%material%weights(2:)/s%scale ! the law belongs to the unscaled wing
     call lump_mass(s%wing, s%material, s%mass, messages)
     s%has_mass = messages%count() == 0
     do i = 1, messages%count()

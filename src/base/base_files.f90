@@ -8,7 +8,7 @@ module base_files
   implicit none
   private
   public :: file_exists, rename_file, remove_file, empty_file, sync_path, replace_file
-  public :: join_path, folder_of, name_of
+  public :: join_path, folder_of, name_of, real_path
 
   ! fopen and fileno instead of open: open takes a variable argument list, which no portable
   ! Fortran interface can describe.
@@ -44,6 +44,12 @@ module base_files
       import :: c_int
       integer(c_int), value :: descriptor
     end function c_fsync
+
+    type(c_ptr) function c_realpath(path, resolved) bind(C, name='realpath')
+      import :: c_ptr, c_char
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(out) :: resolved(*)
+    end function c_realpath
 
     integer(c_int) function c_fclose(stream) bind(C, name='fclose')
       import :: c_int, c_ptr
@@ -141,4 +147,15 @@ contains
     character(:), allocatable :: name
     name = trim(path(index(path, '/', back=.true.) + 1:))
   end function name_of
+
+  !> The one name of an existing file: absolute, without links and dots; `path` itself if there is no such file.
+  function real_path(path) result(real_name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: real_name
+    integer, parameter :: PATH_MAX = 4096 ! of Linux; realpath writes no more
+    character(PATH_MAX) :: resolved
+    real_name = path
+    if (.not. c_associated(c_realpath(path//c_null_char, resolved))) return
+    real_name = resolved(:index(resolved, c_null_char) - 1)
+  end function real_path
 end module base_files

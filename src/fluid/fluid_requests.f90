@@ -14,5 +14,18 @@ module fluid_requests
     logical :: integrals = .false. !< volume integrals and the largest divergence
     logical :: fields = .false.    !< keep velocity and vorticity in physical space
     logical :: pressure = .false.  !< keep the total pressure's spectrum, and |u|^2/2 in physical space
+    logical :: rhs = .false.       !< keep the right-hand side of an evaluation, for a step that begins there
+  contains
+    procedure :: covers => request_covers
   end type request_t
+
+contains
+
+  !> Whether a pass that did what `self` asks for has done what `other` asks for.
+  pure logical function request_covers(self, other) result(covers)
+    class(request_t), intent(in) :: self
+    type(request_t), intent(in) :: other
+    covers = (self%integrals .or. .not. other%integrals) .and. (self%fields .or. .not. other%fields) .and. &
+             (self%pressure .or. .not. other%pressure) .and. (self%rhs .or. .not. other%rhs)
+  end function request_covers
 end module fluid_requests

@@ -52,6 +52,7 @@ module fluid_rhs
     type(viscous_factor_t) :: full, half         !< exp(-nu k^2 dt) and exp(-nu k^2 dt/2)
     complex(rp), allocatable :: stage_base(:, :, :)  !< RK4 only: u(n)
     complex(rp), allocatable :: pressure(:, :, :)    !< (nkz, sticks, 1) total pressure if requested
+    complex(rp), allocatable :: kept(:, :, :)        !< (nkz, sticks, 3) N of an evaluation that kept it
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
     real(rp), allocatable :: kinetic(:, :, :)        !< (nx, ny_local, nz_local) |u|^2/2 if the pressure is requested
     real(rp), allocatable :: initial(:, :, :, :)     !< the untruncated initial u and omega, first pass only
@@ -67,13 +68,14 @@ module fluid_rhs
     procedure :: product => rhs_product
     procedure :: reduce => rhs_reduce
     procedure :: spectral_out => rhs_spectral_out
-    procedure, private :: penalize_line, add_integrals, advance_stick, stage_time
+    procedure :: advance_kept => rhs_advance_kept
+    procedure, private :: penalize_line, add_integrals, advance_stick, finish_stick, choose_step, stage_time
   end type rhs_t
 
 contains
 
   !> Allocates state and tables for these sticks; penalty and sponge are set by the caller.
-  subroutine rhs_init(self, world, params, sticks, block, keeps_fields, keeps_pressure)
+  subroutine rhs_init(self, world, params, sticks, block, keeps_fields, keeps_pressure, keeps_rhs)
     class(rhs_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: params
@@ -81,6 +83,7 @@ contains
     type(block_t), intent(in) :: block
     logical, intent(in) :: keeps_fields   !< whether any pass will request fields
     logical, intent(in) :: keeps_pressure !< whether any pass will request the pressure
+    logical, intent(in) :: keeps_rhs      !< whether any evaluation will be asked to keep its right-hand side
     self%world = world
     self%params = params
     self%sticks = sticks
@@ -90,14 +93,14 @@ contains
     call self%half%init(sticks)
     allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7))
     allocate (self%line_divergence(block%count(1)), self%pressure_line(sticks%nkz))
-    allocate (self%ones(sticks%nkz))
-    self%ones = 1
+    allocate (self%ones(sticks%nkz), source=1.0_rp)
     self%line_divergence = 0
     if (params%scheme == SCHEME_RK4) allocate (self%stage_base(sticks%nkz, sticks%n, 3))
     if (keeps_pressure) then
       allocate (self%pressure(sticks%nkz, sticks%n, 1))
       allocate (self%kinetic(block%count(1), block%count(2), block%count(3)))
     end if
+    if (keeps_rhs) allocate (self%kept(sticks%nkz, sticks%n, 3))
     if (keeps_fields) then
       allocate (self%fields(block%count(1), block%count(2), block%count(3), 6))
     end if
@@ -273,20 +276,36 @@ contains
       call self%failure%raise(trim(text))
     end if
     if (self%failure%failed) return
-    if (self%pass == PASS_AB2 .or. self%pass == PASS_RK_FIRST) then
-      self%dt = next_step_length(self%params, max(self%sums%u_max, self%solid_speed), self%state%time, &
-                                 self%state%dt_old, self%intervals)
-      call self%full%update(self%sticks, self%params%nu, self%dt)
-      if (self%pass == PASS_RK_FIRST) call self%half%update(self%sticks, self%params%nu, self%dt/2)
-    end if
+    if (self%pass == PASS_AB2 .or. self%pass == PASS_RK_FIRST) call self%choose_step()
   end subroutine rhs_reduce
+
+  !> The length of the step that begins with this pass, and the viscous factors for it.
+  subroutine choose_step(self)
+    class(rhs_t), intent(inout) :: self
+    self%dt = next_step_length(self%params, max(self%sums%u_max, self%solid_speed), self%state%time, &
+                               self%state%dt_old, self%intervals)
+    call self%full%update(self%sticks, self%params%nu, self%dt)
+    if (self%pass == PASS_RK_FIRST) call self%half%update(self%sticks, self%params%nu, self%dt/2)
+  end subroutine choose_step
+
+  !> Makes the AB2 step for which the last pass, an evaluation, kept the right-hand side: the state becomes to
+  !> the bit what PASS_AB2 in its place would have made of it, without a transform.
+  subroutine rhs_advance_kept(self)
+    class(rhs_t), intent(inout) :: self
+    integer :: s
+    self%pass = PASS_AB2
+    call self%choose_step()
+    do s = 1, self%sticks%n
+      call self%finish_stick(s, self%kept(:, s, :))
+    end do
+  end subroutine rhs_advance_kept
 
   !> Projection, pressure on request, and the update of the state.
   subroutine rhs_spectral_out(self, first, count, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
-    integer :: i, s, c
+    integer :: i, s
     if (self%failure%failed) return
     do i = 1, count
       s = first + i - 1
@@ -300,16 +319,27 @@ contains
         call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                         fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &
                         fields(:, i, 1), fields(:, i, 2), fields(:, i, 3))
-      if (self%pass == PASS_EVALUATE) cycle
-      if (s == self%sticks%zero) fields(1, i, 1:3) = mean_acceleration(self%params, self%state%time, &
-                                                                       sum(self%sums%force, 2), fields(1, i, 1:3))
-      do c = 1, 3
-        call self%advance_stick(s, c, fields(:, i, c))
-      end do
-      if (s == self%sticks%zero) self%state%u(1, s, :) = imposed_mean_flow(self%params, self%stage_time(), &
-                                                                           self%state%u(1, s, :))
+      if (self%pass == PASS_EVALUATE) then
+        if (self%request%rhs) self%kept(:, s, :) = fields(:, i, 1:3)
+      else
+        call self%finish_stick(s, fields(:, i, 1:3))
+      end if
     end do
   end subroutine rhs_spectral_out
+
+  !> The update on stick `s` by the components of the projected right-hand side.
+  subroutine finish_stick(self, s, n)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: s
+    complex(rp), intent(inout) :: n(:, :) !< (nkz, 3)
+    integer :: c
+  if (s == self%sticks%zero) n(1, :) = mean_acceleration(self%params, self%state%time, sum(self%sums%force, 2), n(1, :))
+    do c = 1, 3
+      call self%advance_stick(s, c, n(:, c))
+    end do
+    if (s == self%sticks%zero) self%state%u(1, s, :) = imposed_mean_flow(self%params, self%stage_time(), &
+                                                                         self%state%u(1, s, :))
+  end subroutine finish_stick
 
   !> Component `c` of the update on stick `s` by the projected right-hand side `n`.
   subroutine advance_stick(self, s, c, n)

@@ -25,12 +25,15 @@ module fluid_solver
     type(sums_t) :: sums                    !< integrals of the last pass
     real(rp) :: sums_time = 0               !< time they belong to
     real(rp) :: dt = 0                      !< length of the step that began at that time
-    logical, private :: has_pressure = .false. !< the pass of `sums` kept the pressure
+    logical, private :: has_pressure = .false. !< the last pass kept the pressure
+    logical, private :: accepted = .false.     !< the last pass is a trial with which the next step begins
   contains
     procedure :: init => fluid_init
     procedure :: start => fluid_start
     procedure :: step => fluid_step
     procedure :: evaluate => fluid_evaluate
+    procedure :: try => fluid_try
+    procedure :: accept => fluid_accept
     procedure :: pressure_field => fluid_pressure_field
     procedure :: free => fluid_free
     procedure :: memory_bytes => fluid_memory_bytes
@@ -39,20 +42,22 @@ module fluid_solver
 contains
 
   !> Builds transform, mask and sponge. The process grid must exist (`process_grid`). Collective.
-  subroutine fluid_init(self, world, params, keeps_fields, failure, keeps_pressure)
+  subroutine fluid_init(self, world, params, keeps_fields, failure, keeps_pressure, keeps_rhs)
     class(fluid_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: params
     logical, intent(in) :: keeps_fields !< whether fields will be asked for
     type(failure_t), intent(inout) :: failure
     logical, intent(in), optional :: keeps_pressure !< whether the pressure will; keeps_fields if not given
-    logical :: pressure
+    logical, intent(in), optional :: keeps_rhs !< whether there will be trials; not if not given
+    logical :: pressure, rhs
+    rhs = .false.
+    if (present(keeps_rhs)) rhs = keeps_rhs
     pressure = keeps_fields
     if (present(keeps_pressure)) pressure = keeps_pressure
     call self%transform%init(world, params%grid, params%dealias, params%process_rows, params%planner, 7, &
                              merge(6, 3, params%sponge))
-    call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, &
-                       pressure)
+    call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
   end subroutine fluid_init
@@ -83,7 +88,12 @@ contains
     type(request_t) :: nothing
     integer :: pass
     if (self%rhs%params%scheme == SCHEME_AB2) then
-      call run_pass(self, PASS_AB2, request, moving)
+      if (self%accepted .and. self%rhs%request%covers(request)) then
+        call self%rhs%advance_kept()
+      else
+        call run_pass(self, PASS_AB2, request, moving)
+      end if
+      self%accepted = .false.
       if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
     else
       call run_pass(self, PASS_RK_FIRST, request, moving)
@@ -123,11 +133,37 @@ contains
     call keep_sums(self, moving)
   end subroutine fluid_evaluate
 
+  !> Evaluates the present state with solids that may turn out to be elsewhere: `sums` and what belongs to them
+  !> stay those of the last step, only `pressure_field` and the fields, if requested, are of this trial. The fluid
+  !> must have been built to keep right-hand sides. Costs what a step costs. Collective.
+  subroutine fluid_try(self, request, failure, moving)
+    class(fluid_t), intent(inout) :: self
+    type(request_t), intent(in) :: request
+    type(failure_t), intent(inout) :: failure
+    class(moving_solids_t), intent(inout) :: moving
+    type(request_t) :: complete
+    call require(allocated(self%rhs%kept), 'fluid_t: a trial needs a fluid that keeps right-hand sides')
+    complete = request
+    complete%rhs = .true.
+    call run_pass(self, PASS_EVALUATE, complete, moving)
+    self%has_pressure = request%pressure
+    if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
+  end subroutine fluid_try
+
+  !> The solids are where they were in the last trial, and will be when the next step begins: an AB2 step then
+  !> begins with that trial instead of repeating it, unless it is asked for more. The result is the same to the bit.
+  subroutine fluid_accept(self)
+    class(fluid_t), intent(inout) :: self
+    call require(self%rhs%request%rhs, 'fluid_t: the last pass was no trial')
+    self%accepted = .true.
+  end subroutine fluid_accept
+
   subroutine run_pass(self, pass, request, moving)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: pass
     type(request_t), intent(in) :: request
     class(moving_solids_t), intent(inout), optional :: moving
+    self%accepted = .false.
     if (present(moving)) then
       call moving%place(self%rhs%time_of(pass), self%rhs%penalty, self%rhs%failure)
       if (self%rhs%failure%failed) return
@@ -195,6 +231,7 @@ contains
     if (allocated(self%rhs%fields)) bytes = bytes + 8*real(size(self%rhs%fields), rp)
     if (allocated(self%rhs%pressure)) bytes = bytes + 16*real(size(self%rhs%pressure), rp) + &
                                               8*real(size(self%rhs%kinetic), rp)
+    if (allocated(self%rhs%kept)) bytes = bytes + 16*real(size(self%rhs%kept), rp)
     if (allocated(self%rhs%stage_base)) bytes = bytes + 16*real(size(self%rhs%stage_base), rp)
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)
   end function fluid_memory_bytes

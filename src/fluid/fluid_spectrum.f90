@@ -10,9 +10,9 @@ module fluid_spectrum
   use base_kinds, only: rp, i8
   use base_random, only: random_uniforms
   use fluid_params, only: fluid_params_t
-  use io_ini, only: read_text_file
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t
+  use io_shared_text, only: read_text_file
   implicit none
   private
   public :: random_velocity

@@ -1,27 +1,43 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The weak staggered coupling of flexible wings with the flow.
+!> The staggered coupling of flexible wings with the flow.
 !>
 !> At t(n) the deformed wings are drawn and the fluid goes from t(n) to t(n+1); then every wing does, by BDF2 in its
-!> frame at t(n+1), under the pressure of t(n) on the surface of t(n), as in Truong et al. The mechanics works in SI
-!> units, the flow in L, T and rho; all conversions are here.
+!> frame at t(n+1), under a load f along its frame:
+!>
+!>     weak          f(n), as in Truong et al.: first order in the step
+!>     extrapolated  f(n) + dt/dt_old (f(n) - f(n-1)): second order
+!>     strong        f(n+1) of the flow at t(n+1) about the wing where f(n+1) takes it, by sub-iterations that begin
+!>                   with the extrapolated load, f <- f + w (f(flow) - f), w by Aitken's rule over all wings (Kuettler
+!>                   & Wall 2008, DOI 10.1007/s00466-008-0255-5): second order
+!>
+!> AB2 takes the velocity of t(n+1) from the wings of t(n), so only the pressure of t(n+1) changes in a
+!> sub-iteration, and the last one is the pass that the next step begins with. The mechanics works in SI units, the
+!> flow in L, T and rho; all conversions are here.
 module fsi_coupler
-  use base_errors, only: failure_t
+  use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_text, only: number_text
+  use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use fsi_coupling_history, only: coupling_history_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_pressure_load, only: pressure_load_t
   use fsi_sampling, only: sampler_t
-  use fsi_wing_frame, only: flapping_motion_t
+  use fsi_surface_load, only: surface_load_t, total_load
+  use fsi_wing_energy, only: energy_meter_t, wing_energy_t
+  use fsi_wing_solver, only: wing_solver_t
   use io_units, only: unit_scales_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
-  use solid_dynamics, only: dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
+  use solid_dynamics, only: dynamic_options_t, dynamic_state_t
   use solid_inertia, only: inertia_t, measure_motion, momenta_t
   use solid_model, only: solid_model_t
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: coupler_t, coupler_params_t
+  public :: coupler_t, coupler_params_t, COUPLING_WEAK, COUPLING_EXTRAPOLATED, COUPLING_STRONG
+
+  integer, parameter :: COUPLING_WEAK = 1, COUPLING_EXTRAPOLATED = 2, COUPLING_STRONG = 3
 
   !> What the wings are made of; both have the same, as mirror images. SI units.
   type :: coupler_params_t
@@ -29,41 +45,89 @@ module fsi_coupler
     type(inertia_t) :: inertia
     type(dynamic_options_t) :: options
     real(rp) :: membrane = 0            !< [kg/m^2] mean mass of the membrane, for information
+    real(rp) :: added_mass = 0          !< fluid that the wing moves over its own mass (fsi_added_mass), for information
     type(unit_scales_t) :: units        !< SI values of one L, T and M
     real(rp) :: gravity(3) = 0          !< [m/s^2] in space
-    real(rp) :: distance = 0            !< of the places where the pressure is taken from the surface, L
+    real(rp) :: distance = 0            !< of the places where the flow is looked at from the surface, L
+    logical :: friction = .false.       !< the viscous traction is part of the load
+    integer :: coupling = COUPLING_WEAK
+    real(rp) :: tolerance = 1.0e-3_rp   !< strong: of the load, relative
+    integer :: iterations = 20          !< strong: at most so many evaluations of the flow in a step
     real(rp) :: release = 0             !< the wings are held rigid until then, T
     real(rp) :: largest_deflection = 1  !< of any point, over the wing length: beyond it the run stops
+  contains
+    procedure :: needs_fields => params_needs_fields
+    procedure :: needs_trials => params_needs_trials
+    procedure :: stability_limit => params_stability_limit
   end type coupler_params_t
 
-  !> Of one wing.
-  type :: flexible_wing_t
-    type(flapping_motion_t) :: motion
-    type(pressure_load_t) :: load
-    type(dynamics_t) :: stepper
-    real(rp), allocatable :: force(:, :)  !< (3, n_all) [N] in the wing frame
-    integer :: owner = 0                  !< rank that solves it
-    type(step_report_t) :: report         !< of the last step, on the owner
-  end type flexible_wing_t
+  !> What the sub-iterations of the strong coupling did.
+  type :: coupling_report_t
+    integer :: iterations = 0       !< evaluations of the flow in the last step
+    real(rp) :: residual = 0        !< of the load at its end, relative
+    integer :: steps = 0, total = 0 !< steps with sub-iterations, and all their evaluations, in this run
+  end type coupling_report_t
 
   type :: coupler_t
     type(coupler_params_t) :: params
-    type(dynamic_state_t), allocatable :: states(:)      !< of the wings, the same on all ranks
-    type(flexible_wing_t), allocatable, private :: wings(:)
+    type(dynamic_state_t), allocatable :: states(:)      !< of the wings, the same on all ranks, as are the next ones
+    type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
+    type(coupling_history_t) :: history
+    type(surface_load_t), allocatable :: loads(:)        !< of the last look, in space
+    type(surface_load_t), allocatable :: friction(:)     !< the viscous part of it
+    type(coupling_report_t) :: report
+    type(wing_solver_t), allocatable, private :: wings(:)
+    type(pressure_load_t), allocatable, private :: surfaces(:)
+    type(energy_meter_t), allocatable, private :: meters(:)
     type(sampler_t), private :: sampler
     type(world_t), private :: world
-    real(rp), allocatable, private :: pressure(:, :, :, :), packed(:)
+    logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
+    real(rp), allocatable, private :: pressure(:, :, :, :)
+    !> (3, n_all, wings) [N] along the wing frames
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
     procedure :: init => coupler_init
     procedure :: look => coupler_look
     procedure :: advance => coupler_advance
+    procedure :: add_request => coupler_add_request
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
+    procedure :: point_loads => coupler_point_loads
+    procedure :: newton_iterations => coupler_newton_iterations
     procedure :: free => coupler_free
+    procedure, private :: sample, solve, iterate, relax
   end type coupler_t
 
 contains
+
+  !> Whether the fluid must be able to keep velocities in physical space.
+  pure logical function params_needs_fields(self) result(needs)
+    class(coupler_params_t), intent(in) :: self
+    needs = self%friction
+  end function params_needs_fields
+
+  !> Whether the fluid must be able to make trials.
+  pure logical function params_needs_trials(self) result(needs)
+    class(coupler_params_t), intent(in) :: self
+    needs = self%coupling == COUPLING_STRONG
+  end function params_needs_trials
+
+  !> Largest s = (dt/C_eta) rho t/(mass per area of the wing) that is certainly stable, t the thickness of the sheet.
+  !> The fluid in the mask pulls a point of the wing with rho t/C_eta per velocity; under that alone BDF2 moves it
+  !> by z^n with 3 z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z + 1/2 - s
+  !> = 0 if it is extrapolated: |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
+  pure real(rp) function params_stability_limit(self) result(limit)
+    class(coupler_params_t), intent(in) :: self
+    select case (self%coupling)
+    case (COUPLING_WEAK)
+      limit = 4
+    case (COUPLING_EXTRAPOLATED)
+      limit = 4.0_rp/3
+    case default
+      limit = huge(limit)
+    end select
+  end function params_stability_limit
 
   !> Wings at rest in their frames, unloaded, at time `time` [T]. `wings` becomes deformable. Collective.
   subroutine coupler_init(self, world, params, grid, block, time, wings)
@@ -80,21 +144,24 @@ contains
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
     allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
-    allocate (self%packed(18*params%model%n_all + 2))
-    allocate (self%wings(n), self%states(n), wings%deformation(n))
+    allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
+    if (params%coupling == COUPLING_STRONG) &
+      allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
+    call self%history%init(params%model%n_all, n)
+    allocate (self%wings(n), self%surfaces(n), self%meters(n), self%states(n), wings%deformation(n))
+    allocate (self%energies(n), self%loads(n), self%friction(n))
     wings%masses = params%inertia%mass(:params%model%n_points)/params%units%mass
     do i = 1, n
-      associate (wing => self%wings(i), given => wings%params%wings(i), bent => wings%deformation(i))
-        wing%motion%body = wings%params%body
-        wing%motion%mount = given%mount
-        wing%motion%motion = given%motion
-        wing%motion%length = params%units%length
-        wing%motion%frequency = 1/params%units%time
-        wing%motion%gravity = params%gravity
-        wing%owner = mod(i - 1, world%size)
-        call wing%load%init(wings%surfaces(i))
-        allocate (wing%force(3, params%model%n_all), source=0.0_rp)
-        if (wing%owner == world%rank) call wing%stepper%init(params%model)
+      associate (motion => self%wings(i)%motion, given => wings%params%wings(i), bent => wings%deformation(i))
+        motion%body = wings%params%body
+        motion%mount = given%mount
+        motion%motion = given%motion
+        motion%length = params%units%length
+        motion%frequency = 1/params%units%time
+        motion%gravity = params%gravity
+        call self%wings(i)%init(world, params%model, mod(i - 1, world%size))
+        call self%surfaces(i)%init(wings%surfaces(i))
+        call self%meters(i)%init(params%model)
         call self%states(i)%init(params%model, time*params%units%time)
         allocate (bent%u(3, params%model%n_points), source=0.0_rp)
         allocate (bent%v(3, params%model%n_points), source=0.0_rp)
@@ -103,123 +170,174 @@ contains
     end do
   end subroutine coupler_init
 
-  !> Takes the pressure of the fluid's last pass, which must have kept it, on the wings, which must still be where
-  !> they were in that pass. Collective.
+  !> Adds to `request` what the pass before a `look` must have kept.
+  pure subroutine coupler_add_request(self, request)
+    class(coupler_t), intent(in) :: self
+    type(request_t), intent(inout) :: request
+    request%pressure = .true.
+    request%fields = request%fields .or. self%params%friction
+  end subroutine coupler_add_request
+
+  !> Takes the load of the fluid's last pass, which must have kept what `add_request` asks for, on the wings, which must
+  !> still be where they were in that pass. Collective.
   subroutine coupler_look(self, fluid, wings)
     class(coupler_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
-    integer :: i
-    call fluid%pressure_field(self%pressure)
-    do i = 1, size(self%wings)
-      call self%wings(i)%load%look(wings%surfaces(i), self%sampler, self%pressure(:, :, :, 1), self%params%distance)
-      call to_wing(self, i, wings)
-    end do
+    if (.not. self%is_fresh) call self%sample(fluid, wings)
+    self%is_fresh = .false.
   end subroutine coupler_look
 
-  !> Takes the wings over a step dt [T] under the load last looked at; gives their new deformation to `wings`, for
-  !> their next placing. Fails if Newton's method does, and if a wing bends beyond the limit; then the run cannot go
-  !> on from this state. Collective.
-  subroutine coupler_advance(self, dt, wings, failure)
+  !> Sets `force`, `loads` and `friction`.
+  subroutine sample(self, fluid, wings)
+    class(coupler_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(in) :: wings
+    real(rp) :: newton
+    integer :: i, p
+    call fluid%pressure_field(self%pressure)
+    associate (u => self%params%units)
+      newton = u%mass*u%length/u%time**2
+    end associate
+    do i = 1, size(self%wings)
+      associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
+        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance)
+        if (self%params%friction) then
+          call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, self%params%distance, &
+                                 wings%params%half_thickness)
+        end if
+        self%loads(i) = total_load(load%force, surface%points, surface%velocities, pose%hinge)
+        self%friction(i) = total_load(load%friction, surface%points, surface%velocities, pose%hinge)
+        do p = 1, size(load%force, 2)
+          self%force(:, p, i) = newton*pose%vector_to_wing(load%force(:, p))
+        end do
+      end associate
+    end do
+  end subroutine sample
+
+  !> Takes the wings over a step dt [T] that `fluid` has just made, under the load last looked at and what the
+  !> coupling makes of it; gives their new deformation to `wings`, for their next placing. Fails if Newton's method
+  !> does, if the sub-iterations do not converge, and if a wing bends beyond the limit; then the run cannot go on
+  !> from this state. Only the strong coupling needs `fluid`; it leaves the wings at the end of the step.
+  !> Collective.
+  subroutine coupler_advance(self, dt, wings, failure, fluid)
+    class(coupler_t), intent(inout) :: self
+    real(rp), intent(in) :: dt
+    type(flapping_wings_t), intent(inout) :: wings
+    type(failure_t), intent(inout) :: failure
+    type(fluid_t), intent(inout), optional :: fluid
+    integer :: i
+    associate (p => self%params, seconds => self%params%units%time)
+      call self%history%extrapolate(dt, self%force, self%applied)
+      if (p%coupling == COUPLING_WEAK) self%applied = self%force
+      do i = 1, size(self%wings)
+        associate (before => self%history%applied(:, :, i))
+          if (self%history%old_dt <= 0) before = self%applied(:, :, i)
+          call self%meters(i)%begin(p%model, p%inertia, self%wings(i)%motion, self%states(i), before, &
+                                    self%history%old_dt <= 0, self%energies(i))
+        end associate
+        call self%wings(i)%begin(self%world, self%states(i))
+      end do
+      self%history%force = self%force
+      if (wings%time + dt <= p%release) then
+        do i = 1, size(self%wings)
+          self%states(i)%time = self%states(i)%time + dt*seconds
+        end do
+      else
+        call self%solve(dt, wings, failure)
+        if (p%coupling == COUPLING_STRONG) then
+          call require(present(fluid), 'coupler_t: the strong coupling needs the fluid')
+          call self%iterate(dt, wings, fluid, failure)
+        end if
+      end if
+      if (failure%failed) return
+      call self%history%keep(dt, self%applied)
+      do i = 1, size(self%wings)
+        call self%meters(i)%finish(p%model, p%inertia, self%wings(i)%motion, self%states(i), self%applied(:, :, i), &
+                                   dt*seconds, self%energies(i))
+        if (sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection*wings%params%wings(i)%length()) &
+          call failure%raise('the '//trim(wings%params%wings(i)%side)// &
+                             ' wing bends beyond the limit [Flexible_wing] largest_deflection')
+      end do
+    end associate
+  end subroutine coupler_advance
+
+  !> The step of all wings from its beginning under `applied`.
+  subroutine solve(self, dt, wings, failure)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
     type(flapping_wings_t), intent(inout) :: wings
     type(failure_t), intent(inout) :: failure
     integer :: i
-    if (wings%time + dt <= self%params%release) then
+    associate (p => self%params)
       do i = 1, size(self%wings)
-        self%states(i)%time = self%states(i)%time + dt*self%params%units%time
+        call self%wings(i)%solve(self%world, p%model, p%inertia, p%options, self%applied(:, :, i), dt*p%units%time, &
+                                 self%states(i))
       end do
-      return
-    end if
+    end associate
     do i = 1, size(self%wings)
-      associate (wing => self%wings(i), p => self%params)
-        if (wing%owner == self%world%rank) call wing%stepper%step(p%model, p%inertia, wing%motion, wing%force, &
-                                                                dt*p%units%time, p%options, self%states(i), wing%report)
-      end associate
-    end do
-    do i = 1, size(self%wings)
-      call share(self, i, failure)
+      call self%wings(i)%share(self%world, self%states(i), failure)
     end do
     if (.not. failure%failed) call self%deform(wings)
-    if (failure%failed) return
-    do i = 1, size(self%wings)
-      if (sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > self%params%largest_deflection* &
-          wings%params%wings(i)%length()) call failure%raise('the '//trim(wings%params%wings(i)%side)// &
-                                                      ' wing bends beyond the limit [Flexible_wing] largest_deflection')
-    end do
-  end subroutine coupler_advance
+  end subroutine solve
 
-  !> The load of wing i from space and code units to its frame and newtons.
-  subroutine to_wing(self, i, wings)
+  !> Repeats the step of the wings until the load under which they make it is the one that they find at its end.
+  subroutine iterate(self, dt, wings, fluid, failure)
     class(coupler_t), intent(inout) :: self
-    integer, intent(in) :: i
-    type(flapping_wings_t), intent(in) :: wings
-    real(rp) :: newton
-    integer :: p
-    associate (u => self%params%units, wing => self%wings(i))
-      newton = u%mass*u%length/u%time**2
-      do p = 1, size(wing%load%force, 2)
-        wing%force(:, p) = newton*wings%poses(i)%vector_to_wing(wing%load%force(:, p))
-      end do
-    end associate
-  end subroutine to_wing
-
-  !> Gives the new state of wing i to all ranks.
-  subroutine share(self, i, failure)
-    class(coupler_t), intent(inout) :: self
-    integer, intent(in) :: i
+    real(rp), intent(in) :: dt
+    type(flapping_wings_t), intent(inout) :: wings
+    type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
-    character(:), allocatable :: reason
-    logical :: is_packed
-    integer :: n, verdict
-    is_packed = .false.
-    associate (state => self%states(i), wing => self%wings(i))
-      verdict = 0
-      if (wing%owner == self%world%rank) verdict = merge(0, 1, wing%report%converged)
-      if (self%world%max_integer(verdict) > 0) then
-        if (wing%owner == self%world%rank) reason = wing%report%reason
-        call self%world%broadcast_text(reason, from=wing%owner)
-        call failure%raise('a wing cannot be advanced: '//reason)
-        return
+    type(request_t) :: request
+    real(rp) :: scale, error
+    integer :: k
+    call self%add_request(request)
+    error = 0
+    scale = 0
+    do k = 1, self%params%iterations
+      if (failure%failed) return
+      call fluid%try(request, failure, wings)
+      if (failure%failed) return
+      call self%sample(fluid, wings)
+      self%residual = self%force - self%applied
+      error = norm2(self%residual)
+      scale = norm2(self%force)
+      if (error <= self%params%tolerance*scale) then
+        call fluid%accept()
+        self%is_fresh = .true.
+        exit
       end if
-      n = 0
-      call move(state%u)
-      call move(state%v)
-      call move(state%g)
-      call move(state%old_u)
-      call move(state%old_v)
-      call move(state%old_g)
-      self%packed(n + 1:) = [state%time, state%old_step]
-      call self%world%broadcast_reals(self%packed, from=wing%owner)
-      is_packed = .true.
-      n = 0
-      call move(state%u)
-      call move(state%v)
-      call move(state%g)
-      call move(state%old_u)
-      call move(state%old_v)
-      call move(state%old_g)
-      state%time = self%packed(n + 1)
-      state%old_step = self%packed(n + 2)
+      call self%relax(k == 1)
+      if (k < self%params%iterations) call self%solve(dt, wings, failure)
+    end do
+    associate (report => self%report)
+      report%iterations = min(k, self%params%iterations)
+      report%residual = error/max(scale, tiny(scale))
+      report%steps = report%steps + 1
+      report%total = report%total + report%iterations
+      if (.not. self%is_fresh .and. .not. failure%failed) &
+        call failure%raise('the strong coupling has not converged: after '//number_text(real(report%iterations, rp))// &
+                           ' sub-iterations the load still changes by '//number_text(report%residual)//' of itself')
     end associate
+  end subroutine iterate
 
-  contains
-
-    !> Puts an array behind what is packed, or takes it back from there.
-    subroutine move(array)
-      real(rp), intent(inout) :: array(:, :)
-      integer :: k
-      do k = 1, size(array, 2)
-        if (is_packed) then
-          array(:, k) = self%packed(n + 1:n + 3)
-        else
-          self%packed(n + 1:n + 3) = array(:, k)
-        end if
-        n = n + 3
-      end do
-    end subroutine move
-  end subroutine share
+  !> Moves `applied` towards the load found, by Aitken's factor; the first of a step is the last of the one before,
+  !> but no more than 1.
+  subroutine relax(self, is_first)
+    class(coupler_t), intent(inout) :: self
+    logical, intent(in) :: is_first
+    real(rp) :: change
+    associate (factor => self%history%relaxation)
+      if (is_first) then
+        if (factor <= 0 .or. factor > 1) factor = 1
+      else
+        change = sum((self%residual - self%old_residual)**2)
+        if (change > 0) factor = -factor*sum(self%old_residual*(self%residual - self%old_residual))/change
+      end if
+      self%applied = self%applied + factor*self%residual
+    end associate
+    self%old_residual = self%residual
+  end subroutine relax
 
   !> Gives the deformation that `states` hold to `wings`, for their next placing.
   subroutine coupler_deform(self, wings)
@@ -246,13 +364,34 @@ contains
     end associate
   end function coupler_measure
 
-  !> Total force of the pressure on wing i in the last step, in space, rho L^4/T^2.
+  !> Total force of the load last looked at on wing i, in space, rho L^4/T^2.
   function coupler_surface_load(self, i) result(force)
     class(coupler_t), intent(in) :: self
     integer, intent(in) :: i
     real(rp) :: force(3)
-    force = sum(self%wings(i)%load%force, 2)
+    force = self%loads(i)%force
   end function coupler_surface_load
+
+  !> The load of the last look on wing i in space: force (3, n) on its points, rho L^4/T^2, and p_above - p_below (m)
+  !> of its triangles, rho L^2/T^2; above is where z of the wing frame points.
+  subroutine coupler_point_loads(self, i, force, jump)
+    class(coupler_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(out) :: force(:, :), jump(:)
+    force = self%surfaces(i)%force
+    jump = self%surfaces(i)%jump
+  end subroutine coupler_point_loads
+
+  !> Newton iterations, and with them factorisations, of the last step of the wing that took most. Collective.
+  integer function coupler_newton_iterations(self) result(n)
+    class(coupler_t), intent(in) :: self
+    integer :: i
+    n = 0
+    do i = 1, size(self%wings)
+      if (self%wings(i)%owner == self%world%rank) n = max(n, self%wings(i)%report%iterations)
+    end do
+    n = self%world%max_integer(n)
+  end function coupler_newton_iterations
 
   !> Releases everything.
   subroutine coupler_free(self)
@@ -260,7 +399,7 @@ contains
     integer :: i
     if (.not. allocated(self%wings)) return
     do i = 1, size(self%wings)
-      call self%wings(i)%stepper%free()
+      call self%wings(i)%free()
     end do
   end subroutine coupler_free
 end module fsi_coupler

@@ -326,15 +326,16 @@ contains
     frequency = self%wings(1)%motion%frequency
   end function flight_frequency
 
-  !> Mean speed of the wing tips on the arc of their stroke, 2 (amplitude) R f, the largest of all wings, L/T.
+  !> Mean speed of the wing tips on the arc of their stroke, the largest of all wings, L/T: 2 (amplitude) R f; with
+  !> the motion of a table, which may turn for ever, the arc of its last cycle times R f.
   real(rp) function flight_tip_speed(self) result(speed)
     class(flight_params_t), intent(in) :: self
-    real(rp) :: low, high
     integer :: i
     speed = 0
     do i = 1, size(self%wings)
-      call self%wings(i)%motion%stroke_extremes(low, high)
-      speed = max(speed, 2*self%wings(i)%motion%frequency*(high - low)*self%wings(i)%length())
+      associate (wing => self%wings(i))
+        speed = max(speed, wing%motion%frequency*wing%motion%stroke_path()*wing%length())
+      end associate
     end do
   end function flight_tip_speed
 end module fsi_flight_params

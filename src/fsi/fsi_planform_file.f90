@@ -7,7 +7,8 @@ module fsi_planform_file
   use fsi_planform, only: planform_t, fourier_planform, polygon_planform, curve_planform, rectangular_planform, &
                           elliptic_planform
   use io_config, only: config_t
-  use io_ini, only: ini_document_t, read_text_file
+  use io_ini, only: ini_document_t
+  use io_shared_text, only: read_text_file
   use io_registry, only: registry_t
   implicit none
   private

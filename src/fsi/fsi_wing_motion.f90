@@ -27,6 +27,7 @@ module fsi_wing_motion
     procedure :: evaluate => motion_evaluate
     procedure :: check_span => motion_check_span
     procedure :: stroke_extremes => motion_stroke_extremes
+    procedure :: stroke_path => motion_stroke_path
   end type wing_motion_t
 
 contains
@@ -128,4 +129,27 @@ contains
       angle = f(0)
     end function refined
   end subroutine motion_stroke_extremes
+
+  !> Angle (rad) that the wing sweeps, to and fro, in one cycle without ramp: twice the stroke amplitude; in the last
+  !> cycle of a table.
+  real(rp) function motion_stroke_path(self) result(path)
+    class(wing_motion_t), intent(in) :: self
+    integer, parameter :: N = 2000
+    real(rp) :: f(0:2), before, low, high, first
+    integer :: i
+    if (self%phi%is_periodic()) then
+      call self%stroke_extremes(low, high)
+      path = 2*(high - low)
+      return
+    end if
+    first = max(0.0_rp, self%phi%last() - 1)
+    path = 0
+    call self%phi%evaluate(first, f)
+    do i = 1, N
+      before = f(0)
+      call self%phi%evaluate(first + (self%phi%last() - first)*i/N, f)
+      path = path + abs(f(0) - before)
+    end do
+    path = path/(self%phi%last() - first)
+  end function motion_stroke_path
 end module fsi_wing_motion

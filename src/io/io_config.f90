@@ -8,14 +8,17 @@ module io_config
   use base_errors, only: message_list_t, require
   use base_kinds, only: rp
   use base_text, only: number_text, printable
-  use io_ini, only: ini_document_t, ini_entry_t, read_text_file
+  use io_ini, only: ini_document_t, ini_entry_t
+  use io_include, only: add_included, INCLUDE_SECTION
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
                     KEY_TEXT, KEY_WORD
-  use io_lookup, only: report_unknown_key, report_unknown_section
+  use io_lookup, only: note_inert, report_unknown_key, report_unknown_section
   use io_peek, only: find_spacing, section_counts
   use io_registry, only: registry_t
+  use io_shared_text, only: read_text_file
   use io_units, only: unit_scales_t, unit_value
   use io_value, only: effective_line, read_value, value_t
+  use parallel_world, only: world_t
   implicit none
   private
   public :: config_t
@@ -67,13 +70,15 @@ contains
   !> Reads `text`, the content of the file called `name`, by the rules of `registry`. Adds every
   !> mistake to `errors` and what the user should know to `notices`. With `flusi_compat` the first of
   !> several equal keys counts, with a notice, instead of being a mistake. Whatever was loaded before
-  !> is forgotten.
-  subroutine config_load_text(self, text, name, registry, errors, notices, flusi_compat)
+  !> is forgotten. Files that [include] names, if the registry knows it, are read by root if there is a `world`, which
+  !> makes the call collective, and else by the calling rank.
+  subroutine config_load_text(self, text, name, registry, errors, notices, flusi_compat, world)
     class(config_t), intent(inout) :: self
     character(*), intent(in) :: text, name
     type(registry_t), intent(in) :: registry
     type(message_list_t), intent(inout) :: errors, notices
     logical, intent(in), optional :: flusi_compat
+    type(world_t), intent(in), optional :: world
     type(ini_document_t) :: document
     character(:), allocatable :: inert
     logical :: first_wins
@@ -83,6 +88,7 @@ contains
     if (present(flusi_compat)) first_wins = flusi_compat
     call start(self, name, registry)
     call document%parse(text, name, errors)
+    if (registry%find_section(INCLUDE_SECTION) > 0) call add_included(document, errors, world)
     ! The spacing is needed before any length can be read, wherever its keys stand in the file.
     self%spacing = find_spacing(registry, document)
     do i = 1, registry%n_keys
@@ -152,8 +158,8 @@ contains
     s = self%registry%find_section(name)
     meant = name
     if (s == 0 .and. len(name) > 0) &
-      call report_unknown_section(self%registry, document%name, document%sections(i)%line, name, meant, &
-                                  errors)
+      call report_unknown_section(self%registry, document%sections(i)%file, document%sections(i)%line, name, &
+                                  meant, errors)
     is_inert = .false.
     counts = .true.
     if (s > 0) then
@@ -174,7 +180,7 @@ contains
         else if (is_inert .or. .not. counts) then
           call note_inert(inert, '['//printable(name, 60)//']', '')
         else
-          call report_unknown_key(self%registry, document%name, entry%line, meant, entry%key, k, errors)
+          call report_unknown_key(self%registry, entry%file, entry%line, meant, entry%key, k, errors)
           if (k > 0) self%values(k)%is_excused = .true.
         end if
       end associate
@@ -195,9 +201,10 @@ contains
                         ' (line '//number_text(entry%line)//')')
         return
       end if
-      place = self%name//':'//number_text(entry%line)//': ['//key%section//'] '//entry%key//': '
+      place = entry%file//':'//number_text(entry%line)//': ['//key%section//'] '//entry%key//': '
       if (value%line > 0) then
-        problem = 'is given twice, first in line '//number_text(value%line)
+        if (entry%depth > value%depth) return ! a file has the last word on what it includes
+        problem = 'is given twice, first in '//line_text(value, entry%file)
         if (value%spelling /= entry%key) problem = problem//' under the name '//value%spelling
         if (first_wins) then
           call notices%add(place//problem//'; the first one counts')
@@ -207,6 +214,8 @@ contains
         return
       end if
       value%line = entry%line
+      value%file = entry%file
+      value%depth = entry%depth
       value%spelling = entry%key
       if (len(entry%value) == 0 .and. .not. entry%is_matrix) return ! "key=;" asks for the default
       call read_value(key, entry%value, entry%is_matrix, entry%line, self%spacing, value, problem)
@@ -216,6 +225,15 @@ contains
       if (allocated(problem)) call errors%add(place//problem)
     end associate
   end subroutine read_entry
+
+  !> Where a value stands, as seen from `file`.
+  function line_text(value, file) result(text)
+    type(value_t), intent(in) :: value
+    character(*), intent(in) :: file
+    character(:), allocatable :: text
+    text = 'line '//number_text(value%line)
+    if (value%file /= file) text = text//' of '//value%file
+  end function line_text
 
   !> `read_entry` where mistakes do not matter.
   subroutine read_quietly(self, entry, k)
@@ -227,14 +245,6 @@ contains
     inert = ''
     call read_entry(self, entry, k, .true., errors, notices, inert)
   end subroutine read_quietly
-
-  !> Adds `name` to the list of what has no effect, unless it is there.
-  subroutine note_inert(inert, name, place)
-    character(:), allocatable, intent(inout) :: inert
-    character(*), intent(in) :: name, place
-    if (index(inert//',', ', '//name//',') > 0 .or. index(inert, ', '//name//' (') > 0) return
-    inert = inert//', '//name//place
-  end subroutine note_inert
 
   !> Value of an integer key.
   integer function config_get_integer(self, section, key) result(value)
@@ -327,13 +337,14 @@ contains
     type(message_list_t), intent(inout) :: errors
     character(*), intent(in) :: section, key, text
     character(:), allocatable :: place
-    integer :: line, i
+    integer :: i
     do i = 1, errors%count()
       if (index(errors%text(i), ': ['//section//'] '//key//': ') > 0) return
     end do
     place = self%name
-    line = self%line_of(section, key)
-    if (line > 0) place = place//':'//number_text(line)
+    associate (value => self%values(find(self, section, key)))
+      if (value%line > 0) place = value%file//':'//number_text(value%line)
+    end associate
     call errors%add(place//': ['//section//'] '//key//': '//text)
   end subroutine config_complain
 
@@ -349,13 +360,14 @@ contains
       has_header = .false.
       do i = 1, self%registry%n_keys
         associate (key => self%registry%keys(i)%key)
-          if (key%section /= self%registry%sections(s)%name .or. key%kind == KEY_INERT) cycle
+          if (key%section /= self%registry%sections(s)%name .or. key%kind == KEY_INERT .or. &
+              key%section == INCLUDE_SECTION) cycle ! what was included is printed
           if (.not. has_header) write (unit, '(a)') '['//key%section//']'
           has_header = .true.
           if (self%has_scales) then
-            write (unit, '(a)') effective_line(key, self%values(i), self%name, unit_value(key%unit, self%scales))
+            write (unit, '(a)') effective_line(key, self%values(i), unit_value(key%unit, self%scales))
           else
-            write (unit, '(a)') effective_line(key, self%values(i), self%name)
+            write (unit, '(a)') effective_line(key, self%values(i))
           end if
         end associate
       end do

@@ -18,7 +18,7 @@ module io_hdf5
                   h5pcreate_f, h5pclose_f, h5pset_fapl_mpio_f, h5pset_fclose_degree_f, &
                   h5pset_libver_bounds_f, h5dopen_f, h5dclose_f, h5dget_space_f, h5sclose_f, &
                   h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
-                  h5gn_members_f, h5gget_obj_info_idx_f
+                  h5gn_members_f, h5gget_obj_info_idx_f, h5gcreate_f, h5gclose_f
   implicit none
   private
   public :: hdf5_file_t, NAME_LENGTH
@@ -38,6 +38,7 @@ module io_hdf5
     procedure :: close => file_close
     procedure :: publish => file_publish
     procedure :: agree => file_agree
+    procedure :: make_group => file_make_group
     procedure :: has => file_has
     procedure :: dataset_names => file_dataset_names
     procedure :: dataset_shape => file_dataset_shape
@@ -215,6 +216,19 @@ contains
     if (self%is_parallel) bad = self%world%max_integer(bad)
     if (bad > 0) call failure%raise(self%path//': '//what)
   end subroutine file_agree
+
+  !> Makes a group, in which datasets can then be written as 'group/name'. Collective.
+  subroutine file_make_group(self, name, failure)
+    class(hdf5_file_t), intent(in) :: self
+    character(*), intent(in) :: name
+    type(failure_t), intent(inout) :: failure
+    integer(HID_T) :: group
+    integer :: error, ignored
+    if (failure%failed) return
+    call h5gcreate_f(self%id, name, group, error)
+    if (error >= 0) call h5gclose_f(group, ignored)
+    call self%agree(error >= 0, 'group '''//name//''' cannot be made; is the disk full?', failure)
+  end subroutine file_make_group
 
   !> Whether the file holds an object of this name.
   logical function file_has(self, name) result(has)

@@ -12,21 +12,23 @@
 module io_ini
   use base_errors, only: message_list_t
   use base_text, only: BLANKS, number_text, quoted
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
-  public :: ini_document_t, ini_section_t, ini_entry_t, read_text_file
+  public :: ini_document_t, ini_section_t, ini_entry_t
 
   type :: ini_section_t
     character(:), allocatable :: name !< empty: the header is broken and its keys belong nowhere
+    character(:), allocatable :: file !< where it stands
     integer :: line = 0
   end type ini_section_t
 
   type :: ini_entry_t
     character(:), allocatable :: key
     character(:), allocatable :: value !< trimmed; of a matrix the rows, one a line of the file
+    character(:), allocatable :: file  !< where it stands
     integer :: section = 0             !< index of its section header in `sections`
     integer :: line = 0
+    integer :: depth = 0               !< 0: the file itself, 1: a file that it includes, and so on
     logical :: is_matrix = .false.
   end type ini_entry_t
 
@@ -39,44 +41,15 @@ module io_ini
     integer :: n_entries = 0
   contains
     procedure :: parse => ini_document_parse
+    procedure :: append => ini_document_append
   end type ini_document_t
 
   character(*), parameter :: NEWLINE = achar(10), return = achar(13)
   character(*), parameter :: BYTE_ORDER_MARK = char(239)//char(187)//char(191)
   character(*), parameter :: COMMENT_SIGNS = ';#!%'
   integer, parameter :: MAX_BROKEN_LINES = 50 ! more than that is not an ini file
-  integer(int64), parameter :: MAX_BYTES = 64*1024_int64**2
 
 contains
-
-  !> Reads a whole file into `text`, bytes as they are. On success `problem` is not allocated;
-  !> otherwise it is a message that names the file (missing, unreadable, a directory, too large).
-  subroutine read_text_file(path, text, problem)
-    character(*), intent(in) :: path
-    character(:), allocatable, intent(out) :: text, problem
-    character(256) :: reason
-    integer(int64) :: n_bytes
-    integer :: unit, status
-    text = ''
-    open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
-          iostat=status, iomsg=reason)
-    if (status /= 0) then
-      problem = path//': cannot be opened: '//trim(reason)
-      return
-    end if
-    inquire (unit=unit, size=n_bytes)
-    if (n_bytes < 0) then
-      problem = path//': is not an ordinary file'
-    else if (n_bytes > MAX_BYTES) then
-      problem = path//': is larger than 64 MB and surely not an ini file'
-    else if (n_bytes > 0) then
-      deallocate (text)
-      allocate (character(n_bytes) :: text)
-      read (unit, iostat=status, iomsg=reason) text
-      if (status /= 0) problem = path//': cannot be read: '//trim(reason)
-    end if
-    close (unit)
-  end subroutine read_text_file
 
   !> Parses `text`, whose file is called `name` in messages. Every broken line adds one message
   !> `name:line: problem` to `errors` and is left out of the document.
@@ -117,6 +90,28 @@ contains
     if (self%n_sections == 0 .and. n_broken == 0) &
       call errors%add(name//': is empty: no [Section] and no key was found')
   end subroutine ini_document_parse
+
+  !> Puts what another file says behind everything, as included at `depth`.
+  subroutine ini_document_append(self, other, depth)
+    class(ini_document_t), intent(inout) :: self
+    type(ini_document_t), intent(in) :: other
+    integer, intent(in) :: depth
+    integer :: i, e
+    e = 1
+    do i = 1, other%n_sections
+      call add_section(self, other%sections(i)%name, other%sections(i)%line)
+      self%sections(self%n_sections)%file = other%name
+      do while (e <= other%n_entries)
+        associate (entry => other%entries(e))
+          if (entry%section /= i) exit
+          call add_entry(self, entry%key, entry%value, entry%is_matrix, entry%line)
+        end associate
+        self%entries(self%n_entries)%file = other%name
+        self%entries(self%n_entries)%depth = depth
+        e = e + 1
+      end do
+    end do
+  end subroutine ini_document_append
 
   !> Next line is text(first:last), trimmed of blanks and line ends; `line` is -1 at the end.
   subroutine next_line(text, position, line, first, last)
@@ -338,12 +333,14 @@ contains
       allocate (larger(2*self%n_sections))
       do i = 1, self%n_sections
         call move_alloc(self%sections(i)%name, larger(i)%name)
+        call move_alloc(self%sections(i)%file, larger(i)%file)
         larger(i)%line = self%sections(i)%line
       end do
       call move_alloc(larger, self%sections)
     end if
     self%n_sections = self%n_sections + 1
     self%sections(self%n_sections)%name = name
+    self%sections(self%n_sections)%file = self%name
     self%sections(self%n_sections)%line = line
   end subroutine add_section
 
@@ -359,8 +356,10 @@ contains
       do i = 1, self%n_entries
         call move_alloc(self%entries(i)%key, larger(i)%key)
         call move_alloc(self%entries(i)%value, larger(i)%value)
+        call move_alloc(self%entries(i)%file, larger(i)%file)
         larger(i)%section = self%entries(i)%section
         larger(i)%line = self%entries(i)%line
+        larger(i)%depth = self%entries(i)%depth
         larger(i)%is_matrix = self%entries(i)%is_matrix
       end do
       call move_alloc(larger, self%entries)
@@ -369,6 +368,7 @@ contains
     associate (entry => self%entries(self%n_entries))
       entry%key = key
       entry%value = value
+      entry%file = self%name
       entry%section = self%n_sections
       entry%line = line
       entry%is_matrix = is_matrix

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Messages about sections and keys that are not registered.
+!> Messages about sections and keys that are not registered, or have no effect.
 module io_lookup
   use base_errors, only: message_list_t
   use base_text, only: number_text, printable, to_lower
@@ -8,7 +8,7 @@ module io_lookup
   use io_suggest, only: suggestion_t
   implicit none
   private
-  public :: report_unknown_section, report_unknown_key
+  public :: report_unknown_section, report_unknown_key, note_inert
 
 contains
 
@@ -82,4 +82,11 @@ contains
     if (len(meant) == 0 .or. len(name) > 60) return
     if (to_lower(name) == to_lower(meant)) text = text//' (names are case-sensitive)'
   end function what_is_wrong
+  !> Adds `name` to the list of what has no effect, unless it is there.
+  subroutine note_inert(inert, name, place)
+    character(:), allocatable, intent(inout) :: inert
+    character(*), intent(in) :: name, place
+    if (index(inert//',', ', '//name//',') > 0 .or. index(inert, ', '//name//' (') > 0) return
+    inert = inert//', '//name//place
+  end subroutine note_inert
 end module io_lookup

@@ -3,13 +3,44 @@
 module io_shared_text
   use base_files, only: file_exists, folder_of, join_path
   use base_text, only: quoted
-  use io_ini, only: read_text_file
   use parallel_world, only: world_t
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
-  public :: read_shared_text, read_named_text, named_path
+  public :: read_text_file, read_shared_text, read_named_text, named_path
+
+  integer(int64), parameter :: MAX_BYTES = 64*1024_int64**2
 
 contains
+
+  !> Reads a whole file into `text`, bytes as they are. On success `problem` is not allocated;
+  !> otherwise it is a message that names the file (missing, unreadable, a directory, too large).
+  subroutine read_text_file(path, text, problem)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: text, problem
+    character(256) :: reason
+    integer(int64) :: n_bytes
+    integer :: unit, status
+    text = ''
+    open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
+          iostat=status, iomsg=reason)
+    if (status /= 0) then
+      problem = path//': cannot be opened: '//trim(reason)
+      return
+    end if
+    inquire (unit=unit, size=n_bytes)
+    if (n_bytes < 0) then
+      problem = path//': is not an ordinary file'
+    else if (n_bytes > MAX_BYTES) then
+      problem = path//': is larger than 64 MB and surely not an ini file'
+    else if (n_bytes > 0) then
+      deallocate (text)
+      allocate (character(n_bytes) :: text)
+      read (unit, iostat=status, iomsg=reason) text
+      if (status /= 0) problem = path//': cannot be read: '//trim(reason)
+    end if
+    close (unit)
+  end subroutine read_text_file
 
   !> The content of the file at `path`. With `world` root reads it and all ranks get it; collective then. If
   !> it cannot be read, `problem` says why on all ranks, and `text` is empty.

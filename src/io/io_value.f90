@@ -12,7 +12,9 @@ module io_value
 
   !> Only the component that belongs to the kind of the key is used.
   type :: value_t
-    integer :: line = 0          !< where the key first stands in the file, 0: nowhere
+    integer :: line = 0          !< where the key first stands in `file`, 0: nowhere
+    integer :: depth = 0         !< of `file`: 0 is the file itself, 1 one that it includes, and so on
+    character(:), allocatable :: file
     logical :: is_given = .false. !< the file gives a valid value
     logical :: is_known = .false. !< there is a value: given or default
     logical :: is_excused = .false. !< the file gives it wrongly, which is reported: do not call it missing
@@ -307,10 +309,9 @@ contains
 
   !> `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. With
   !> `scale`, what one unit of the key is in SI units, the file is in these, and so is what is written.
-  function effective_line(key, value, name, scale) result(text)
+  function effective_line(key, value, scale) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value
-    character(*), intent(in) :: name
     real(rp), intent(in), optional :: scale
     character(:), allocatable :: text, remark
     type(value_t) :: shown
@@ -325,7 +326,7 @@ contains
     if (value%is_known .and. (value%is_given .or. key%kind /= KEY_MATRIX)) text = text//value_text(key, shown)
     text = text//'; '
     remark = 'default'
-    if (value%is_given) remark = name//':'//number_text(value%line)
+    if (value%is_given) remark = value%file//':'//number_text(value%line)
     if (.not. value%is_known) remark = 'default: '//key%default_text//', worked out by the program'
     if (present(scale)) then
       if (abs(scale - 1) > 0) remark = 'in SI units, '//remark

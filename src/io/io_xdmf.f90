@@ -151,33 +151,41 @@ contains
   end subroutine index_add
 
   !> Adds a surface of `n_points` points and `n_triangles` triangles saved at one time in `file`, with the
-  !> datasets points (n, 3), triangles (m, 3) of 32 bits from 0, and `vectors` (n, 3); then as `add`. Collective.
-  subroutine index_add_surface(self, time, label, file, n_points, n_triangles, vectors, failure)
+  !> datasets points (n, 3), triangles (m, 3) of 32 bits from 0, `vectors` (n, 3) and, of each triangle,
+  !> `cell_scalars` (m); then as `add`. Collective.
+  subroutine index_add_surface(self, time, label, file, n_points, n_triangles, vectors, failure, cell_scalars)
     class(xdmf_index_t), intent(inout) :: self
     real(rp), intent(in) :: time
     character(*), intent(in) :: label, file
     integer, intent(in) :: n_points, n_triangles
     character(*), intent(in) :: vectors(:)
     type(failure_t), intent(inout) :: failure
+    character(*), intent(in), optional :: cell_scalars(:)
     character(:), allocatable :: text
     integer :: i
     if (failure%failed) return
     text = '<Topology TopologyType="Triangle" NumberOfElements="'//number_text(n_triangles)//'">'//NL// &
-           item('triangles', 'Int', 4, n_triangles)//'</Topology>'//NL//'<Geometry GeometryType="XYZ">'//NL// &
-           item('points', 'Float', 8, n_points)//'</Geometry>'//NL
+           item('triangles', 'Int', 4, n_triangles, ' 3')//'</Topology>'//NL//'<Geometry GeometryType="XYZ">'//NL// &
+           item('points', 'Float', 8, n_points, ' 3')//'</Geometry>'//NL
     do i = 1, size(vectors)
-      text = text//attribute(trim(vectors(i)), 'Vector', item(trim(vectors(i)), 'Float', 8, n_points))
+      text = text//attribute(trim(vectors(i)), 'Vector', item(trim(vectors(i)), 'Float', 8, n_points, ' 3'))
     end do
+    if (present(cell_scalars)) then
+      do i = 1, size(cell_scalars)
+        text = text//attribute(trim(cell_scalars(i)), 'Scalar', &
+                               item(trim(cell_scalars(i)), 'Float', 8, n_triangles, ''), 'Cell')
+      end do
+    end if
     call add_grid(self, time, label, text, failure)
 
   contains
 
-    function item(dataset, kind, precision, rows) result(xml)
-      character(*), intent(in) :: dataset, kind
+    function item(dataset, kind, precision, rows, columns) result(xml)
+      character(*), intent(in) :: dataset, kind, columns
       integer, intent(in) :: precision, rows
       character(:), allocatable :: xml
       xml = '<DataItem Format="HDF" NumberType="'//kind//'" Precision="'//number_text(precision)//'" Dimensions="'// &
-            number_text(rows)//' 3">'//file//':/'//dataset//'</DataItem>'//NL
+            number_text(rows)//columns//'">'//file//':/'//dataset//'</DataItem>'//NL
     end function item
   end subroutine index_add_surface
 
@@ -226,10 +234,13 @@ contains
     partners = len(stem) > 0 .and. prefix == stem//'x' .and. y > 0 .and. z > 0
   end function partners
 
-  pure function attribute(name, kind, content) result(xml)
+  pure function attribute(name, kind, content, centre) result(xml)
     character(*), intent(in) :: name, kind, content
-    character(:), allocatable :: xml
-    xml = '<Attribute Name="'//name//'" AttributeType="'//kind//'" Center="Node">'//NL//content// &
+    character(*), intent(in), optional :: centre !< Cell, else Node
+    character(:), allocatable :: xml, place
+    place = 'Node'
+    if (present(centre)) place = centre
+    xml = '<Attribute Name="'//name//'" AttributeType="'//kind//'" Center="'//place//'">'//NL//content// &
           '</Attribute>'//NL
   end function attribute
 

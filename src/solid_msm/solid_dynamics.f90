@@ -19,7 +19,7 @@ module solid_dynamics
   use solid_tangent, only: assemble_tangent
   implicit none
   private
-  public :: dynamic_state_t, dynamic_options_t, step_report_t, dynamics_t
+  public :: copy_state, dynamic_state_t, dynamic_options_t, step_report_t, dynamics_t
 
   !> What a restart needs. All arrays are (3, n_all).
   type :: dynamic_state_t
@@ -298,6 +298,7 @@ contains
     end do
   end subroutine solve
 
+  !> Copies a state to one of the same wing; allocates nothing.
   subroutine copy_state(from, to)
     type(dynamic_state_t), intent(in) :: from
     type(dynamic_state_t), intent(inout) :: to

@@ -8,7 +8,7 @@ module solid_modes
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
-  use solid_lapack, only: symmetric_eigen
+  use base_lapack, only: symmetric_eigen
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   implicit none

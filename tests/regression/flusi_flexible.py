@@ -6,6 +6,9 @@ usage: flusi_flexible.py <flusi> <h5dump> [tests]
 
 The grid is far too coarse for physics; what is tested is that parts fit together.
 """
+import math
+import struct
+
 from whole_program import EXIT_NUMERICAL, EXIT_USER, SOURCE, check, main, merged
 
 LAST_DIGIT = 2e-8  # series hold nine digits: a number may be rounded to its neighbour
@@ -66,13 +69,27 @@ def test_rigid_limit(case):
 
 
 def test_restart(case):
-    """17 steps, restart, 7 steps are 24 steps to the last digit, on two ranks."""
-    whole = fly(case.sub("whole"), ranks=2)
-    parts = fly(case.sub("parts"), ranks=2, Time={"nt": 17})
-    parts.write("run.ini", FLIGHT)
-    parts.run("run.ini", "--restart", ranks=2)
-    for name in ("forces.t", "bending_left.t", "bending_right.t", "wing_right.t"):
-        check(whole.series(name).lines == parts.series(name).lines, f"{name} is the same to the last digit")
+    """17 steps, restart, 7 steps are 24 steps to the last digit, on two ranks; fewer with the other couplings."""
+    strong = {"coupling": "strong", "load": "pressure_viscous"}
+    for coupling, steps, first in (({}, 24, 17), ({"coupling": "extrapolated"}, 12, 7), (strong, 12, 7)):
+        setup = {"Flexible_wing": coupling, "Saving": {"tintegral": 8e-3}}
+        name = coupling.get("coupling", "weak")
+        whole = fly(case.sub(name), ranks=2, Time={"nt": steps}, **setup)
+        parts = fly(case.sub(f"{name}_parts"), ranks=2, Time={"nt": first}, **setup)
+        parts.write("run.ini", merged(FLIGHT, {"Time": {"nt": steps}, **setup}))
+        parts.run("run.ini", "--restart", ranks=2)
+        for series in ("forces.t", "bending_left.t", "bending_right.t", "wing_right.t"):
+            check(whole.series(series).lines == parts.series(series).lines, f"{name}, {series}: the last digit")
+
+
+def test_trials_are_steps(case):
+    """A step that begins with the last trial of the strong coupling is the same as one that repeats it."""
+    strong = {"Time": {"nt": 8}, "Flexible_wing": {"coupling": "strong"}}
+    each = fly(case.sub("each"), **strong)
+    other = fly(case.sub("other"), Saving={"tintegral": 8e-3}, **strong)
+    for name in ("forces.t", "bending_left.t", "wing_right.t"):
+        check(set(other.series(name).lines) <= set(each.series(name).lines), f"{name} is the same to the last digit")
+        check(len(other.series(name).lines) < len(each.series(name).lines), "with fewer records")
 
 
 def test_ranks(case):
@@ -104,6 +121,84 @@ def test_release(case):
     rows = table(run, "bending_left.t")
     check(all(row[4] == 0 for row in rows if row[0] <= 0.05), "no bending before the release")
     check(largest(rows, 4) > 0, "bending afterwards")
+
+
+def numbers(case, file, name, kind="d", columns=3):
+    """A dataset as rows of numbers."""
+    raw = case.raw(file, name)
+    flat = struct.unpack(f"<{len(raw) // struct.calcsize(kind)}{kind}", raw)
+    return [flat[i:i + columns] for i in range(0, len(flat), columns)]
+
+
+def minus(a, b):
+    return [x - y for x, y in zip(a, b)]
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def attribute(case, file, name):
+    return [float(x) for x in case.contents(file)[name]]
+
+
+def test_surfaces(case):
+    """The saved wings: what bends them and how far, in agreement with the series and with the rigid wing."""
+    run = fly(case.sub("flexible"))
+    rigid = fly(case.sub("rigid"), Insects={"wings": "rigid"})
+    for index in ("run_left.xmf", "run_right.xmf"):
+        run.check_index(index)
+        rigid.check_index(index)
+    file = max(name for name in run.files() if name.startswith("wing_right_"))
+    points, displacement = numbers(run, file, "points"), numbers(run, file, "displacement")
+    twin = [minus(x, u) for x, u in zip(points, displacement)]
+    same = max(abs(c) for x, y in zip(twin, numbers(rigid, file, "points")) for c in minus(x, y))
+    check(same < 1e-13, f"without its displacement the wing is its rigid twin: {same}")
+    row = table(run, "bending_right.t")[-1]
+    check(abs(row[0] - attribute(run, file, "time")[0]) < 1e-8, "the last record is that of the last surface")
+    tip = max(math.hypot(*u) for u in displacement)
+    check(abs(tip / row[4] - 1) < 1e-8 and tip > 1e-3, f"the largest displacement is that of the series: {tip}")
+    areas, total = [0.0] * len(points), [0.0] * 3
+    jumps = [j for (j,) in numbers(run, file, "pressure_jump", columns=1)]
+    for corners, jump in zip(numbers(run, file, "triangles", "i"), jumps):
+        a, b, c = (points[i] for i in corners)
+        area = [x / 2 for x in cross(minus(b, a), minus(c, a))]
+        total = [t - jump * x for t, x in zip(total, area)]
+        for i in corners:
+            areas[i] += math.hypot(*area) / 3
+    load = [sum(area * f[c] for area, f in zip(areas, numbers(run, file, "load"))) for c in range(3)]
+    size = max(abs(x) for x in row[7:10])
+    check(max(abs(a - b) for a, b in zip(load, row[7:10])) < 1e-7 * size, f"the load is the force: {load}, {row[7:10]}")
+    check(max(abs(a - b) for a, b in zip(total, load)) < 1e-10 * size, f"and that of the pressure jump: {total}")
+
+
+def test_shape(case):
+    """Mirror images have the same trailing edge, twist and camber, and the tip bends with the trailing edge."""
+    run = fly(case)
+    left, right = table(run, "bending_left.t"), table(run, "bending_right.t")
+    for a, b in zip(left, right):
+        check(len(a) == 30, "nine columns of shape, five of energy, four of mismatch")
+        check(all(abs(x - y) < 1e-7 for x, y in zip(a[12:21], b[12:21])), f"mirror images at t = {a[0]}: {a}, {b}")
+    for column, name in ((12, "trailing edge"), (13, "twist"), (14, "camber")):
+        check(largest(left, column) > 1e-4, f"there is some {name}")
+    check(largest(left, 18) > largest(left, 12), "the trailing edge moves farther outboard")
+    # z of the left wing points to its lower side.
+    check(left[-1][3] * left[-1][18] < 0, f"up is up: {left[-1][3]}, {left[-1][18]}")
+
+
+def test_balance_columns(case):
+    """Powers are the rates of the energies up to the imbalance; the mismatch is the difference of two forces."""
+    run = fly(case)
+    bending, wing = table(run, "bending_right.t"), table(run, "wing_right.t")
+    most = max(largest(bending, c) for c in (5, 21))
+    check(largest(bending, 22) > 0 and largest(bending, 23) > 0, "hinge and load have power")
+    for a, b in zip(bending, bending[1:]):
+        change = b[5] + b[21] - a[5] - a[21] - (b[0] - a[0]) * (b[22] + b[23] - b[24])
+        check(abs(change - (b[25] - a[25])) < 1e-7 * most, f"energy at t = {b[0]}: {change}, {b[25] - a[25]}")
+    size = max(largest(bending, c) for c in (7, 8, 9))
+    for a, b in zip(bending, wing):
+        for c in range(3):
+            check(abs(a[26 + c] - (a[7 + c] - b[1 + c])) < 1e-7 * size, f"mismatch of the force at t = {a[0]}")
 
 
 def test_limit(case):

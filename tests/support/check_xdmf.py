@@ -52,15 +52,7 @@ def check_wing(h5dump, folder, wing):
             sizes = [n_points, 3] if field.get("AttributeType") == "Vector" else [n_points]
             assert [int(n) for n in field.find("DataItem").get("Dimensions").split()] == sizes, field.attrib
         for item in grid.iter("DataItem"):
-            file, name = item.text.strip().split(":/")
-            assert "/" not in file, "the index is not beside its files"
-            part = header(h5dump, os.path.join(folder, file))
-            part = part[part.index(f'DATASET "{name}"'):]
-            sizes = re.search(r"SIMPLE \{ \(([^)]*)\)", part).group(1).replace(",", "").split()
-            assert sizes == item.get("Dimensions").split(), f"{file}: {name} has the size {sizes}"
-            kind, bits = re.search(r"H5T_(IEEE_F|STD_I)(\d+)LE", part).groups()
-            stated = {"Float": "IEEE_F", "Int": "STD_I"}[item.get("NumberType")], int(item.get("Precision"))
-            assert (kind, int(bits) // 8) == stated, f"{file}: {name} is {kind}{bits}"
+            check_item(h5dump, folder, item)
             files += 1
         cells = integers(h5dump, folder, topology.find("DataItem"))
         if is_membrane:
@@ -86,15 +78,48 @@ def integers(h5dump, folder, item):
     return [int(n) for n in data.replace(",", " ").split()]
 
 
+def check_surface(h5dump, folder, grid):
+    """One surface: triangles with vectors on the points and scalars on the triangles."""
+    topology, geometry = grid.find("Topology"), grid.find("Geometry")
+    assert topology.get("TopologyType") == "Triangle" and geometry.get("GeometryType") == "XYZ"
+    n_points = int(geometry.find("DataItem").get("Dimensions").split()[0])
+    n_cells = int(topology.get("NumberOfElements"))
+    for field in grid.findall("Attribute"):
+        sizes = [n_points if field.get("Center") == "Node" else n_cells] + [3] * (field.get("AttributeType") == "Vector")
+        assert field.get("Center") in ("Node", "Cell"), field.attrib
+        assert [int(n) for n in field.find("DataItem").get("Dimensions").split()] == sizes, field.attrib
+    for item in grid.iter("DataItem"):
+        check_item(h5dump, folder, item)
+    cells = integers(h5dump, folder, topology.find("DataItem"))
+    assert len(cells) == 3 * n_cells and min(cells) == 0 and max(cells) == n_points - 1, "cells use all points"
+    return len(list(grid.iter("DataItem")))
+
+
+def check_item(h5dump, folder, item):
+    """A dataset is there with the size and type stated."""
+    file, name = item.text.strip().split(":/")
+    assert "/" not in file, "the index is not beside its files"
+    part = header(h5dump, os.path.join(folder, file))
+    part = part[part.index(f'DATASET "{name}"'):]
+    sizes = re.search(r"SIMPLE \{ \(([^)]*)\)", part).group(1).replace(",", "").split()
+    assert sizes == item.get("Dimensions").split(), f"{file}: {name} has the size {sizes}"
+    kind, bits = re.search(r"H5T_(IEEE_F|STD_I)(\d+)LE", part).groups()
+    stated = {"Float": "IEEE_F", "Int": "STD_I"}[item.get("NumberType")], int(item.get("Precision"))
+    assert (kind, int(bits) // 8) == stated, f"{file}: {name} is {kind}{bits}"
+
+
 def check_wings(h5dump, folder, series):
     """One wing, or a time series of wings."""
     if series.get("CollectionType") == "Spatial":
         return [], check_wing(h5dump, folder, series)
     times, files = [], 0
     for wing in series.findall("Grid"):
-        assert wing.get("CollectionType") == "Spatial", wing.attrib
         times.append(float(wing.find("Time").get("Value")))
-        files += check_wing(h5dump, folder, wing)
+        if wing.get("GridType") == "Uniform":
+            files += check_surface(h5dump, folder, wing)
+        else:
+            assert wing.get("CollectionType") == "Spatial", wing.attrib
+            files += check_wing(h5dump, folder, wing)
         file = wing.find(".//DataItem").text.strip().split(":/")[0]
         text = header(h5dump, os.path.join(folder, file))
         stored = re.search(r'ATTRIBUTE "time" \{.*?\(0\): (\S+)', text, re.S).group(1)

@@ -2,7 +2,8 @@
 !> Syntax of ini files: what is an entry, what is a comment, what is broken and where.
 program test_ini_syntax
   use base_errors, only: message_list_t
-  use io_ini, only: ini_document_t, read_text_file
+  use io_ini, only: ini_document_t
+  use io_shared_text, only: read_text_file
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10), TAB = achar(9), CR = achar(13)

@@ -126,6 +126,10 @@ call t%check('with its triangles', occurrences('wing.xmf', '<Topology TopologyTy
                  occurrences('wing.xmf', '<Geometry GeometryType="XYZ">') == 2)
     call t%check('and its vectors', occurrences('wing.xmf', 'Name="forces" AttributeType="Vector" Center="Node"') == 2 &
                  .and. occurrences('wing.xmf', 'Dimensions="13 3">wing_000500.h5:/velocities') == 1)
+    call xdmf%add_surface(0.7_rp, '000700', 'wing_000700.h5', 17, 16, ['velocities'], failure, ['jump'])
+    call t%check('scalars belong to triangles', occurrences('wing.xmf', &
+                             '<Attribute Name="jump" AttributeType="Scalar" Center="Cell">') == 1 .and. &
+                 occurrences('wing.xmf', 'Precision="8" Dimensions="16">wing_000700.h5:/jump') == 1)
     call xdmf%open(t%world, 'wing.xmf', failure, restart_time=0.5_rp)
     call xdmf%add_surface(0.5_rp, '000500', 'wing_000500.h5', 14, 11, ['velocities'], failure)
     call t%check('a restart keeps earlier surfaces and replaces later ones', occurrences('wing.xmf', &

@@ -42,10 +42,11 @@ contains
   end function box_2d
 
   !> A fluid with its initial condition, from ini text. Stops with the messages if the text is refused.
-  subroutine make_fluid(world, text, fluid)
+  subroutine make_fluid(world, text, fluid, trials)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: text
     type(fluid_t), intent(out) :: fluid
+    logical, intent(in), optional :: trials !< whether the fluid can make trials
     type(registry_t) :: registry
     type(config_t) :: config
     type(message_list_t) :: errors, notices
@@ -59,7 +60,7 @@ contains
       call errors%print(error_unit, '')
       error stop 'the test has a wrong ini text'
     end if
-    call fluid%init(world, params, .true., failure)
+    call fluid%init(world, params, .true., failure, keeps_rhs=trials)
     if (.not. failure%failed) call fluid%start(failure)
     if (failure%failed) error stop 'the test fluid cannot start'
   end subroutine make_fluid

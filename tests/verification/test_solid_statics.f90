@@ -5,7 +5,7 @@ program test_solid_statics
   use base_kinds, only: rp
   use sample_wings, only: make_fly_wing
   use solid_equilibrium, only: equilibrium_t
-  use solid_lapack, only: singular_values
+  use base_lapack, only: singular_values
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_note

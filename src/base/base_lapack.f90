@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The dense LAPACK routines that the wing needs, with allocatable results.
+!> The dense LAPACK routines that are needed: singular values and symmetric eigenproblems.
 !>
 !> LAPACK tests the arithmetic of infinities by dividing by zero, so traps are off while it runs.
-module solid_lapack
+module base_lapack
   use base_errors, only: require
   use base_kinds, only: rp
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
   implicit none
   private
-  public :: singular_values, symmetric_eigen
+  public :: singular_values, symmetric_eigen, try_symmetric_eigen, symmetric_eigen_work
 
   interface
     subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
@@ -56,13 +56,31 @@ contains
     real(rp), intent(inout), contiguous :: a(:, :)
     real(rp), intent(out), contiguous :: values(:)
     real(rp), allocatable :: work(:)
+    logical :: converged
+    allocate (work(symmetric_eigen_work(size(a, 1))))
+    call try_symmetric_eigen(a, values, work, converged)
+    call require(converged, 'the eigenvalues did not converge')
+  end subroutine symmetric_eigen
+
+  !> As `symmetric_eigen`, with work space of `symmetric_eigen_work(n)` numbers from the caller;
+  !> if not `converged`, `a` and `values` are undefined. Reads the upper triangle only, which must be
+  !> finite.
+  subroutine try_symmetric_eigen(a, values, work, converged)
+    real(rp), intent(inout), contiguous :: a(:, :)
+    real(rp), intent(out), contiguous :: values(:), work(:)
+    logical, intent(out) :: converged
     logical :: halting(size(ieee_usual))
     integer :: info
-    allocate (work(34*size(a, 1) + 64))
     call ieee_get_halting_mode(ieee_usual, halting)
     call ieee_set_halting_mode(ieee_usual, .false.)
     call dsyev('V', 'U', size(a, 1), a, size(a, 1), values, work, size(work), info)
     call ieee_set_halting_mode(ieee_usual, halting)
-    call require(info == 0, 'the eigenvalues did not converge')
-  end subroutine symmetric_eigen
-end module solid_lapack
+    converged = info == 0
+  end subroutine try_symmetric_eigen
+
+  !> Work space for eigenproblems of order n: enough for LAPACK's blocks of up to 32 columns.
+  pure integer function symmetric_eigen_work(n) result(length)
+    integer, intent(in) :: n
+    length = 34*n + 64
+  end function symmetric_eigen_work
+end module base_lapack

@@ -1,0 +1,108 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a user may choose about CMA-ES, with the defaults of the tutorial (Hansen, arXiv:1604.00772v2).
+module cmaes_options
+  use base_kinds, only: rp, i8
+  use base_text, only: number_text
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none
+  private
+  public :: cmaes_options_t, option_problem, UNSET
+
+  real(rp), parameter :: UNSET = -1 !< a constant that follows from n and lambda
+
+  !> Constants that are UNSET, and lambda or mu of 0, follow from the number of parameters. Lengths are
+  !> in the coordinates of the search, in which a box has the side 1. The tolerances of f are relative to
+  !> `f_scale`.
+  type :: cmaes_options_t
+    character(8) :: weights = 'active'     !< active | positive | paper
+    character(8) :: constants = 'tutorial' !< tutorial | paper (those of pCMALib)
+    integer :: lambda = 0                  !< candidates of a generation; default 4 + floor(3 ln n)
+    integer :: mu = 0                      !< parents; default lambda/2, rounded down
+    real(rp) :: sigma0 = 0.3_rp            !< first standard deviation of the sample
+    real(rp) :: c_m = 1                    !< learning rate of the mean
+    real(rp) :: c_sigma = UNSET            !< cumulation of the step size path
+    real(rp) :: d_sigma = UNSET            !< damping of the step size
+    real(rp) :: c_c = UNSET                !< cumulation of the covariance path
+    real(rp) :: c_1 = UNSET                !< learning rate of the rank-one update
+    real(rp) :: c_mu = UNSET               !< learning rate of the rank-mu update
+    integer(i8) :: seed = 1                !< of all random numbers
+    real(rp) :: f_target = -huge(1.0_rp)   !< stop at f <= f_target
+    real(rp) :: f_scale = UNSET            !< of f; default: median |f| of the first generation
+    real(rp) :: tolfun = 1.0e-11_rp        !< range of f in a generation and of the recent best, over f_scale
+    real(rp) :: tolfunhist = 1.0e-12_rp    !< range of the recent best f, over f_scale
+    real(rp) :: tolx = 1.0e-11_rp          !< standard deviation of every coordinate, over sigma0
+    real(rp) :: tolfacupx = 1.0e3_rp       !< standard deviation of a coordinate, over sigma0
+    real(rp) :: tolupsigma = 1.0e20_rp     !< sigma over sigma0 and the longest axis
+    real(rp) :: condition_limit = 1.0e14_rp !< condition number of C
+    integer :: tolflatfitness = 1          !< successive generations with equal parents that are tolerated
+    integer :: tolstagnation = 0           !< generations; default 100 + 100 n^1.5/lambda
+    integer :: max_iterations = 0          !< of one run; default 100 + 150 (n + 3)^2/sqrt(lambda)
+    integer(i8) :: max_evaluations = huge(1_i8) !< of the whole search, restarts included
+  end type cmaes_options_t
+
+contains
+
+  !> What is wrong with the options for n parameters: empty, or a sentence that names the first mistake
+  !> and what is valid.
+  function option_problem(options, n) result(problem)
+    type(cmaes_options_t), intent(in) :: options
+    integer, intent(in) :: n
+    character(:), allocatable :: problem
+    problem = ''
+    if (n < 1) problem = 'there must be at least one parameter'
+    call refuse(all(options%weights /= [character(8) :: 'active', 'positive', 'paper']), &
+                'weights must be active, positive or paper')
+    call refuse(all(options%constants /= [character(8) :: 'tutorial', 'paper']), &
+                'constants must be tutorial or paper')
+    call refuse(options%lambda /= 0 .and. options%lambda < 3, 'lambda must be at least 3, or 0 for the default')
+    call refuse(options%mu < 0, 'mu must not be negative')
+    call refuse(options%lambda > 0 .and. options%mu > options%lambda/2, &
+                'mu must be at most lambda/2 = '//number_text(options%lambda/2))
+    call refuse(outside(options%sigma0, huge(1.0_rp)) .or. is_below(options%sigma0, 0.0_rp), 'sigma0 must be positive')
+    call refuse(outside(options%c_m, 1.0_rp) .or. is_below(options%c_m, 0.0_rp), 'c_m must lie in (0, 1]')
+    call refuse(outside(options%c_sigma, 1.0_rp), 'c_sigma must lie in [0, 1]')
+    call refuse(outside(options%d_sigma, huge(1.0_rp)), 'd_sigma must be positive')
+    if (problem == '') call refuse(abs(options%d_sigma) <= 0, 'd_sigma must be positive')
+    call refuse(outside(options%c_c, 1.0_rp), 'c_c must lie in [0, 1]')
+    call refuse(outside(options%c_1, 1.0_rp), 'c_1 must lie in [0, 1]')
+    call refuse(outside(options%c_mu, 1.0_rp), 'c_mu must lie in [0, 1]')
+    if (problem == '') call refuse(max(options%c_1, 0.0_rp) + max(options%c_mu, 0.0_rp) > 1, &
+                                   'c_1 + c_mu must not exceed 1')
+    call refuse(is_below(options%tolfun, -tiny(1.0_rp)) .or. is_below(options%tolfunhist, -tiny(1.0_rp)) .or. &
+                is_below(options%tolx, -tiny(1.0_rp)), 'tolerances must not be negative')
+    call refuse(is_below(options%tolfacupx, 1.0_rp) .or. is_below(options%tolupsigma, 1.0_rp) .or. &
+                is_below(options%condition_limit, 1.0_rp), 'tolfacupx, tolupsigma and condition_limit must exceed 1')
+    call refuse(is_below(options%f_target, -huge(1.0_rp), or_equal=.false.), 'f_target must be finite')
+    call refuse(outside(options%f_scale, huge(1.0_rp)), 'f_scale must not be negative')
+    call refuse(min(options%tolflatfitness, options%tolstagnation, options%max_iterations) < 0, &
+                'tolflatfitness, tolstagnation and max_iterations must not be negative')
+    call refuse(options%max_evaluations < 1, 'max_evaluations must be positive')
+
+  contains
+
+    subroutine refuse(is_wrong, sentence)
+      logical, intent(in) :: is_wrong
+      character(*), intent(in) :: sentence
+      if (is_wrong .and. problem == '') problem = sentence
+    end subroutine refuse
+
+    !> Not finite, or at most `least`, or below it if not `or_equal`.
+    pure logical function is_below(value, least, or_equal)
+      real(rp), intent(in) :: value, least
+      logical, intent(in), optional :: or_equal
+      is_below = .true.
+      if (.not. ieee_is_finite(value)) return
+      is_below = value <= least
+      if (present(or_equal)) is_below = value < least
+    end function is_below
+
+    !> Neither UNSET nor in [0, most].
+    pure logical function outside(value, most)
+      real(rp), intent(in) :: value, most
+      outside = .true.
+      if (.not. ieee_is_finite(value)) return
+      outside = (value < 0 .and. value > UNSET) .or. value < UNSET .or. value > most
+    end function outside
+
+  end function option_problem
+end module cmaes_options

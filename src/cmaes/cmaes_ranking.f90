@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Who is better: feasible candidates by f, then infeasible ones by violation, then failed ones; equals
+!> by their index. NaN never takes part in a comparison.
+module cmaes_ranking
+  use base_kinds, only: rp
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none
+  private
+  public :: classify, rank, sort_values, FEASIBLE, INFEASIBLE, FAILED
+
+  integer, parameter :: FEASIBLE = 1, INFEASIBLE = 2, FAILED = 3
+
+contains
+
+  !> The class and the key of every candidate. Infeasible: violation > 0, and then f does not count.
+  !> Failed: marked so, or f (or a violation) that is no finite number.
+  pure subroutine classify(f, violation, has_failed, classes, keys)
+    real(rp), intent(in) :: f(:)
+    real(rp), intent(in), optional :: violation(:)
+    logical, intent(in), optional :: has_failed(:)
+    integer, intent(out) :: classes(:)
+    real(rp), intent(out) :: keys(:)
+    integer :: k
+    do k = 1, size(f)
+      classes(k) = FAILED
+      keys(k) = 0
+      if (present(has_failed)) then
+        if (has_failed(k)) cycle
+      end if
+      if (present(violation)) then
+        if (.not. ieee_is_finite(violation(k))) cycle
+        if (violation(k) > 0) then
+          classes(k) = INFEASIBLE
+          keys(k) = violation(k)
+          cycle
+        end if
+      end if
+      if (.not. ieee_is_finite(f(k))) cycle
+      classes(k) = FEASIBLE
+      keys(k) = f(k)
+    end do
+  end subroutine classify
+
+  !> order(1) is the best candidate, order(lambda) the worst. Merge sort in the caller's `merged`.
+  pure subroutine rank(classes, keys, order, merged)
+    integer, intent(in) :: classes(:)
+    real(rp), intent(in) :: keys(:)
+    integer, intent(out) :: order(:), merged(:)
+    integer :: n, width, left, middle, right, i, j, k
+    logical :: take_left
+    n = size(keys)
+    do k = 1, n
+      order(k) = k
+    end do
+    width = 1
+    do while (width < n)
+      do left = 1, n, 2*width
+        middle = min(left + width, n + 1)
+        right = min(left + 2*width, n + 1)
+        i = left
+        j = middle
+        do k = left, right - 1
+          if (i >= middle) then
+            take_left = .false.
+          else if (j >= right) then
+            take_left = .true.
+          else if (classes(order(i)) /= classes(order(j))) then
+            take_left = classes(order(i)) < classes(order(j))
+          else
+            take_left = keys(order(i)) <= keys(order(j))
+          end if
+          if (take_left) then
+            merged(k) = order(i)
+            i = i + 1
+          else
+            merged(k) = order(j)
+            j = j + 1
+          end if
+        end do
+      end do
+      order = merged
+      width = 2*width
+    end do
+  end subroutine rank
+
+  !> Puts a few values in rising order (insertion).
+  pure subroutine sort_values(values)
+    real(rp), intent(inout) :: values(:)
+    real(rp) :: value
+    integer :: i, j
+    do i = 2, size(values)
+      value = values(i)
+      j = i - 1
+      do while (j >= 1)
+        if (values(j) <= value) exit
+        values(j + 1) = values(j)
+        j = j - 1
+      end do
+      values(j + 1) = value
+    end do
+  end subroutine sort_values
+end module cmaes_ranking

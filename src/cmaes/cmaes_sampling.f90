@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Candidates as a function of the state and of (seed, restart, generation, attempt, candidate) alone:
+!> x = m + sigma B diag(d) B^T z with z from a counter-based generator.
+!>
+!> The symmetric root makes x independent of the signs and, for equal eigenvalues, of the choice of the
+!> eigenvectors, which differ between LAPACK libraries.
+module cmaes_sampling
+  use base_kinds, only: rp, i8
+  use base_random, only: random_gaussians, random_uniforms
+  use cmaes_state, only: cmaes_state_t, cmaes_work_t
+  implicit none
+  private
+  public :: draw_candidate, draw_normals, draw_uniforms
+
+  integer, parameter :: ATTEMPT_BITS = 8
+
+contains
+
+  !> Candidate k of the present generation, x(n), from the roots in `work`.
+  subroutine draw_candidate(state, work, k, x)
+    type(cmaes_state_t), intent(in) :: state
+    type(cmaes_work_t), intent(inout) :: work
+    integer, intent(in) :: k
+    real(rp), intent(out) :: x(:)
+    integer :: j
+    call draw_normals(state%seed, state%restart, state%generation + 1, state%attempt, k, work%z)
+    x = 0
+    do j = 1, size(x)
+      x = x + work%z(j)*work%root(:, j)
+    end do
+    x = state%mean + state%sigma*x
+  end subroutine draw_candidate
+
+  !> Independent numbers of mean 0 and variance 1. `restart` below 2^23, `attempt` below 2^8, the others
+  !> not negative.
+  pure subroutine draw_normals(seed, restart, generation, attempt, candidate, z)
+    integer(i8), intent(in) :: seed
+    integer, intent(in) :: restart, generation, attempt, candidate
+    real(rp), intent(out) :: z(:)
+    real(rp) :: pair(2)
+    integer(i8) :: stream, place
+    integer :: i
+    stream = shiftl(ior(shiftl(int(restart, i8), ATTEMPT_BITS), int(attempt, i8)), 32) + generation
+    place = shiftl(int(candidate, i8), 32)
+    do i = 1, size(z), 2
+      pair = random_gaussians(seed, stream, place + i/2)
+      z(i) = pair(1)
+      if (i < size(z)) z(i + 1) = pair(2)
+    end do
+  end subroutine draw_normals
+
+  !> Independent numbers in (0, 1) for the start of run `restart`; no candidate has the same numbers, for
+  !> generations count from 1. `purpose` separates different uses.
+  pure subroutine draw_uniforms(seed, restart, purpose, u)
+    integer(i8), intent(in) :: seed
+    integer, intent(in) :: restart, purpose
+    real(rp), intent(out) :: u(:)
+    real(rp) :: pair(2)
+    integer(i8) :: stream
+    integer :: i
+    stream = shiftl(shiftl(int(restart, i8), ATTEMPT_BITS), 32)
+    do i = 1, size(u)
+      pair = random_uniforms(seed, stream, shiftl(int(purpose, i8), 32) + i)
+      u(i) = pair(1)
+    end do
+  end subroutine draw_uniforms
+end module cmaes_sampling

@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How heavy the fluid is that a thin wing has to move, beside the wing itself.
+!>
+!> A strip of chord c that moves along its normal accelerates rho pi c^2/4 of fluid per span (Sedov 1965), a
+!> mean rho pi c/4 per area. If a staggered scheme makes the fluid follow the wall exactly, and the load acts on
+!> the wing one step late, it is unstable at any time step as soon as this is more than the mass of the wing (Causin,
+!> Gerbeau & Nobile 2005, DOI 10.1016/j.cma.2004.12.005).
+module fsi_added_mass
+  use base_constants, only: PI
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: added_mass_ratio
+
+contains
+
+  !> Largest ratio, over the chords through the centres of the triangles, of the fluid's mass to that of the wing,
+  !> for a flat wing in the x-y plane with its chords along y. A point's mass lies evenly on a third of the
+  !> triangles about it. SI or any consistent units.
+  pure real(rp) function added_mass_ratio(points, triangles, masses, density) result(largest)
+    real(rp), intent(in) :: points(:, :)   !< (3, n)
+    integer, intent(in) :: triangles(:, :) !< (3, m)
+    real(rp), intent(in) :: masses(:)      !< (at least n) of the points
+    real(rp), intent(in) :: density        !< of the fluid
+    real(rp) :: areas(size(triangles, 2)), around(size(points, 2)), layer(size(triangles, 2))
+    real(rp) :: chord, mass, length, x
+    integer :: i, k, m
+    m = size(triangles, 2)
+    around = 0
+    do i = 1, m
+      associate (a => points(:, triangles(1, i)), b => points(:, triangles(2, i)), c => points(:, triangles(3, i)))
+        areas(i) = abs((b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1)))/2
+      end associate
+      around(triangles(:, i)) = around(triangles(:, i)) + areas(i)/3
+    end do
+    layer = 0
+    do i = 1, m
+      do k = 1, 3
+        layer(i) = layer(i) + masses(triangles(k, i))/around(triangles(k, i))/3
+      end do
+    end do
+    largest = 0
+    do i = 1, m
+      x = sum(points(1, triangles(:, i)))/3
+      chord = 0
+      mass = 0
+      do k = 1, m
+        length = cut(points(:2, triangles(:, k)), x)
+        chord = chord + length
+        mass = mass + length*layer(k)
+      end do
+      if (mass > 0) largest = max(largest, density*PI/4*chord**2/mass)
+    end do
+  end function added_mass_ratio
+
+  !> Length of the part of the line x = const inside a triangle with these corners (2, 3).
+  pure real(rp) function cut(corners, x) result(length)
+    real(rp), intent(in) :: corners(:, :), x
+    real(rp) :: low, high, y
+    integer :: k, next
+    low = huge(low)
+    high = -huge(high)
+    do k = 1, 3
+      next = modulo(k, 3) + 1
+      associate (a => corners(:, k), b => corners(:, next))
+        if ((a(1) <= x) .eqv. (b(1) <= x)) cycle
+        y = a(2) + (b(2) - a(2))*(x - a(1))/(b(1) - a(1))
+        low = min(low, y)
+        high = max(high, y)
+      end associate
+    end do
+    length = max(0.0_rp, high - low)
+  end function cut
+end module fsi_added_mass

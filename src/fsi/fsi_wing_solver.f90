@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One flexible wing as the coupling sees it: solved on one rank, known on all; a step can be repeated under
+!> another load.
+module fsi_wing_solver
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fsi_wing_frame, only: flapping_motion_t
+  use parallel_world, only: world_t
+  use solid_dynamics, only: copy_state, dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
+  use solid_inertia, only: inertia_t
+  use solid_model, only: solid_model_t
+  implicit none
+  private
+  public :: wing_solver_t
+
+  !> Work space. Nothing is allocated after `init`.
+  type :: wing_solver_t
+    type(flapping_motion_t) :: motion
+    type(step_report_t) :: report                 !< of the last step, on the owner
+    integer :: owner = 0                          !< rank that solves the wing
+    type(dynamic_state_t), private :: begun       !< at the beginning of the step
+    type(dynamics_t), private :: stepper
+    real(rp), allocatable, private :: packed(:)
+  contains
+    procedure :: init => solver_init
+    procedure :: begin => solver_begin
+    procedure :: solve => solver_solve
+    procedure :: share => solver_share
+    procedure :: free => solver_free
+  end type wing_solver_t
+
+contains
+
+  !> Work space and, on the owner, the symbolic analysis; `motion` is set by the caller.
+  subroutine solver_init(self, world, model, owner)
+    class(wing_solver_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(solid_model_t), intent(in) :: model
+    integer, intent(in) :: owner
+    self%owner = owner
+    if (owner == world%rank) then
+      call self%stepper%init(model)
+      call self%begun%init(model, 0.0_rp)
+    end if
+    allocate (self%packed(18*model%n_all + 2))
+  end subroutine solver_init
+
+  !> Remembers the state before a step.
+  subroutine solver_begin(self, world, state)
+    class(wing_solver_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(dynamic_state_t), intent(in) :: state
+    if (self%owner == world%rank) call copy_state(state, self%begun)
+  end subroutine solver_begin
+
+  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N] in the wing frame.
+  !> The other ranks return at once.
+  subroutine solver_solve(self, world, model, inertia, options, force, dt, state)
+    class(wing_solver_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(dynamic_options_t), intent(in) :: options
+    real(rp), intent(in) :: force(:, :), dt
+    type(dynamic_state_t), intent(inout) :: state
+    if (self%owner /= world%rank) return
+    call copy_state(self%begun, state)
+    call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report)
+  end subroutine solver_solve
+
+  !> Gives what `solve` has found to all ranks, or its failure. Collective.
+  subroutine solver_share(self, world, state, failure)
+    class(wing_solver_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(dynamic_state_t), intent(inout) :: state
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: reason
+    logical :: is_packed
+    integer :: n, verdict
+    verdict = 0
+    if (self%owner == world%rank) verdict = merge(0, 1, self%report%converged)
+    if (world%max_integer(verdict) > 0) then
+      if (self%owner == world%rank) reason = self%report%reason
+      call world%broadcast_text(reason, from=self%owner)
+      call failure%raise('a wing cannot be advanced: '//reason)
+      return
+    end if
+    is_packed = .false.
+    call move_all()
+    self%packed(n + 1:) = [state%time, state%old_step]
+    call world%broadcast_reals(self%packed, from=self%owner)
+    is_packed = .true.
+    call move_all()
+    state%time = self%packed(n + 1)
+    state%old_step = self%packed(n + 2)
+
+  contains
+
+    subroutine move_all()
+      n = 0
+      call move(state%u)
+      call move(state%v)
+      call move(state%g)
+      call move(state%old_u)
+      call move(state%old_v)
+      call move(state%old_g)
+    end subroutine move_all
+
+    !> Puts an array behind what is packed, or takes it back from there.
+    subroutine move(array)
+      real(rp), intent(inout) :: array(:, :)
+      integer :: k
+      do k = 1, size(array, 2)
+        if (is_packed) then
+          array(:, k) = self%packed(n + 1:n + 3)
+        else
+          self%packed(n + 1:n + 3) = array(:, k)
+        end if
+        n = n + 3
+      end do
+    end subroutine move
+  end subroutine solver_share
+
+  !> Releases everything.
+  subroutine solver_free(self)
+    class(wing_solver_t), intent(inout) :: self
+    call self%stepper%free()
+  end subroutine solver_free
+end module fsi_wing_solver

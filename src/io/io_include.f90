@@ -1,0 +1,128 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Parameter files that include others:
+!>
+!>     [include]
+!>     file = trained.ini wing.ini
+!>
+!> What stands in a file counts before what the files say that it includes, wherever [include] stands. Two files
+!> included side by side may not give the same key. Names are those of files here, or beside the including file.
+module io_include
+  use base_errors, only: message_list_t
+  use base_files, only: real_path
+  use base_text, only: BLANKS, next_word, number_text
+  use io_ini, only: ini_document_t
+  use io_registry, only: registry_t
+  use io_shared_text, only: read_named_text
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: add_included, register_include, INCLUDE_SECTION
+
+  !> Section and key.
+  character(*), parameter :: INCLUDE_SECTION = 'include', INCLUDED_FILE = 'file'
+
+  !> A file that was read, and the one that included it (0: none did).
+  type :: source_t
+    character(:), allocatable :: name, real_name
+    integer :: parent = 0
+    integer :: depth = 0
+  end type source_t
+
+contains
+
+  !> Adds [include] to `registry`, so that its files may include others.
+  subroutine register_include(registry)
+    type(registry_t), intent(inout) :: registry
+    call registry%add_section(INCLUDE_SECTION, 'parameters that stand in other files')
+    call registry%add_text(INCLUDE_SECTION, INCLUDED_FILE, '', &
+                           'names of parameter files, beside this one, separated by blanks; what this file says '// &
+                           'itself counts before what they say')
+  end subroutine register_include
+
+  !> Puts the sections and keys of all files that `document` includes, directly or not, behind its own. A file that
+  !> is included twice is read once. Missing files and files that include themselves are added to `errors`. With
+  !> `world` root reads, and this is collective.
+  subroutine add_included(document, errors, world)
+    type(ini_document_t), intent(inout) :: document
+    type(message_list_t), intent(inout) :: errors
+    type(world_t), intent(in), optional :: world
+    type(source_t), allocatable :: sources(:)
+    character(:), allocatable :: names
+    integer :: e, position, first, last, parent
+    logical :: found
+    allocate (sources(1))
+    sources(1)%name = document%name
+    sources(1)%real_name = real_path(document%name)
+    e = 0
+    do while (e < document%n_entries) ! what is appended has its turn later
+      e = e + 1
+      if (document%sections(document%entries(e)%section)%name /= INCLUDE_SECTION) cycle
+      if (document%entries(e)%key /= INCLUDED_FILE) cycle
+      parent = index_of(sources, document%entries(e)%file)
+      names = document%entries(e)%value
+      position = 1
+      do
+        call next_word(names, BLANKS, position, first, last, found)
+        if (.not. found) exit
+        call add_one(document, e, names(first:last), parent, sources, errors, world)
+      end do
+    end do
+  end subroutine add_included
+
+  !> Adds the file `name`, which entry e of `document` includes.
+  subroutine add_one(document, e, name, parent, sources, errors, world)
+    type(ini_document_t), intent(inout) :: document
+    integer, intent(in) :: e, parent
+    character(*), intent(in) :: name
+    type(source_t), allocatable, intent(inout) :: sources(:)
+    type(message_list_t), intent(inout) :: errors
+    type(world_t), intent(in), optional :: world
+    type(ini_document_t) :: included
+    type(source_t), allocatable :: more(:)
+    character(:), allocatable :: place, path, text, problem, chain, real_name
+    integer :: i, n
+    associate (entry => document%entries(e))
+      place = entry%file//':'//number_text(entry%line)//': ['//INCLUDE_SECTION//'] '//INCLUDED_FILE//': '
+      call read_named_text(name, entry%file, path, text, problem, world)
+    end associate
+    if (allocated(problem)) then
+      call errors%add(place//problem)
+      return
+    end if
+    real_name = real_path(path)
+    if (present(world)) call world%broadcast_text(real_name)
+    i = parent
+    chain = path
+    do while (i > 0)
+      chain = sources(i)%name//' includes '//chain
+      if (sources(i)%real_name == real_name) then
+        call errors%add(place//'a file must not include itself: '//chain)
+        return
+      end if
+      i = sources(i)%parent
+    end do
+    do i = 1, size(sources)
+      if (sources(i)%real_name == real_name) return
+    end do
+    n = size(sources)
+    allocate (more(n + 1))
+    more(:n) = sources
+    more(n + 1)%name = path
+    more(n + 1)%real_name = real_name
+    more(n + 1)%parent = parent
+    more(n + 1)%depth = sources(parent)%depth + 1
+    call move_alloc(more, sources)
+    call included%parse(text, path, errors)
+    call document%append(included, sources(n + 1)%depth)
+  end subroutine add_one
+
+  !> Index of the source called `name`.
+  pure integer function index_of(sources, name) result(i)
+    type(source_t), intent(in) :: sources(:)
+    character(*), intent(in) :: name
+    do i = size(sources), 2, -1
+      if (sources(i)%name == name) return
+    end do
+    i = 1
+  end function index_of
+end module io_include

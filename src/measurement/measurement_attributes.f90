@@ -1,0 +1,180 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The attributes of a measurement file: kind, range and names, with every deviation reported.
+module measurement_attributes
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text, only: number_text, quoted
+  use io_arrays, only: is_finite, read_attribute_integer, read_attribute_reals, read_text
+  use io_attributes, only: ATTRIBUTE_INTEGER, attribute_class, attribute_names, get_attribute, has_attribute
+  use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use io_suggest, only: suggestion_t
+  use solid_wing_report, only: wing_report_t
+  implicit none
+  private
+  public :: check_names, read_real, read_direction, read_vector, read_whole, read_word
+
+contains
+
+  !> Reports the attributes of `object` that are not among the words of `known`.
+  subroutine check_names(file, object, known, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object
+    character(*), intent(in) :: known(:)
+    type(wing_report_t), intent(inout) :: report
+    character(NAME_LENGTH), allocatable :: names(:)
+    type(suggestion_t) :: suggestion
+    type(failure_t) :: failure
+    integer :: i, k
+    call attribute_names(file, object, names, failure)
+    if (failure%failed) call report%add(object, 'the list of attributes cannot be read')
+    call report%begin(object)
+    do i = 1, size(names)
+      if (any(known == names(i))) cycle
+      call suggestion%start(trim(names(i)))
+      do k = 1, size(known)
+        call suggestion%offer(trim(known(k)))
+      end do
+      call report%found('unknown attribute '//quoted(trim(names(i)))//suggestion%hint()// &
+                        '; data of your own belong into /extra')
+    end do
+    call report%finish()
+  end subroutine check_names
+
+  !> A real (or integer) attribute, at least `lowest`, or above it if `is_open`, and at most `highest`; if it is left
+  !> out it is `default`, or a mistake without one.
+  subroutine read_real(file, object, name, unit, lowest, is_open, highest, value, report, default)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name, unit
+    real(rp), intent(in) :: lowest, highest
+    logical, intent(in) :: is_open
+    real(rp), intent(out) :: value
+    type(wing_report_t), intent(inout) :: report
+    real(rp), intent(in), optional :: default
+    real(rp) :: values(1)
+    logical :: ok
+    value = lowest
+    if (present(default)) value = default
+    if (present(default) .and. .not. has_attribute(file, object, name)) return
+    call read_numbers(file, object, name, unit, values, ok, report)
+    if (.not. ok) return
+    if (values(1) < lowest .or. is_open .and. .not. values(1) > lowest .or. values(1) > highest) then
+      call report%add(object, 'attribute '//name//' is '//number_text(values(1))//'; valid: '// &
+                      trim(merge('above   ', 'at least', is_open))//' '//number_text(lowest)//', at most '// &
+                      number_text(highest)//' '//unit)
+    else
+      value = values(1)
+    end if
+  end subroutine read_real
+
+  !> A required attribute of several reals, at most `highest` in size.
+  subroutine read_vector(file, object, name, unit, highest, values, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name, unit
+    real(rp), intent(in) :: highest
+    real(rp), intent(out) :: values(:)
+    type(wing_report_t), intent(inout) :: report
+    logical :: ok
+    call read_numbers(file, object, name, unit, values, ok, report)
+    if (.not. ok) return
+    if (all(abs(values) <= highest)) return
+    call report%add(object, 'attribute '//name//' holds '//number_text(maxval(abs(values)))//'; at most '// &
+                    number_text(highest)//' '//unit//' are valid')
+    values = 0
+  end subroutine read_vector
+
+  !> A required direction, made a unit vector; (0, 0, 1) after a mistake.
+  subroutine read_direction(file, object, name, direction, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name
+    real(rp), intent(out) :: direction(3)
+    type(wing_report_t), intent(inout) :: report
+    real(rp) :: longest
+    logical :: ok
+    call read_numbers(file, object, name, '', direction, ok, report)
+    longest = maxval(abs(direction))
+    if (ok .and. (longest < 1.0e-6_rp .or. longest > 1.0e6_rp)) then
+      call report%add(object, 'attribute '//name//' must be a vector of a length between 1e-6 and 1e6')
+      ok = .false.
+    end if
+    if (ok) direction = direction/norm2(direction)
+    if (.not. ok) direction = [0.0_rp, 0.0_rp, 1.0_rp]
+  end subroutine read_direction
+
+  !> As many finite numbers as `values`; 0 with a report if `ok` is false.
+  subroutine read_numbers(file, object, name, unit, values, ok, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name, unit
+    real(rp), intent(out) :: values(:)
+    logical, intent(out) :: ok
+    type(wing_report_t), intent(inout) :: report
+    type(failure_t) :: failure
+    character(:), allocatable :: wanted
+    wanted = 'a real number'
+    if (size(values) > 1) wanted = number_text(size(values))//' real numbers'
+    if (unit /= '' .and. unit /= '1') wanted = wanted//' ['//unit//']'
+    values = 0
+    if (.not. has_attribute(file, object, name)) then
+      ok = .false.
+      call report%add(object, 'attribute '//name//' is missing; it must hold '//wanted)
+      return
+    end if
+    if (attribute_class(file, object, name) == ATTRIBUTE_INTEGER) then
+      call get_attribute(file, object, name, values, failure)
+      ok = .not. failure%failed
+    else
+      call read_attribute_reals(file, object, name, values, ok)
+    end if
+    if (.not. ok) then
+      call report%add(object, 'attribute '//name//' must hold '//wanted)
+    else if (.not. all(is_finite(values))) then
+      ok = .false.
+      call report%add(object, 'attribute '//name//' is infinite or undefined')
+    end if
+    if (.not. ok) values = 0
+  end subroutine read_numbers
+
+  !> An optional integer between `lowest` and `highest`.
+  subroutine read_whole(file, object, name, lowest, highest, default, value, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name
+    integer, intent(in) :: lowest, highest, default
+    integer, intent(out) :: value
+    type(wing_report_t), intent(inout) :: report
+    integer :: found
+    logical :: ok
+    value = default
+    if (.not. has_attribute(file, object, name)) return
+    call read_attribute_integer(file, object, name, found, ok)
+    if (.not. ok) then
+      call report%add(object, 'attribute '//name//' must be an integer')
+    else if (found < lowest .or. found > highest) then
+      call report%add(object, 'attribute '//name//' is '//number_text(found)//'; valid: '//number_text(lowest)// &
+                      ' to '//number_text(highest))
+    else
+      value = found
+    end if
+  end subroutine read_whole
+
+  !> A text; if it is missing it is empty, which is a mistake if `is_required`.
+  subroutine read_word(file, object, name, is_required, text, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name
+    logical, intent(in) :: is_required
+    character(:), allocatable, intent(out) :: text
+    type(wing_report_t), intent(inout) :: report
+    logical :: ok
+    text = ''
+    if (.not. has_attribute(file, object, name)) then
+      if (is_required) call report%add(object, 'attribute '//name//' is missing; it must be a text')
+      return
+    end if
+    call read_text(file, object, name, text, ok)
+    if (.not. ok) then
+      call report%add(object, 'attribute '//name//' must be a text')
+    else if (len(text) == 0 .or. len(text) > NAME_LENGTH) then
+      call report%add(object, 'attribute '//name//' is '//quoted(text)// &
+                      '; a text of 1 to '//number_text(NAME_LENGTH)//' letters is valid')
+      text = ''
+    end if
+  end subroutine read_word
+end module measurement_attributes

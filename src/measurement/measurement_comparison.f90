@@ -1,0 +1,205 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a wing of a given shape would have shown under one load, less what was measured, and the derivatives of it.
+!>
+!> Heights: the deformation (loaded minus unloaded height) at the grid points on the unloaded wing where both heights
+!> are known. They are the same points whatever the shape. Then the scalar observations of the load.
+module measurement_comparison
+  use base_kinds, only: rp
+  use measurement_data, only: measurement_t, QUANTITY_ROTATION
+  use measurement_place, only: find_place, material_place_t
+  use measurement_sampling, only: height_gradient, sample_surface, sampled_height, surface_sample_t
+  use solid_vectors, only: cross
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: comparison_t
+
+  !> A scalar observation on the wing.
+  type :: gauge_t
+    logical :: is_rotation = .false.
+    type(material_place_t) :: place
+    integer :: nodes(2) = 1        !< the line that turns
+    real(rp) :: line(3) = 0        !< [m] the unloaded line
+    real(rp) :: axis(3) = 0
+    integer :: zero = 0
+  end type gauge_t
+
+  !> All that was measured under one load. Constant once made.
+  type :: comparison_t
+    integer :: n = 0                          !< heights, then observations
+    integer :: n_heights = 0
+    integer, allocatable :: number(:, :)      !< (nx, ny) of the height at a grid point, 0: none
+    integer, allocatable :: node(:, :)        !< (2, n_heights) its grid point
+    real(rp), allocatable :: unloaded(:)      !< (n_heights) [m] of the wing at rest
+    real(rp), allocatable :: measured(:)      !< (n) deformation [m], then values [m] or [rad]
+    real(rp), allocatable :: sigma(:)         !< (n) their sd
+    type(gauge_t), allocatable :: gauges(:)
+  contains
+    procedure :: init => comparison_init
+    procedure :: residuals => comparison_residuals
+    procedure :: derivatives => comparison_derivatives
+  end type comparison_t
+
+contains
+
+  !> Load number `l` of a checked measurement of `wing`, whose outline is edges(2, :) and whose length is `length` [m].
+  subroutine comparison_init(self, m, l, wing, edges, length)
+    class(comparison_t), intent(out) :: self
+    type(measurement_t), intent(in) :: m
+    integer, intent(in) :: l, edges(:, :)
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: length
+    type(surface_sample_t) :: sample
+    integer :: i, k, n_gauges
+    n_gauges = count(m%observations%load == l)
+    allocate (self%number(size(m%x), size(m%y)), source=0)
+    associate (load => m%loads(l))
+      do k = 1, load%count()
+        self%number(load%node(1, k), load%node(2, k)) = k
+      end do
+      call sample%init(load%count())
+      call sample_surface(wing%points, wing%triangles, edges, m%x, m%y, self%number, load%node, sample)
+      self%n_heights = count(.not. sample%is_beside)
+      self%n = self%n_heights + n_gauges
+      allocate (self%node(2, self%n_heights), self%unloaded(self%n_heights), self%measured(self%n), &
+                self%sigma(self%n), self%gauges(n_gauges))
+      i = 0
+      self%number = 0
+      do k = 1, load%count()
+        if (sample%is_beside(k)) cycle
+        i = i + 1
+        self%node(:, i) = load%node(:, k)
+        self%number(load%node(1, k), load%node(2, k)) = i
+        self%unloaded(i) = sampled_height(wing%points, sample, k)
+        self%measured(i) = m%deformation(l, k)
+        self%sigma(i) = m%deformation_sigma(l, k)
+      end do
+    end associate
+    k = 0
+    do i = 1, size(m%observations)
+      associate (observation => m%observations(i))
+        if (observation%load /= l) cycle
+        k = k + 1
+        self%gauges(k)%is_rotation = observation%quantity == QUANTITY_ROTATION
+        self%gauges(k)%axis = observation%axis
+        self%gauges(k)%zero = observation%zero
+        self%gauges(k)%place = find_place(wing%points, wing%triangles, length, observation%point)
+        if (self%gauges(k)%is_rotation) call choose_line(wing, self%gauges(k))
+        self%measured(self%n_heights + k) = observation%value
+        self%sigma(self%n_heights + k) = observation%sigma
+      end associate
+    end do
+  end subroutine comparison_init
+
+  !> The line that shows a rotation: the edge of the triangle that lies most across the axis or, in a structure of
+  !> veins, the chord from the point before to the point behind.
+  subroutine choose_line(wing, gauge)
+    type(wing_t), intent(in) :: wing
+    type(gauge_t), intent(inout) :: gauge
+    real(rp) :: line(3), across, most
+    integer :: c, v, k, a, b
+    most = -1
+    if (gauge%place%is_in_triangle) then
+      do c = 1, 3
+        call offer(gauge%place%corner(c), gauge%place%corner(mod(c, 3) + 1))
+      end do
+    else
+      do v = 1, size(wing%veins)
+        associate (nodes => wing%veins(v)%nodes)
+          do k = 1, size(nodes)
+            if (nodes(k) /= gauge%place%corner(1)) cycle
+            a = nodes(max(1, k - 1))
+            b = nodes(min(size(nodes), k + 1))
+            call offer(a, b)
+          end do
+        end associate
+      end do
+    end if
+
+  contains
+
+    subroutine offer(from, to)
+      integer, intent(in) :: from, to
+      line = wing%points(:, to) - wing%points(:, from)
+      across = norm2(cross(gauge%axis, line))
+      if (.not. across > most) return
+      most = across
+      gauge%nodes = [from, to]
+      gauge%line = line
+    end subroutine offer
+
+  end subroutine choose_line
+
+  !> residuals(n): computed minus measured, at positions(3, n_points) [m] of the wing's points, with the unknown
+  !> offsets zeros(:). `sample` has room for n_heights places or more and then says where they are.
+  pure subroutine comparison_residuals(self, x, y, points, triangles, edges, positions, zeros, sample, residuals)
+    class(comparison_t), intent(in) :: self
+    real(rp), intent(in) :: x(:), y(:), points(:, :), positions(:, :), zeros(:)
+    integer, intent(in) :: triangles(:, :), edges(:, :)
+    type(surface_sample_t), intent(inout) :: sample
+    real(rp), intent(out) :: residuals(:)
+    real(rp) :: shown
+    integer :: k, c
+    if (self%n_heights > 0) call sample_surface(positions, triangles, edges, x, y, self%number, self%node, sample)
+    do k = 1, self%n_heights
+      residuals(k) = sampled_height(positions, sample, k) - self%unloaded(k) - self%measured(k)
+    end do
+    do k = 1, size(self%gauges)
+      associate (gauge => self%gauges(k))
+        shown = 0
+        if (gauge%is_rotation) then
+          shown = turn(gauge, positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1)))
+        else
+          do c = 1, 3
+            shown = shown + gauge%place%share(c)*dot_product(gauge%axis, positions(:, gauge%place%corner(c)) - &
+                                                             points(:, gauge%place%corner(c)))
+          end do
+        end if
+        if (gauge%zero > 0) shown = shown + zeros(gauge%zero)
+        residuals(self%n_heights + k) = shown - self%measured(self%n_heights + k)
+      end associate
+    end do
+  end subroutine comparison_residuals
+
+  !> derivatives(n) of the residuals for motion(3, n_points), the derivatives of the positions, after `residuals` with
+  !> the same positions and sample.
+  pure subroutine comparison_derivatives(self, x, y, positions, sample, motion, derivatives)
+    class(comparison_t), intent(in) :: self
+    real(rp), intent(in) :: x(:), y(:), positions(:, :), motion(:, :)
+    type(surface_sample_t), intent(in) :: sample
+    real(rp), intent(out) :: derivatives(:)
+    real(rp) :: gradient(3, 3), d(3)
+    integer :: k, c
+    do k = 1, self%n_heights
+      call height_gradient(positions, sample, k, [x(self%node(1, k)), y(self%node(2, k))], gradient)
+      derivatives(k) = 0
+      do c = 1, 3
+        derivatives(k) = derivatives(k) + dot_product(gradient(:, c), motion(:, sample%corner(c, k)))
+      end do
+    end do
+    do k = 1, size(self%gauges)
+      associate (gauge => self%gauges(k), derivative => derivatives(self%n_heights + k))
+        derivative = 0
+        if (gauge%is_rotation) then
+          d = positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1))
+          d = d - dot_product(d, gauge%axis)*gauge%axis
+          derivative = dot_product(cross(gauge%axis, d), motion(:, gauge%nodes(2)) - motion(:, gauge%nodes(1)))/ &
+                       dot_product(d, d)
+        else
+          do c = 1, 3
+            derivative = derivative + gauge%place%share(c)*dot_product(gauge%axis, motion(:, gauge%place%corner(c)))
+          end do
+        end if
+      end associate
+    end do
+  end subroutine comparison_derivatives
+
+  !> Angle [rad] by which the line has turned about the axis.
+  pure real(rp) function turn(gauge, line)
+    type(gauge_t), intent(in) :: gauge
+    real(rp), intent(in) :: line(3)
+    real(rp) :: before(3)
+    before = gauge%line - dot_product(gauge%line, gauge%axis)*gauge%axis
+    turn = atan2(dot_product(gauge%axis, cross(before, line)), dot_product(before, line))
+  end function turn
+end module measurement_comparison

@@ -1,0 +1,114 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What was measured on one wing: heights of its surface at fixed places, unloaded and under point forces,
+!> and scalar readings, with their declared accuracy (docs/measurement-format.md). SI units, frame of the wing.
+module measurement_data
+  use base_kinds, only: rp
+  use io_hdf5, only: NAME_LENGTH
+  implicit none
+  private
+  public :: measurement_t, measured_load_t, observation_t, accuracy_t, calibration_t
+
+  integer, parameter, public :: QUANTITY_DISPLACEMENT = 1, QUANTITY_ROTATION = 2
+  real(rp), parameter, public :: NOT_STATED = -1 !< of a time
+
+  !> Declared standard deviations.
+  type :: accuracy_t
+    real(rp) :: height = 0             !< [m] of one height
+    real(rp) :: correlation_length = 0 !< [m] of the errors of heights
+    real(rp) :: force = 0              !< [N] of each force
+    real(rp) :: force_gain = 0         !< relative, of all forces together
+    real(rp) :: position = 0           !< [m] of x and y of each point of application
+    real(rp) :: tilt = 0               !< [rad] of each scan
+    real(rp) :: piston = 0             !< [m] of each scan
+  end type accuracy_t
+
+  !> How the instruments were calibrated: 1 yes, 0 no, -1 not known.
+  type :: calibration_t
+    integer :: force_by_weight = -1
+    integer :: height_by_gauge = -1
+    integer :: position_by_marks = -1
+    integer :: order_is_random = -1
+  end type calibration_t
+
+  !> A force and the surface under it.
+  type :: measured_load_t
+    character(:), allocatable :: name
+    real(rp) :: force = 0                 !< [N] magnitude
+    real(rp) :: direction(3) = 0          !< unit vector, which the force keeps
+    real(rp) :: point(2) = 0              !< [m] (x, y) on the unloaded wing
+    integer :: order = 0                  !< in the sequence of measurements; 0: not stated
+    integer :: replicate = 1
+    real(rp) :: time = NOT_STATED         !< [s] since the start of the experiment
+    real(rp) :: hold = NOT_STATED         !< [s] between force and scan
+    logical :: has_surface = .false.      !< the file holds heights
+    integer, allocatable :: node(:, :)    !< (2, n) grid point (i, j) of each height that is known loaded and unloaded
+    real(rp), allocatable :: height(:)    !< (n) [m] under the force
+    real(rp), allocatable :: sigma(:)     !< (n) [m] sd of `height`
+  contains
+    procedure :: count => load_count
+  end type measured_load_t
+
+  !> A scalar reading under a load.
+  type :: observation_t
+    character(:), allocatable :: name
+    integer :: load = 0                   !< its number
+    integer :: quantity = QUANTITY_DISPLACEMENT
+    real(rp) :: point(2) = 0              !< [m] (x, y) on the unloaded wing
+    real(rp) :: axis(3) = 0               !< unit vector
+    real(rp) :: value = 0                 !< [m] or [rad]
+    real(rp) :: sigma = 0                 !< its sd
+    integer :: zero = 0                   !< number of the unknown offset that it contains; 0: none
+  end type observation_t
+
+  !> Everything that was measured.
+  type :: measurement_t
+    real(rp), allocatable :: x(:), y(:)               !< [m] grid lines; empty without heights
+    logical, allocatable :: has_unloaded(:, :)        !< (nx, ny) where the unloaded height is known
+    real(rp), allocatable :: unloaded(:, :)           !< (nx, ny) [m], 0 where it is not known
+    real(rp), allocatable :: unloaded_sigma(:, :)     !< (nx, ny) [m] sd
+    type(measured_load_t), allocatable :: loads(:)
+    type(observation_t), allocatable :: observations(:)
+    character(NAME_LENGTH), allocatable :: zeros(:)   !< names of the unknown offsets
+    type(accuracy_t) :: accuracy
+    type(calibration_t) :: calibration
+  contains
+    procedure :: place => measurement_place
+    procedure :: deformation => measurement_deformation
+    procedure :: deformation_sigma => measurement_deformation_sigma
+  end type measurement_t
+
+contains
+
+  !> Number of heights under the load.
+  pure integer function load_count(self) result(n)
+    class(measured_load_t), intent(in) :: self
+    n = 0
+    if (allocated(self%height)) n = size(self%height)
+  end function load_count
+
+  !> Place (x, y) [m] of height number k of load l.
+  pure function measurement_place(self, l, k) result(place)
+    class(measurement_t), intent(in) :: self
+    integer, intent(in) :: l, k
+    real(rp) :: place(2)
+    place = [self%x(self%loads(l)%node(1, k)), self%y(self%loads(l)%node(2, k))]
+  end function measurement_place
+
+  !> Loaded minus unloaded height [m] number k of load l.
+  pure real(rp) function measurement_deformation(self, l, k) result(deformation)
+    class(measurement_t), intent(in) :: self
+    integer, intent(in) :: l, k
+    associate (load => self%loads(l))
+      deformation = load%height(k) - self%unloaded(load%node(1, k), load%node(2, k))
+    end associate
+  end function measurement_deformation
+
+  !> Its standard deviation [m]: the errors of the loaded and of the unloaded height together.
+  pure real(rp) function measurement_deformation_sigma(self, l, k) result(sigma)
+    class(measurement_t), intent(in) :: self
+    integer, intent(in) :: l, k
+    associate (load => self%loads(l))
+      sigma = sqrt(load%sigma(k)**2 + self%unloaded_sigma(load%node(1, k), load%node(2, k))**2)
+    end associate
+  end function measurement_deformation_sigma
+end module measurement_data

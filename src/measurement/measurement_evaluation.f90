@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One load on one candidate: the task from which fits are made. Its result depends on its arguments only, never on what
+!> was computed before, so that tasks may be spread over processes in any way.
+!>
+!> Two zones are excluded, as by Truong et al., but ranked by how far a shape lies in them: the loaded place
+!> moves against the force, and the horizontal distance from root to tip falls below half of the unloaded one.
+module measurement_evaluation
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use measurement_experiment, only: experiment_t
+  use measurement_sampling, only: surface_sample_t
+  use solid_equilibrium, only: equilibrium_t
+  use solid_model, only: solid_model_t
+  use solid_sensitivity, only: shape_sensitivities
+  use solid_statics, only: solve_static, static_report_t
+  implicit none
+  private
+  public :: evaluation_t, evaluation_work_t, evaluate, zone_violations
+
+  integer, parameter, public :: VIOLATION_BACKWARD = 1, VIOLATION_FOLDED = 2
+  integer, parameter :: N_FACTS = 6
+
+  !> What came out.
+  type :: evaluation_t
+    logical :: is_solved = .false.          !< the shape was found; otherwise all below is 0
+    real(rp) :: violation(2) = 0            !< >= 0, of the wing's length: how far the shape is in the two zones
+    integer :: factorisations = 0
+    integer :: snaps = 0                    !< a shape with snaps is no start for a warm one
+    logical :: was_redone_cold = .false.
+    real(rp), allocatable :: residuals(:)   !< (n) [m] or [rad], computed minus measured
+    real(rp), allocatable :: jacobian(:, :) !< (n, unknowns) their derivatives, or (0, 0)
+  contains
+    procedure :: init => evaluation_init
+    procedure :: is_feasible => evaluation_is_feasible
+    procedure :: count_reals => evaluation_count_reals
+    procedure :: to_reals => evaluation_to_reals
+    procedure :: from_reals => evaluation_from_reals
+  end type evaluation_t
+
+  !> What an evaluation works in; one per process. Nothing of it is remembered.
+  type :: evaluation_work_t
+    type(solid_model_t), private :: model
+    type(equilibrium_t), private :: equilibrium
+    type(surface_sample_t), private :: sample
+    real(rp), allocatable, private :: positions(:, :), derivatives(:, :, :)
+  contains
+    procedure :: init => work_init
+    procedure :: free => work_free
+  end type evaluation_work_t
+
+contains
+
+  subroutine work_init(self, experiment)
+    class(evaluation_work_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    call self%free()
+    self%model = experiment%model
+    call self%equilibrium%init(self%model)
+    call self%sample%init(maxval(experiment%comparisons%n_heights))
+    allocate (self%positions(3, self%model%n_points), &
+              self%derivatives(3, self%model%n_all, size(experiment%numbers)), source=0.0_rp)
+  end subroutine work_init
+
+  !> Releases everything.
+  subroutine work_free(self)
+    class(evaluation_work_t), intent(inout) :: self
+    call self%equilibrium%free()
+    if (allocated(self%positions)) deallocate (self%positions, self%derivatives)
+  end subroutine work_free
+
+  !> Room for the result of load l.
+  subroutine evaluation_init(self, experiment, l, has_jacobian)
+    class(evaluation_t), intent(out) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    logical, intent(in) :: has_jacobian
+    integer :: n
+    n = experiment%count_residuals(l)
+    allocate (self%residuals(n), source=0.0_rp)
+    if (has_jacobian) then
+      allocate (self%jacobian(n, experiment%count()), source=0.0_rp)
+    else
+      allocate (self%jacobian(0, 0))
+    end if
+  end subroutine evaluation_init
+
+  !> Whether the shape was found and lies in none of the excluded zones.
+  pure logical function evaluation_is_feasible(self) result(is_feasible)
+    class(evaluation_t), intent(in) :: self
+    is_feasible = self%is_solved .and. .not. any(self%violation > 0)
+  end function evaluation_is_feasible
+
+  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which must be
+  !> a shape under the same load reached without snaps, and always the result. `evaluation` was made by its `init`,
+  !> which says whether derivatives are wanted. Allocates nothing but what the static solver does.
+  subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation)
+    type(experiment_t), intent(in) :: experiment
+    type(evaluation_work_t), intent(inout) :: work
+    real(rp), intent(in) :: coordinates(:)
+    integer, intent(in) :: l
+    logical, intent(in) :: is_warm
+    real(rp), intent(inout) :: u(:, :)
+    type(evaluation_t), intent(inout) :: evaluation
+    type(static_report_t) :: report
+    integer :: n
+    call require(size(coordinates) == experiment%count(), 'measurement_evaluation: unknowns of another experiment')
+    n = experiment%model%n_points
+    call work%model%set_params(experiment%params(coordinates))
+    call solve_static(work%equilibrium, work%model, experiment%loads(l), is_warm, experiment%options, u, report)
+    evaluation%is_solved = report%converged
+    evaluation%factorisations = report%factorisations
+    evaluation%snaps = report%snaps
+    evaluation%was_redone_cold = report%was_redone_cold
+    evaluation%violation = 0
+    evaluation%residuals = 0
+    evaluation%jacobian = 0
+    if (.not. report%converged) return
+    evaluation%violation = zone_violations(experiment, l, u)
+    work%positions = work%model%points(:, :n) + u(:, :n)
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
+      call comparison%residuals(m%x, m%y, work%model%points, work%model%triangles, experiment%edges, work%positions, &
+                                coordinates(size(experiment%numbers) + 1:), work%sample, evaluation%residuals)
+    end associate
+    if (size(evaluation%jacobian) > 0) call differentiate(experiment, work, l, u, evaluation)
+  end subroutine evaluate
+
+  !> How far the shape u(3, n_all) [m] under load l lies in the two zones, of the wing's length, 0 outside: the way of
+  !> the loaded place against the force, and what the horizontal distance from root to tip lacks of one half.
+  pure function zone_violations(experiment, l, u) result(violation)
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in) :: u(:, :)
+    real(rp) :: violation(2), moved, unloaded(2)
+    integer :: c
+    moved = 0
+    associate (place => experiment%places(l), load => experiment%measurement%loads(l))
+      do c = 1, 3
+        moved = moved + place%share(c)*dot_product(load%direction, u(:, place%corner(c)))
+      end do
+      if (.not. load%force > 0) moved = 0
+    end associate
+    unloaded = experiment%model%points(:2, experiment%tip) - experiment%root(:2)
+    violation(VIOLATION_BACKWARD) = max(0.0_rp, -moved)/experiment%model%size
+    violation(VIOLATION_FOLDED) = max(0.0_rp, 0.5_rp - norm2(unloaded + u(:2, experiment%tip))/norm2(unloaded))
+  end function zone_violations
+
+  subroutine differentiate(experiment, work, l, u, evaluation)
+    type(experiment_t), intent(in) :: experiment
+    type(evaluation_work_t), intent(inout) :: work
+    integer, intent(in) :: l
+    real(rp), intent(in) :: u(:, :)
+    type(evaluation_t), intent(inout) :: evaluation
+    integer :: p, k, zero, n_parameters
+    n_parameters = size(experiment%numbers)
+    call shape_sensitivities(work%equilibrium, work%model, u, experiment%numbers, work%derivatives)
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
+      do p = 1, n_parameters
+        call comparison%derivatives(m%x, m%y, work%positions, work%sample, &
+                                    work%derivatives(:, :work%model%n_points, p), evaluation%jacobian(:, p))
+      end do
+      do k = 1, size(comparison%gauges)
+        zero = comparison%gauges(k)%zero
+        if (zero > 0) evaluation%jacobian(comparison%n_heights + k, n_parameters + zero) = 1
+      end do
+    end associate
+  end subroutine differentiate
+
+  !> Length of the array that `to_reals` fills.
+  pure integer function evaluation_count_reals(self) result(n)
+    class(evaluation_t), intent(in) :: self
+    n = N_FACTS + size(self%residuals) + size(self%jacobian)
+  end function evaluation_count_reals
+
+  !> Everything in values(count_reals), for a message to another process.
+  pure subroutine evaluation_to_reals(self, values)
+    class(evaluation_t), intent(in) :: self
+    real(rp), intent(out) :: values(:)
+    integer :: n
+    n = size(self%residuals)
+    values(:N_FACTS) = [merge(1.0_rp, 0.0_rp, self%is_solved), self%violation, real(self%factorisations, rp), &
+                        real(self%snaps, rp), merge(1.0_rp, 0.0_rp, self%was_redone_cold)]
+    values(N_FACTS + 1:N_FACTS + n) = self%residuals
+    values(N_FACTS + n + 1:) = reshape(self%jacobian, [size(self%jacobian)])
+  end subroutine evaluation_to_reals
+
+  !> The reverse, into an evaluation that was made by `init` for the same load.
+  pure subroutine evaluation_from_reals(self, values)
+    class(evaluation_t), intent(inout) :: self
+    real(rp), intent(in) :: values(:)
+    integer :: n
+    n = size(self%residuals)
+    self%is_solved = values(1) > 0.5_rp
+    self%violation = values(2:3)
+    self%factorisations = nint(values(4))
+    self%snaps = nint(values(5))
+    self%was_redone_cold = values(6) > 0.5_rp
+    self%residuals(:) = values(N_FACTS + 1:N_FACTS + n)
+    self%jacobian(:, :) = reshape(values(N_FACTS + n + 1:), shape(self%jacobian))
+  end subroutine evaluation_from_reals
+end module measurement_evaluation

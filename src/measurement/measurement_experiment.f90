@@ -1,0 +1,185 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A measurement repeated with a model of the wing: which parameters are sought, between which bounds, and the
+!> comparison of every load.
+!>
+!> The unknowns are coordinates: the natural logarithm of parameters that vary by factors, the value of others, and the
+!> unknown offsets of observations last.
+module measurement_experiment
+  use base_errors, only: failure_t, require
+  use base_kinds, only: rp
+  use measurement_comparison, only: comparison_t
+  use measurement_data, only: measurement_t
+  use measurement_place, only: find_place, material_place_t
+  use measurement_sampling, only: outline_edges
+  use solid_loads, only: load_t
+  use solid_model, only: solid_model_t
+  use solid_params, only: parameter_t, solid_params_t, PARAM_PLATE, PARAM_THICKNESS
+  use solid_statics, only: static_options_t
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: experiment_t
+
+  !> Everything that does not depend on the unknowns. Constant during a fit.
+  type :: experiment_t
+    type(measurement_t) :: measurement
+    type(solid_model_t) :: model                    !< with the parameters that are not sought
+    type(static_options_t) :: options
+    integer, allocatable :: numbers(:)              !< of the parameters that are sought
+    type(load_t), allocatable :: loads(:)
+    type(material_place_t), allocatable :: places(:) !< where the forces act
+    type(comparison_t), allocatable :: comparisons(:)
+    integer, allocatable :: edges(:, :)             !< (2, :) the outline
+    real(rp) :: root(3) = 0                         !< [m] centre of the clamped points
+    integer :: tip = 1                              !< the point farthest from it
+  contains
+    procedure :: init => experiment_init
+    procedure :: count => experiment_count
+    procedure :: count_residuals => experiment_count_residuals
+    procedure :: describe => experiment_describe
+    procedure :: start => experiment_start
+    procedure :: params => experiment_params
+    procedure :: cost => experiment_cost
+  end type experiment_t
+
+contains
+
+  !> The experiment of a checked `measurement` of `wing`, with the parameters of these numbers (see solid_params_t)
+  !> sought and the others as in `params`. Fails if the model does, or if a parameter that is sought by factors is
+  !> not positive.
+  subroutine experiment_init(self, measurement, wing, params, numbers, options, failure)
+    class(experiment_t), intent(out) :: self
+    type(measurement_t), intent(in) :: measurement
+    type(wing_t), intent(in) :: wing
+    type(solid_params_t), intent(in) :: params
+    integer, intent(in) :: numbers(:)
+    type(static_options_t), intent(in) :: options
+    type(failure_t), intent(out) :: failure
+    type(parameter_t) :: parameter
+    real(rp) :: distance, farthest
+    integer :: i, l, c
+    self%measurement = measurement
+    self%options = options
+    self%numbers = numbers
+    call self%model%init(wing, params, failure)
+    if (failure%failed) return
+    call require(.not. (any(numbers == PARAM_PLATE) .and. any(numbers == PARAM_THICKNESS)), &
+                 'experiment_t: D and thickness are one parameter')
+    do i = 1, size(numbers)
+      parameter = self%model%params%describe(numbers(i))
+      if (parameter%is_log .and. .not. self%model%params%get(numbers(i)) > 0) &
+        call failure%raise('parameter '//parameter%name//' must start above 0')
+    end do
+    if (failure%failed) return
+    self%root = sum(wing%points(:, wing%root), 2)/size(wing%root)
+    farthest = -1
+    do i = 1, size(wing%points, 2)
+      distance = norm2(wing%points(:, i) - self%root)
+      if (distance > farthest) self%tip = i
+      farthest = max(farthest, distance)
+    end do
+    self%edges = outline_edges(size(wing%points, 2), wing%triangles)
+    allocate (self%loads(size(measurement%loads)), self%places(size(measurement%loads)), &
+              self%comparisons(size(measurement%loads)))
+    do l = 1, size(self%loads)
+      associate (load => measurement%loads(l))
+        self%places(l) = find_place(wing%points, wing%triangles, farthest, load%point)
+        call require(self%places(l)%is_found, 'experiment_t: the measurement was not checked')
+        call self%loads(l)%init(self%model)
+        do c = 1, 3
+          call self%loads(l)%add_point(self%places(l)%corner(c), self%places(l)%share(c)*load%force*load%direction)
+        end do
+      end associate
+      call self%comparisons(l)%init(measurement, l, wing, self%edges, farthest)
+    end do
+  end subroutine experiment_init
+
+  !> Number of unknowns.
+  pure integer function experiment_count(self) result(n)
+    class(experiment_t), intent(in) :: self
+    n = size(self%numbers) + size(self%measurement%zeros)
+  end function experiment_count
+
+  !> Number of residuals under load l, or under all loads for l = 0.
+  pure integer function experiment_count_residuals(self, l) result(n)
+    class(experiment_t), intent(in) :: self
+    integer, intent(in) :: l
+    if (l > 0) then
+      n = self%comparisons(l)%n
+    else
+      n = sum(self%comparisons%n)
+    end if
+  end function experiment_count_residuals
+
+  !> Name, unit, scale and bounds of unknown i; those of a parameter, or of an offset, which is called 'zero:<name>'.
+  function experiment_describe(self, i) result(p)
+    class(experiment_t), intent(in) :: self
+    integer, intent(in) :: i
+    type(parameter_t) :: p
+    integer :: zero, k
+    if (i <= size(self%numbers)) then
+      p = self%model%params%describe(self%numbers(i))
+      return
+    end if
+    zero = i - size(self%numbers)
+    p%name = 'zero:'//trim(self%measurement%zeros(zero))
+    p%unit = 'm'
+    p%is_log = .false.
+    p%upper = self%model%size
+    do k = 1, size(self%measurement%observations)
+      associate (observation => self%measurement%observations(k))
+        if (observation%zero == zero) p%upper = max(p%upper, 10*abs(observation%value))
+      end associate
+    end do
+    p%lower = -p%upper
+  end function experiment_describe
+
+  !> Coordinates of the model's own parameters, and of offsets 0.
+  function experiment_start(self) result(coordinates)
+    class(experiment_t), intent(in) :: self
+    real(rp) :: coordinates(self%count())
+    type(parameter_t) :: p
+    integer :: i
+    coordinates = 0
+    do i = 1, size(self%numbers)
+      p = self%model%params%describe(self%numbers(i))
+      coordinates(i) = self%model%params%get(self%numbers(i))
+      if (p%is_log) coordinates(i) = log(coordinates(i))
+    end do
+  end function experiment_start
+
+  !> All parameters of the model at these coordinates.
+  function experiment_params(self, coordinates) result(params)
+    class(experiment_t), intent(in) :: self
+    real(rp), intent(in) :: coordinates(:)
+    type(solid_params_t) :: params
+    type(parameter_t) :: p
+    integer :: i
+    params = self%model%params
+    do i = 1, size(self%numbers)
+      p = params%describe(self%numbers(i))
+      if (p%is_log) then
+        call params%set(self%numbers(i), exp(coordinates(i)))
+      else
+        call params%set(self%numbers(i), coordinates(i))
+      end if
+    end do
+  end function experiment_params
+
+  !> h [m] of Truong et al.: the square root of the sum over loads of the mean squared difference of the deformations.
+  !> residuals(:) are those of all loads, one behind the other; scalar observations do not count.
+  pure real(rp) function experiment_cost(self, residuals) result(h)
+    class(experiment_t), intent(in) :: self
+    real(rp), intent(in) :: residuals(:)
+    integer :: l, first
+    h = 0
+    first = 1
+    do l = 1, size(self%comparisons)
+      associate (n => self%comparisons(l)%n_heights)
+        if (n > 0) h = h + sum(residuals(first:first + n - 1)**2)/n
+      end associate
+      first = first + self%comparisons(l)%n
+    end do
+    h = sqrt(h)
+  end function experiment_cost
+end module measurement_experiment

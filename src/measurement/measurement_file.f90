@@ -1,0 +1,269 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Reads a measurement file (docs/measurement-format.md). All mistakes of a file are reported together,
+!> each with the object; a measurement that is delivered has passed every check of measurement_check.
+module measurement_file
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use base_text, only: number_text, quoted
+  use io_arrays, only: is_group, member_names, read_attribute_integer, read_text
+  use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use io_suggest, only: suggestion_t
+  use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
+  use measurement_check, only: check_measurement
+  use measurement_data, only: measurement_t, measured_load_t, observation_t, NOT_STATED, QUANTITY_DISPLACEMENT, &
+                              QUANTITY_ROTATION
+  use measurement_heights, only: read_reference, read_surface
+  use solid_wing, only: wing_t
+  use solid_wing_datasets, only: read_names
+  use solid_wing_report, only: wing_report_t
+  implicit none
+  private
+  public :: read_measurement
+
+  character(*), parameter :: SCHEMA = 'flusi-msm measurement'
+  integer, parameter :: VERSION = 1
+  integer, parameter :: MOST_NAMES = 1000       !< at the top of the file or in a group of known contents
+  real(rp), parameter :: FAR = 1.0e4_rp         !< [m] largest coordinate
+  real(rp), parameter :: LONG_AGO = 1.0e10_rp   !< [s]
+
+contains
+
+  !> Reads the measurement file `path` of the valid `wing` in this process alone; MPI need not run. If `messages` has
+  !> no more entries than before, `measurement` is complete and checked; otherwise its content is undefined.
+  subroutine read_measurement(path, wing, measurement, messages)
+    character(*), intent(in) :: path
+    type(wing_t), intent(in) :: wing
+    type(measurement_t), intent(out) :: measurement
+    type(message_list_t), intent(inout) :: messages
+    type(wing_report_t) :: report
+    type(hdf5_file_t) :: file
+    type(failure_t) :: failure, ignored
+    integer :: i
+    report%path = path
+    call file%open_serial(path, failure)
+    if (failure%failed) then
+      call messages%add(failure%reason)
+      return
+    end if
+    call read_header(file, report)
+    if (report%is_clean()) then
+      call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'accuracy', 'calibration', &
+                                     'extra'], report)
+      call read_accuracy(file, measurement, report)
+      call read_calibration(file, measurement, report)
+      call read_all_heights(file, measurement, report)
+      call read_observations(file, measurement, report)
+      call check_measurement(measurement, wing, report)
+    end if
+    call file%close(ignored)
+    do i = 1, report%messages%count()
+      call messages%add(report%messages%text(i))
+    end do
+  end subroutine read_measurement
+
+  subroutine read_header(file, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: text
+    integer :: number
+    logical :: ok
+    call read_text(file, '/', 'schema', text, ok)
+    if (.not. ok) then
+      call report%add('attribute schema', 'missing or not a text; a measurement file has '//quoted(SCHEMA))
+    else if (text /= SCHEMA) then
+      call report%add('attribute schema', 'is '//quoted(text)//', expected '//quoted(SCHEMA))
+    end if
+    call read_attribute_integer(file, '/', 'version', number, ok)
+    if (.not. ok) then
+      call report%add('attribute version', 'missing or not an integer; this program reads version ' &
+                      //number_text(VERSION))
+    else if (number /= VERSION) then
+      call report%add('attribute version', 'is '//number_text(number)//'; this program reads version ' &
+                      //number_text(VERSION))
+    end if
+  end subroutine read_header
+
+  !> Reports the objects of a group that are not among the words of `known`.
+  subroutine check_members(file, group, known, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: known(:)
+    type(wing_report_t), intent(inout) :: report
+    character(NAME_LENGTH), allocatable :: names(:)
+    type(suggestion_t) :: suggestion
+    logical :: ok
+    integer :: i, k
+    call member_names(file, group, MOST_NAMES, names, ok)
+    if (.not. ok) call report%add(group, 'the list of contents cannot be read')
+    call report%begin(group)
+    do i = 1, size(names)
+      if (any(known == names(i))) cycle
+      call suggestion%start(trim(names(i)))
+      do k = 1, size(known)
+        call suggestion%offer(trim(known(k)))
+      end do
+      call report%found('unknown object '//quoted(trim(names(i)))//suggestion%hint()// &
+                        '; data of your own belong into /extra')
+    end do
+    call report%finish()
+  end subroutine check_members
+
+  subroutine read_accuracy(file, m, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(measurement_t), intent(inout) :: m
+    type(wing_report_t), intent(inout) :: report
+    character(*), parameter :: OBJECT = '/accuracy'
+    if (.not. file%has(OBJECT)) then
+      if (file%has('/reference')) call report%add(OBJECT, 'missing; it must have the attribute height, the '// &
+                                                  'standard deviation of heights [m]')
+      return
+    end if
+    call check_names(file, OBJECT, [character(18) :: 'height', 'correlation_length', 'force', 'force_gain', &
+                                    'position', 'tilt', 'piston'], report)
+    if (file%has('/reference')) call read_real(file, OBJECT, 'height', 'm', 0.0_rp, .true., FAR, &
+                                               m%accuracy%height, report)
+    call read_real(file, OBJECT, 'correlation_length', 'm', 0.0_rp, .false., FAR, m%accuracy%correlation_length, &
+                   report, 0.0_rp)
+    call read_real(file, OBJECT, 'force', 'N', 0.0_rp, .false., 1.0e6_rp, m%accuracy%force, report, 0.0_rp)
+    call read_real(file, OBJECT, 'force_gain', '', 0.0_rp, .false., 10.0_rp, m%accuracy%force_gain, report, 0.0_rp)
+    call read_real(file, OBJECT, 'position', 'm', 0.0_rp, .false., FAR, m%accuracy%position, report, 0.0_rp)
+    call read_real(file, OBJECT, 'tilt', 'rad', 0.0_rp, .false., 1.0_rp, m%accuracy%tilt, report, 0.0_rp)
+    call read_real(file, OBJECT, 'piston', 'm', 0.0_rp, .false., FAR, m%accuracy%piston, report, 0.0_rp)
+  end subroutine read_accuracy
+
+  subroutine read_calibration(file, m, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(measurement_t), intent(inout) :: m
+    type(wing_report_t), intent(inout) :: report
+    character(*), parameter :: OBJECT = '/calibration'
+    if (.not. file%has(OBJECT)) return
+    call read_whole(file, OBJECT, 'force_by_weight', 0, 1, -1, m%calibration%force_by_weight, report)
+    call read_whole(file, OBJECT, 'height_by_gauge', 0, 1, -1, m%calibration%height_by_gauge, report)
+    call read_whole(file, OBJECT, 'position_by_marks', 0, 1, -1, m%calibration%position_by_marks, report)
+    call read_whole(file, OBJECT, 'order_is_random', 0, 1, -1, m%calibration%order_is_random, report)
+  end subroutine read_calibration
+
+  subroutine read_all_heights(file, m, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(measurement_t), intent(inout) :: m
+    type(wing_report_t), intent(inout) :: report
+    character(NAME_LENGTH), allocatable :: names(:)
+    logical :: has_reference
+    integer :: l
+    has_reference = is_group(file, '/reference')
+    if (has_reference) then
+      call check_members(file, '/reference', [character(5) :: 'x', 'y', 'z', 'sigma'], report)
+      call read_reference(file, m, report)
+    else
+      if (file%has('/reference')) call report%add('/reference', 'is not a group with datasets x, y and z')
+      allocate (m%x(0), m%y(0), m%unloaded(0, 0), m%unloaded_sigma(0, 0), m%has_unloaded(0, 0))
+    end if
+    call read_names(file, '/loads', names, report)
+    if (size(names) == 0) call report%add('/loads', 'there is no load')
+    allocate (m%loads(size(names)))
+    do l = 1, size(names)
+      call read_load(file, trim(names(l)), has_reference, m, m%loads(l), report)
+    end do
+  end subroutine read_all_heights
+
+  subroutine read_load(file, name, has_reference, m, load, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    logical, intent(in) :: has_reference
+    type(measurement_t), intent(in) :: m
+    type(measured_load_t), intent(inout) :: load
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: group
+    group = '/loads/'//name
+    load%name = name
+    allocate (load%node(2, 0), load%height(0), load%sigma(0))
+    if (.not. is_group(file, group)) then
+      call report%add(group, 'is not a group with the attributes force, direction and point')
+      return
+    end if
+    call check_members(file, group, [character(5) :: 'z', 'sigma'], report)
+    call check_names(file, group, [character(9) :: 'force', 'direction', 'point', 'order', 'time', 'hold', &
+                                   'replicate'], report)
+    load%has_surface = file%has(group//'/z')
+    call read_real(file, group, 'force', 'N', 0.0_rp, load%has_surface, 1.0e6_rp, load%force, report)
+    call read_direction(file, group, 'direction', load%direction, report)
+    call read_vector(file, group, 'point', 'm', FAR, load%point, report)
+    call read_whole(file, group, 'order', 1, huge(1), 0, load%order, report)
+    call read_whole(file, group, 'replicate', 1, huge(1), 1, load%replicate, report)
+    call read_real(file, group, 'time', 's', 0.0_rp, .false., LONG_AGO, load%time, report, NOT_STATED)
+    call read_real(file, group, 'hold', 's', 0.0_rp, .false., LONG_AGO, load%hold, report, NOT_STATED)
+    if (load%has_surface .and. has_reference) then
+      call read_surface(file, group, m, load, report)
+    else if (load%has_surface) then
+      call report%add(group//'/z', 'means nothing without /reference, which is missing')
+    end if
+  end subroutine read_load
+
+  subroutine read_observations(file, m, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(measurement_t), intent(inout) :: m
+    type(wing_report_t), intent(inout) :: report
+    character(NAME_LENGTH), allocatable :: names(:)
+    integer :: i
+    call read_names(file, '/points', names, report)
+    allocate (m%observations(size(names)), m%zeros(0))
+    do i = 1, size(names)
+      call read_observation(file, trim(names(i)), m, m%observations(i), report)
+    end do
+  end subroutine read_observations
+
+  subroutine read_observation(file, name, m, observation, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    type(measurement_t), intent(inout) :: m
+    type(observation_t), intent(inout) :: observation
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: group, text
+    character(NAME_LENGTH) :: zero
+    type(suggestion_t) :: suggestion
+    integer :: l
+    group = '/points/'//name
+    observation%name = name
+    if (.not. is_group(file, group)) then
+      call report%add(group, 'is not a group with attributes')
+      return
+    end if
+    call check_members(file, group, [character(1) ::], report)
+    call check_names(file, group, [character(8) :: 'load', 'quantity', 'point', 'axis', 'value', 'units', 'sigma', &
+                                   'zero'], report)
+    call read_word(file, group, 'load', .true., text, report)
+    call suggestion%start(text)
+    do l = 1, size(m%loads)
+      if (m%loads(l)%name == text) observation%load = l
+      call suggestion%offer(m%loads(l)%name)
+    end do
+    if (observation%load == 0 .and. len(text) > 0) call report%add(group, 'there is no load '//quoted(text)// &
+                                                                   suggestion%hint())
+    call read_word(file, group, 'quantity', .true., text, report)
+    select case (text)
+    case ('displacement')
+      observation%quantity = QUANTITY_DISPLACEMENT
+    case ('rotation')
+      observation%quantity = QUANTITY_ROTATION
+    case default
+      if (len(text) > 0) call report%add(group, 'attribute quantity is '//quoted(text)// &
+                                         '; valid: displacement, rotation')
+    end select
+    call read_vector(file, group, 'point', 'm', FAR, observation%point, report)
+    call read_direction(file, group, 'axis', observation%axis, report)
+    call read_word(file, group, 'units', .true., text, report)
+    if (len(text) > 0 .and. text /= trim(merge('m  ', 'rad', observation%quantity == QUANTITY_DISPLACEMENT))) &
+      call report%add(group, 'attribute units is '//quoted(text)//'; valid: m for displacements, rad for rotations')
+    call read_real(file, group, 'value', '', -FAR, .false., FAR, observation%value, report)
+    call read_real(file, group, 'sigma', '', 0.0_rp, .true., FAR, observation%sigma, report)
+    call read_word(file, group, 'zero', .false., text, report)
+    if (len(text) == 0) return
+    zero = text
+    do l = 1, size(m%zeros)
+      if (m%zeros(l) == zero) observation%zero = l
+    end do
+    if (observation%zero > 0) return
+    m%zeros = [m%zeros, zero]
+    observation%zero = size(m%zeros)
+  end subroutine read_observation
+end module measurement_file

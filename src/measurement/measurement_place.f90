@@ -1,0 +1,55 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Finds a place (x, y) on the unloaded wing: the triangle that holds it or, without triangles, the nearest point.
+module measurement_place
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: material_place_t, find_place
+
+  real(rp), parameter, public :: NEAR = 0.01_rp !< of the wing's length: farthest point of a structure of veins
+
+  !> A point that moves with the wing: the sum of share*(corner).
+  type :: material_place_t
+    logical :: is_found = .false.
+    integer :: corner(3) = 1
+    real(rp) :: share(3) = 0
+    logical :: is_in_triangle = .false.
+  end type material_place_t
+
+contains
+
+  !> The place (x, y) [m] on the wing of the given points (3, n) and triangles (3, m); `length` [m] is the wing's.
+  pure function find_place(points, triangles, length, place) result(found)
+    real(rp), intent(in) :: points(:, :), length, place(2)
+    integer, intent(in) :: triangles(:, :)
+    type(material_place_t) :: found
+    real(rp), parameter :: TOLERANCE = 1.0e-9_rp ! the same as in solid_loads
+    real(rp) :: w(3), distance, nearest
+    integer :: t, i
+    do t = 1, size(triangles, 2)
+      associate (a => points(:2, triangles(1, t)), b => points(:2, triangles(2, t)), c => points(:2, triangles(3, t)))
+        w = [twice_area(place, b, c), twice_area(a, place, c), twice_area(a, b, place)]/twice_area(a, b, c)
+      end associate
+      if (minval(w) < -TOLERANCE) cycle
+      found%is_found = .true.
+      found%is_in_triangle = .true.
+      found%corner = triangles(:, t)
+      found%share = w
+      return
+    end do
+    if (size(triangles) > 0) return
+    nearest = huge(nearest)
+    do i = 1, size(points, 2)
+      distance = norm2(points(:2, i) - place)
+      if (distance < nearest) found%corner = i
+      nearest = min(nearest, distance)
+    end do
+    found%is_found = nearest <= NEAR*length
+    found%share = [1.0_rp, 0.0_rp, 0.0_rp]
+  end function find_place
+
+  pure real(rp) function twice_area(a, b, c) result(area)
+    real(rp), intent(in) :: a(2), b(2), c(2)
+    area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+  end function twice_area
+end module measurement_place

@@ -1,0 +1,150 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Writes a measurement file, so that a computed measurement can be read as a measured one.
+module measurement_write
+  use base_errors, only: failure_t
+  use base_kinds, only: rp, i8
+  use io_attributes, only: put_attribute
+  use io_datasets, only: write_slab
+  use io_hdf5, only: hdf5_file_t
+  use measurement_data, only: measurement_t, measured_load_t, observation_t, QUANTITY_DISPLACEMENT
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  implicit none
+  private
+  public :: write_measurement
+
+contains
+
+  !> Writes `m` to the file `path`, in this process alone. Heights are written where the load and the
+  !> reference have them. Reading it gives `m` again if the loads are in
+  !> alphabetical order, heights and numbers to the last bit, directions normalised.
+  subroutine write_measurement(path, m, failure)
+    character(*), intent(in) :: path
+    type(measurement_t), intent(in) :: m
+    type(failure_t), intent(inout) :: failure
+    type(hdf5_file_t) :: file
+    integer :: i
+    call file%create_serial(path, failure)
+    call put_attribute(file, '/', 'schema', 'flusi-msm measurement', failure)
+    call put_attribute(file, '/', 'version', 1, failure)
+    if (size(m%x) > 0) then
+      call file%make_group('/reference', failure)
+      call write_reals(file, '/reference/x', [size(m%x)], m%x, failure)
+      call write_reals(file, '/reference/y', [size(m%y)], m%y, failure)
+      call write_map(file, '/reference/z', m%unloaded, m%has_unloaded, failure)
+      call write_map(file, '/reference/sigma', m%unloaded_sigma, m%has_unloaded, failure)
+    end if
+    call write_accuracy(file, m, failure)
+    call file%make_group('/loads', failure)
+    do i = 1, size(m%loads)
+      call write_load(file, m, m%loads(i), failure)
+    end do
+    if (size(m%observations) > 0) call file%make_group('/points', failure)
+    do i = 1, size(m%observations)
+      call write_observation(file, m, m%observations(i), failure)
+    end do
+    call file%close(failure)
+  end subroutine write_measurement
+
+  subroutine write_accuracy(file, m, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(measurement_t), intent(in) :: m
+    type(failure_t), intent(inout) :: failure
+    call file%make_group('/accuracy', failure)
+    if (m%accuracy%height > 0) call put_attribute(file, '/accuracy', 'height', m%accuracy%height, failure)
+    call put_attribute(file, '/accuracy', 'correlation_length', m%accuracy%correlation_length, failure)
+    call put_attribute(file, '/accuracy', 'force', m%accuracy%force, failure)
+    call put_attribute(file, '/accuracy', 'force_gain', m%accuracy%force_gain, failure)
+    call put_attribute(file, '/accuracy', 'position', m%accuracy%position, failure)
+    call put_attribute(file, '/accuracy', 'tilt', m%accuracy%tilt, failure)
+    call put_attribute(file, '/accuracy', 'piston', m%accuracy%piston, failure)
+    call file%make_group('/calibration', failure)
+    call put_known('force_by_weight', m%calibration%force_by_weight)
+    call put_known('height_by_gauge', m%calibration%height_by_gauge)
+    call put_known('position_by_marks', m%calibration%position_by_marks)
+    call put_known('order_is_random', m%calibration%order_is_random)
+
+  contains
+
+    subroutine put_known(name, value)
+      character(*), intent(in) :: name
+      integer, intent(in) :: value
+      if (value >= 0) call put_attribute(file, '/calibration', name, value, failure)
+    end subroutine put_known
+
+  end subroutine write_accuracy
+
+  subroutine write_load(file, m, load, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(measurement_t), intent(in) :: m
+    type(measured_load_t), intent(in) :: load
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: map(:, :), sigma(:, :)
+    logical, allocatable :: has(:, :)
+    character(:), allocatable :: group
+    integer :: k
+    group = '/loads/'//load%name
+    call file%make_group(group, failure)
+    call put_attribute(file, group, 'force', load%force, failure)
+    call put_attribute(file, group, 'direction', load%direction, failure)
+    call put_attribute(file, group, 'point', load%point, failure)
+    call put_attribute(file, group, 'replicate', load%replicate, failure)
+    if (load%order > 0) call put_attribute(file, group, 'order', load%order, failure)
+    if (load%time >= 0) call put_attribute(file, group, 'time', load%time, failure)
+    if (load%hold >= 0) call put_attribute(file, group, 'hold', load%hold, failure)
+    if (load%count() == 0) return
+    allocate (map(size(m%x), size(m%y)), sigma(size(m%x), size(m%y)), source=0.0_rp)
+    allocate (has(size(m%x), size(m%y)), source=.false.)
+    do k = 1, load%count()
+      has(load%node(1, k), load%node(2, k)) = .true.
+      map(load%node(1, k), load%node(2, k)) = load%height(k)
+      sigma(load%node(1, k), load%node(2, k)) = load%sigma(k)
+    end do
+    call write_map(file, group//'/z', map, has, failure)
+    call write_map(file, group//'/sigma', sigma, has, failure)
+  end subroutine write_load
+
+  subroutine write_observation(file, m, observation, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(measurement_t), intent(in) :: m
+    type(observation_t), intent(in) :: observation
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: group
+    logical :: is_displacement
+    is_displacement = observation%quantity == QUANTITY_DISPLACEMENT
+    group = '/points/'//observation%name
+    call file%make_group(group, failure)
+    call put_attribute(file, group, 'load', m%loads(observation%load)%name, failure)
+    call put_attribute(file, group, 'quantity', trim(merge('displacement', 'rotation    ', is_displacement)), failure)
+    call put_attribute(file, group, 'units', trim(merge('m  ', 'rad', is_displacement)), failure)
+    call put_attribute(file, group, 'point', observation%point, failure)
+    call put_attribute(file, group, 'axis', observation%axis, failure)
+    call put_attribute(file, group, 'value', observation%value, failure)
+    call put_attribute(file, group, 'sigma', observation%sigma, failure)
+    if (observation%zero > 0) call put_attribute(file, group, 'zero', trim(m%zeros(observation%zero)), failure)
+  end subroutine write_observation
+
+  !> Values where `has`, NaN elsewhere.
+  subroutine write_map(file, name, values, has, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: values(:, :)
+    logical, intent(in) :: has(:, :)
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: flat(:)
+    allocate (flat(size(values)), source=ieee_value(0.0_rp, ieee_quiet_nan))
+    flat = unpack(pack(values, has), pack(has, .true.), flat)
+    call write_reals(file, name, shape(values), flat, failure)
+  end subroutine write_map
+
+  subroutine write_reals(file, name, dims, values, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: dims(:)
+    real(rp), contiguous, intent(in) :: values(:)
+    type(failure_t), intent(inout) :: failure
+    integer(i8) :: start(size(dims))
+    start = 0
+    call write_slab(file, name, int(dims, i8), start, int(dims, i8), values, .false., failure)
+    call put_attribute(file, name, 'units', 'm', failure)
+  end subroutine write_reals
+end module measurement_write

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measurement files (docs/measurement-format.md): writes what was measured on a wing, in SI units."""
+import h5py
+import numpy as np
+
+from _flusi_io import InputError
+
+SCHEMA, VERSION = "flusi-msm measurement", 1
+
+
+def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, title="", unloaded_sigma=None):
+    """Writes a measurement file in the layout of HDF5 1.8, whose metadata carry checksums.
+
+    x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})};
+    accuracy, calibration: {attribute: value}.
+    """
+    def dataset(name, values):
+        made = file.create_dataset(name, data=np.asarray(values, "<f8"), track_times=False)
+        made.attrs["units"] = np.bytes_("m")
+
+    def attributes(name, values):
+        group = file.require_group(name)
+        for key, value in values.items():
+            whole = isinstance(value, (int, np.integer))
+            group.attrs[key] = np.asarray(value, "<i4" if whole else "<f8")
+
+    try:
+        with h5py.File(path, "w", libver=("v108", "v108")) as file:
+            file.attrs["schema"] = np.bytes_(SCHEMA)
+            file.attrs["version"] = np.int32(VERSION)
+            if title:
+                file.attrs["title"] = np.bytes_(title)
+            for name, values in (("x", x), ("y", y), ("z", unloaded)):
+                dataset("reference/" + name, values)
+            if unloaded_sigma is not None:
+                dataset("reference/sigma", unloaded_sigma)
+            for name, (heights, facts) in sorted(loads.items()):
+                dataset(f"loads/{name}/z", heights)
+                attributes(f"loads/{name}", facts)
+            attributes("accuracy", accuracy)
+            attributes("calibration", calibration or {})
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error}") from error
