@@ -45,22 +45,28 @@ CASES = {
     **{f"{n}": {**grid(n), "eps": 0.096 / n} for n in (16, 24, 32, 48, 64)},
     "16-eps": {**grid(16), "eps": 3e-3},
     "16-step": {**grid(16), "eps": 6e-3, "CFL_eta": 0.495},
-    "16-box": {**grid(16, 9, 6), "eps": 6e-3},
+    "16-box": {**grid(16, 9, 6), "eps": 6e-3, "Tmax": 17.0},
     "16-thin": {**grid(16), "eps": 6e-3, "WingThickness": "2.0*dx"},
     "16-near": {**grid(16), "eps": 6e-3, "load_distance": "3.0*dx"},
+    "16-extrapolated": {**grid(16), "eps": 6e-3, "coupling": "extrapolated"},
+    "16-strong": {**grid(16), "eps": 6e-3, "coupling": "strong", "Tmax": 18.0},
+    "16-viscous": {**grid(16), "eps": 6e-3, "load": "pressure_viscous"},
     "16-soft": {**grid(16), "eps": 6e-3, **stiffness(0.0015)},
     "32-thin": {**grid(32), "eps": 3e-3, "WingThickness": "2.0*dx"},
     "32-soft": {**grid(32), "eps": 3e-3, **stiffness(0.0015)},
     **{f"pendulum-{n}": pendulum(n) for n in (16, 24, 32, 48)},
     "pendulum-vacuum": pendulum(12, 1e-9),
-    **{f"thin-{n}": (n, RIGIDITY) for n in (24, 40, 56)},
-    "thin-40-soft": (40, 0.0015),
+    "thin-24": (24, 22.0),
+    "thin-40": (40, 20.0),
+    "thin-24-normal": (24, 22.0, "--normal"),
+    "thin-40-normal": (40, 20.0, "--normal"),
 }
 
 
 def change(text, keys):
     """The input file with other values; keys that are not in it go to their section."""
-    homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing"}
+    homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing", "coupling": "Flexible_wing",
+             "load": "Flexible_wing"}
     for key, value in keys.items():
         new, count = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value};", text)
         text = new if count else text.replace(f"[{homes[key]}]", f"[{homes[key]}]\n{key} = {value};")
@@ -71,8 +77,8 @@ def run(program, folder, name):
     folder.mkdir(parents=True, exist_ok=True)
     case = CASES[name]
     if isinstance(case, tuple):
-        command = [sys.executable, str(Path(__file__).with_name("thin_filament.py")), str(case[0]), "22", "tail.txt",
-                   "--rigidity", str(case[1])]
+        command = [sys.executable, str(Path(__file__).with_name("thin_filament.py")), str(case[0]), str(case[1]),
+                   "tail.txt", "--rigidity", str(RIGIDITY), *case[2:]]
     else:
         text = (ROOT / "ini/flag.ini").read_text().replace("../wings/", f"{ROOT}/wings/")
         (folder / "run.ini").write_text(change(text, {**case, "iDoBackup": "no"}))

@@ -10,9 +10,10 @@ F = K (Y - X) + C (dY/dt - dX/dt) per length, hold them together and drive the f
 10.1063/1.2734674, and the feedback forcing of Huang et al.). Adams-Bashforth with exact viscosity for the flow, BDF2
 with Newton's method for the filament. Box, sponge and start are those of flag.py.
 
-usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ]
+usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ] [--normal]
 
-POINTS per length of the filament; FILE gets time and place of the tail, relative to the root.
+POINTS per length of the filament; FILE gets time and place of the tail, relative to the root. With --normal the
+filament does not feel the friction of the flow along it, as a wing under pressure alone.
 """
 import argparse
 
@@ -128,7 +129,7 @@ class Filament:
         self.old, self.y, self.old_v, self.v = self.y, y, self.v, v
 
 
-def run(points, end, rigidity, box):
+def run(points, end, rigidity, box, normal):
     """Yields records of time, place of the tail, largest |Y - X| and the force along the stream."""
     dt = 0.064 / points
     flow = Flow(points, box, dt)
@@ -145,6 +146,10 @@ def run(points, end, rigidity, box):
         if step % 10 == 0:
             yield step * dt, *(filament.y[-1] - filament.y[0]), np.abs(filament.y - markers).max(), -force.sum(0)[0]
         flow.step(velocity, spread)
+        if normal:
+            along = np.gradient(filament.y, axis=0)
+            along /= np.sqrt((along**2).sum(1))[:, None]
+            force = force - (force * along).sum(1)[:, None] * along
         filament.step(-force)
         markers = markers + dt * local
 
@@ -156,10 +161,11 @@ def main():
     parser.add_argument("file", metavar="FILE")
     parser.add_argument("--rigidity", type=float, default=0.0015, metavar="EI", help="over rho U^2 L^3 (0.0015)")
     parser.add_argument("--box", type=float, nargs=2, default=(6.0, 4.0), metavar=("LY", "LZ"))
+    parser.add_argument("--normal", action="store_true", help="no friction on the filament")
     options = parser.parse_args()
     with open(options.file, "w", buffering=1) as file:
         file.write("# time y_tail z_tail largest|Y-X| F_y\n")
-        for record in run(options.points, options.end, options.rigidity, options.box):
+        for record in run(options.points, options.end, options.rigidity, options.box, options.normal):
             file.write(" ".join(f"{x:.8e}" for x in record) + "\n")
 
 
