@@ -23,6 +23,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 SPARS = 2 * math.pi * 0.1**4 / 64  # moment of area of the spars of wings/filament.h5, m^4 per metre of width
 MASS, RIGIDITY, TILT = 1.5, 0.00225, 18.0
+THIN = {"thin-16-normal": "no thickness, no friction", "thin-40": "no thickness, with friction"}
 
 
 def grid(points, length=6, height=4):
@@ -56,6 +57,8 @@ CASES = {
     "32-soft": {**grid(32), "eps": 3e-3, **stiffness(0.0015)},
     **{f"pendulum-{n}": pendulum(n) for n in (16, 24, 32, 48)},
     "pendulum-vacuum": pendulum(12, 1e-9),
+    "thin-16": (16, 22.0),
+    "thin-16-normal": (16, 22.0, "--normal"),
     "thin-24": (24, 22.0),
     "thin-40": (40, 20.0),
     "thin-24-normal": (24, 22.0, "--normal"),
@@ -169,16 +172,18 @@ def plot(root, picture):
     from _style import COLOURS, save, use_style
     use_style()
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), width_ratios=(2.2, 1))
-    names = [name for name in CASES if (name.isdigit() or name == "thin-40") and (root / name / "done").exists()]
+    names = [name for name in CASES if (name.isdigit() or name in THIN) and (root / name / "done").exists()]
     for name, colour in zip(names, COLOURS):
         t, y, z = tail(root / name, TILT)
-        label = f"L/dx = {name}, t = {4 / int(name):.3g} L" if name.isdigit() else "no thickness (immersed boundary)"
-        style = {"color": "black", "lw": 1.0, "ls": "--"} if name.startswith("thin") else {"color": colour}
+        label = f"L/dx = {name}, t = {4 / int(name):.3g} L" if name.isdigit() else THIN[name]
+        style = {"color": colour}
+        if not name.isdigit():
+            style = {"color": "black", "lw": 1.0, "ls": ":" if name.endswith("normal") else "--"}
         left.plot(t, z, label=label, **style)
         begins = zeros(t, z)
         last = (t >= begins[-2]) & (t <= begins[-1])
         right.plot(y[last], z[last], **style)
-    left.set(xlabel="t U/L", ylabel="tail across the stream / L", xlim=(0, 22), ylim=(-0.5, 0.75))
+    left.set(xlabel="t U/L", ylabel="tail across the stream / L", xlim=(0, 22), ylim=(-0.6, 0.8))
     left.legend(ncols=2, loc="upper right", fontsize=8)
     right.set(xlabel="tail along the stream / L", title="last cycle")
     save(figure, picture)
