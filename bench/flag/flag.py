@@ -23,7 +23,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 SPARS = 2 * math.pi * 0.1**4 / 64  # moment of area of the spars of wings/filament.h5, m^4 per metre of width
 MASS, RIGIDITY, TILT = 1.5, 0.00225, 18.0
-THIN = {"thin-16-normal": "no thickness, no friction", "thin-40": "no thickness, with friction"}
+THIN = {"thin-24-normal": "no thickness, no friction", "thin-40": "no thickness, with friction"}
 
 
 def grid(points, length=6, height=4):
