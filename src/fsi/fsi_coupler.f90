@@ -347,8 +347,7 @@ contains
       associate (state => self%states(i), bent => wings%deformation(i), u => self%params%units)
         bent%u = state%u(:, :n)/u%length
         bent%v = state%v(:, :n)*(u%time/u%length)
-        bent%a = 0
-        if (state%old_step > 0) bent%a = (state%v(:, :n) - state%old_v(:, :n))/state%old_step*(u%time**2/u%length)
+        bent%a = state%a(:, :n)*(u%time**2/u%length)
       end associate
     end do
   end subroutine coupler_deform
