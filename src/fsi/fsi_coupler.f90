@@ -49,6 +49,7 @@ module fsi_coupler
     type(unit_scales_t) :: units        !< SI values of one L, T and M
     real(rp) :: gravity(3) = 0          !< [m/s^2] in space
     real(rp) :: distance = 0            !< of the places where the flow is looked at from the surface, L
+    logical :: extrapolates = .false.   !< the pressure difference is extrapolated to the mid surface
     logical :: friction = .false.       !< the viscous traction is part of the load
     integer :: coupling = COUPLING_WEAK
     real(rp) :: tolerance = 1.0e-3_rp   !< strong: of the load, relative
@@ -201,7 +202,8 @@ contains
     end associate
     do i = 1, size(self%wings)
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
-        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance)
+        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, &
+                       self%params%extrapolates)
         if (self%params%friction) then
           call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, self%params%distance, &
                                  wings%params%half_thickness)
@@ -349,8 +351,7 @@ contains
       associate (state => self%states(i), bent => wings%deformation(i), u => self%params%units)
         bent%u = state%u(:, :n)/u%length
         bent%v = state%v(:, :n)*(u%time/u%length)
-        bent%a = 0
-        if (state%old_step > 0) bent%a = (state%v(:, :n) - state%old_v(:, :n))/state%old_step*(u%time**2/u%length)
+        bent%a = state%a(:, :n)*(u%time**2/u%length)
       end associate
     end do
   end subroutine coupler_deform

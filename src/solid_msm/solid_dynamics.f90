@@ -28,6 +28,7 @@ module solid_dynamics
     real(rp), dimension(:, :), allocatable :: u, v          !< [m], [m/s] now, in the wing frame
     real(rp), dimension(:, :), allocatable :: old_u, old_v  !< one step before
     real(rp), dimension(:, :), allocatable :: g, old_g      !< [N] elastic forces of both times
+    real(rp), dimension(:, :), allocatable :: a             !< [m/s^2] rate of v in the wing frame, of order 2
   contains
     procedure :: init => state_init
   end type dynamic_state_t
@@ -80,7 +81,7 @@ contains
     call model%zero_clamped(self%u)
     call model%zero_clamped(self%v)
     call model%gradient(self%u, self%g)
-    allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), source=0.0_rp)
+    allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), self%a(3, n), source=0.0_rp)
   end subroutine state_init
 
   !> Work space and symbolic analysis for this model.
@@ -106,7 +107,7 @@ contains
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
   !> step, with the frame of `motion` at the new time. On failure the state is what it was.
-  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report)
+  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -115,6 +116,7 @@ contains
     type(dynamic_options_t), intent(in) :: options
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(out) :: report
+    real(rp), intent(in), optional :: guess(:, :) !< (3, n_all) [m] of u at the end, instead of an extrapolated one
     integer :: halvings, done
     real(rp) :: part
     logical :: converged
@@ -124,8 +126,13 @@ contains
     done = 0
     do
       part = dt/2**halvings
-      call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, &
-                   options, state, report, converged)
+      if (present(guess) .and. halvings == 0) then
+        call substep(self, model, inertia, motion%at(self%saved%time + part), force, part, options, state, report, &
+                     converged, guess)
+      else
+        call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, options, state, &
+                     report, converged)
+      end if
       if (converged) then
         done = done + 1
         report%substeps = report%substeps + 1
@@ -143,7 +150,7 @@ contains
     report%converged = .true.
   end subroutine dynamics_step
 
-  subroutine substep(self, model, inertia, frame, force, h, options, state, report, converged)
+  subroutine substep(self, model, inertia, frame, force, h, options, state, report, converged, guess)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -153,6 +160,7 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(inout) :: report
     logical, intent(out) :: converged
+    real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
     real(rp) :: r, c1, c2, q, scale, floor, noise, size_r
     integer :: iteration
@@ -169,6 +177,7 @@ contains
     self%bg = c1*state%g - c2*state%old_g
     self%u = state%u + h*state%v
     if (r > 0) self%u = self%u + (0.5_rp*h*r)*(state%v - state%old_v)
+    if (present(guess)) self%u = guess
     call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%axial)
     floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(h)*hinge_forces(model)
@@ -210,6 +219,7 @@ contains
     state%u = self%u
     state%v = self%v
     state%g = self%solver%g
+    state%a = self%rate
     state%old_step = h
     state%time = state%time + h
   end subroutine substep
@@ -310,5 +320,6 @@ contains
     to%old_v = from%old_v
     to%g = from%g
     to%old_g = from%old_g
+    to%a = from%a
   end subroutine copy_state
 end module solid_dynamics

@@ -196,7 +196,8 @@ contains
     call f%free()
   end subroutine light
 
-  !> rho pi c/4 per mass of the layer, for a rectangle whose masses are those of an even layer.
+  !> rho pi c/4 per mass of the layer, for a rectangle of an even layer, and for one that is heavier in front: with a
+  !> mass of 1, 1, 3 and 1, 3, 3 layers at the corners of its two triangles, a chord at 2/3 of its length weighs 17/9.
   subroutine rectangle()
     real(rp), parameter :: CHORD = 0.4_rp, LAYER = 3.0_rp, DENSITY = 1.2_rp, PI = 3.141592653589793_rp
     real(rp) :: points(3, 4), masses(4)
@@ -210,6 +211,9 @@ contains
     masses = LAYER*CHORD*[2.0_rp, 1.0_rp, 2.0_rp, 1.0_rp]/6
     call t%check_close('added mass of a rectangle', added_mass_ratio(points, triangles, masses, DENSITY), &
                        DENSITY*PI/4*CHORD/LAYER, rtol=1.0e-12_rp)
+    masses(3:4) = 3*masses(3:4)
+    call t%check_close('of one that is heavier in front', added_mass_ratio(points, triangles, masses, DENSITY), &
+                       DENSITY*PI/4*CHORD/(LAYER*17/9), rtol=1.0e-12_rp)
   end subroutine rectangle
 
   !> A load that is linear in time is extrapolated exactly over steps of different length, and kept in the first.
@@ -229,14 +233,15 @@ contains
   !> A flow that moves with the turning wing as far as the faces of the sheet and is linear beyond, differently on
   !> both sides. The delta function is exact on what is linear.
   subroutine friction()
-    real(rp), parameter :: ABOVE = 0.7_rp, BELOW = -0.2_rp, NU = 0.3_rp, HALF = 0.2_rp, DISTANCE = 0.7_rp
+    real(rp), parameter :: ABOVE = 0.7_rp, BELOW = -0.2_rp, NU = 0.3_rp, HALF = 0.2_rp, DISTANCE = 0.7_rp, NEAR = 0.3_rp
     type(flight_t) :: f
     type(sampler_t) :: sampler
     type(pressure_load_t) :: load
     type(failure_t) :: failure
-    real(rp), allocatable :: velocity(:, :, :, :)
+    real(rp), allocatable :: velocity(:, :, :, :), pressure(:, :, :)
     real(rp) :: x(3), normal(3), along(3), s, expected(3)
     integer :: i, j, k
+    f%n = 48
     call f%start(t%world)
     call f%wings%place(0.25_rp, f%fluid%rhs%penalty, failure)
     associate (pose => f%wings%poses(1), grid => f%fluid%rhs%params%grid, block => f%fluid%transform%block, &
@@ -244,6 +249,7 @@ contains
       normal = pose%vector_to_space([0.0_rp, 0.0_rp, 1.0_rp])
       along = pose%vector_to_space([0.6_rp, 0.8_rp, 0.0_rp])
       allocate (velocity(block%count(1), block%count(2), block%count(3), 3))
+      allocate (pressure(block%count(1), block%count(2), block%count(3)))
       do k = 1, block%count(3)
         do j = 1, block%count(2)
           do i = 1, block%count(1)
@@ -251,6 +257,7 @@ contains
             s = dot_product(x - pose%hinge, normal)
             velocity(i, j, k, :) = pose%hinge_velocity + cross(pose%vector_to_space(pose%omega), x - pose%hinge) + &
                                    (ABOVE*max(0.0_rp, s - HALF) + BELOW*max(0.0_rp, -s - HALF))*along
+            pressure(i, j, k) = sign(5 - 2*abs(s), s)
           end do
         end do
       end do
@@ -263,6 +270,10 @@ contains
       call t%check_below('friction of a linear flow', norm2(sum(load%friction, 2) - expected), &
                          1.0e-11_rp*norm2(expected))
       call t%check('it is the force without pressure', all(abs(load%force - load%friction) <= 0))
+      call load%look(surface, sampler, pressure, NEAR)
+      call t%check_below('a pressure difference that falls off', maxval(abs(load%jump - 2*(5 - 2*NEAR))), 1.0e-12_rp)
+      call load%look(surface, sampler, pressure, NEAR, extrapolates=.true.)
+      call t%check_below('the same at the mid surface', maxval(abs(load%jump - 10)), 1.0e-12_rp)
     end associate
     call f%free()
   end subroutine friction
