@@ -88,6 +88,7 @@ module fsi_coupler
     procedure :: look => coupler_look
     procedure :: advance => coupler_advance
     procedure :: add_request => coupler_add_request
+    procedure :: rewind => coupler_rewind
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
@@ -243,6 +244,20 @@ contains
       end do
     end associate
   end subroutine coupler_advance
+
+  !> After a failed `advance`: the wings have the shape and the rates again that they had before it, at `time` [T].
+  !> Collective.
+  subroutine coupler_rewind(self, time, wings)
+    class(coupler_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    type(flapping_wings_t), intent(inout) :: wings
+    integer :: i
+    do i = 1, size(self%wings)
+      call self%wings(i)%rewind(self%world, self%states(i))
+      self%states(i)%time = time*self%params%units%time
+    end do
+    call self%deform(wings)
+  end subroutine coupler_rewind
 
   !> The step of all wings from its beginning under `applied`.
   subroutine solve(self, dt, wings, failure)
