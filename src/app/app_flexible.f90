@@ -40,9 +40,11 @@ contains
                           'load under which the wings make a step: that at its beginning, extrapolated to its end, '// &
                            'or found at its end by sub-iterations')
     call registry%add_real(F, 'coupling_tolerance', 1.0e-3_rp, &
-                           'strong: the load may change by so much of itself in the last sub-iteration', above=0.0_rp)
+                           'strong: the load may change by so much of itself in the last sub-iteration', &
+                           above=0.0_rp)
     call registry%add_integer(F, 'coupling_iterations', 20, &
-                             'strong: the run stops if so many evaluations of the flow in a step are not enough', min=1)
+                              'strong: the run stops if so many evaluations of the flow in a step are not enough', &
+                              min=1)
     call registry%add_real(F, 'T_release', 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
     call registry%add_real(F, 'largest_deflection', 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
                            above=0.0_rp)

@@ -57,8 +57,8 @@ contains
     do i = 1, size(flight%wings)
       associate (wing => flight%wings(i))
         if (size(wing%points) == 0) cycle
-        low = grid%length
-        high = 0
+        low = huge(1.0_rp)
+        high = -huge(1.0_rp)
         duration = min(t_end, wing%motion%ramp + 1/wing%motion%frequency)
         do k = 0, LOOKS
           call pose_wing(flight%body, wing%mount, wing%motion, duration*k/LOOKS, pose)

@@ -9,6 +9,7 @@ module app_report
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_solver, only: fluid_t
+  use fsi_coupler, only: COUPLING_WEAK
   use fsi_flapping_wings, only: flapping_wings_t
   use parallel_report, only: report_timers
   use parallel_world, only: world_t
@@ -100,22 +101,41 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> What the wings that bend are made of, and whether the weak coupling is safe for them: the air that a strip of
-  !> the wing accelerates weighs rho pi/4 (chord) per area (Sedov 1965).
+  !> What the wings that bend are made of, and whether their coupling is safe for them (docs/flexible-wings.md).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
-    real(rp), parameter :: UG = 1.0e9_rp, G = 1.0e3_rp, SAFE = 1.0_rp
-    real(rp) :: air
-    associate (wing => settings%flight%wings(1), c => settings%coupler)
+    real(rp), parameter :: UG = 1.0e9_rp, G = 1.0e3_rp
+    real(rp) :: air, stiffness
+    associate (wing => settings%flight%wings(1), c => settings%coupler, p => settings%fluid)
       air = settings%units%density*PI/4*wing%mean_chord()*c%units%length
       write (unit, '(a,i0,a,es10.3,a,f0.1,a,f0.2,a,f0.2,a)') 'bending   ', c%model%n_points, ' points, E = ', &
         c%model%params%young, ' Pa, mass ', UG*sum(c%inertia%mass), ' ug, membrane ', G*c%membrane, &
         ' g/m^2, air that it accelerates ', G*air, ' g/m^2'
-      if (air > SAFE*c%membrane) write (unit, '(a)') '          the membrane is lighter than that air: the weak '// &
-        'coupling may become unstable; watch bending_*.t, and try a smaller dt_max'
+      write (unit, '(a,f0.2)') '          largest added-mass ratio over the wing ', c%added_mass
+      stiffness = 0
+      if (c%membrane > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
+                                      c%membrane*step_over_c_eta(p)
+      if (c%coupling == COUPLING_WEAK .and. c%added_mass > 1) then
+        write (unit, '(a)') '          the wing is lighter than the air that it moves: the lag of the weak '// &
+          'coupling is felt; better: coupling = extrapolated or strong'
+      end if
+      if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') '          (dt/C_eta) rho t/membrane = ', &
+        stiffness, ' may exceed ', c%stability_limit(), &
+        ': the coupling may be unstable; better: coupling = strong, a smaller dt_max or a thinner sheet'
     end associate
   end subroutine print_bending
+
+  !> Largest dt/C_eta that the parameters allow.
+  pure real(rp) function step_over_c_eta(p) result(ratio)
+    type(fluid_params_t), intent(in) :: p
+    if (p%dt_fixed > 0) then
+      ratio = p%dt_fixed/p%c_eta
+    else
+      ratio = p%cfl_eta
+      if (p%dt_max > 0) ratio = min(ratio, p%dt_max/p%c_eta)
+    end if
+  end function step_over_c_eta
 
   !> Where the time went, over all ranks. Collective.
   subroutine print_time_table(world, timers, whole, fluid, wings)

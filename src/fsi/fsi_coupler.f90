@@ -58,6 +58,7 @@ module fsi_coupler
   contains
     procedure :: needs_fields => params_needs_fields
     procedure :: needs_trials => params_needs_trials
+    procedure :: stability_limit => params_stability_limit
   end type coupler_params_t
 
   !> What the sub-iterations of the strong coupling did.
@@ -75,14 +76,15 @@ module fsi_coupler
     type(surface_load_t), allocatable :: loads(:)        !< of the last look, in space
     type(surface_load_t), allocatable :: friction(:)     !< the viscous part of it
     type(coupling_report_t) :: report
-    type(wing_solver_t), allocatable, private :: wings(:)
-    type(pressure_load_t), allocatable, private :: surfaces(:)
+    type(pressure_load_t), allocatable :: surfaces(:)    !< of the last look: pressure jumps, forces on the points
+    type(wing_solver_t), allocatable :: wings(:)         !< for their reports
     type(energy_meter_t), allocatable, private :: meters(:)
     type(sampler_t), private :: sampler
     type(world_t), private :: world
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
-    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n_all, wings) [N]
+    !> (3, n_all, wings) [N] along the wing frames
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
     procedure :: init => coupler_init
     procedure :: look => coupler_look
@@ -92,8 +94,6 @@ module fsi_coupler
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
-    procedure :: point_loads => coupler_point_loads
-    procedure :: newton_iterations => coupler_newton_iterations
     procedure :: free => coupler_free
     procedure, private :: sample, solve, iterate, relax
   end type coupler_t
@@ -111,6 +111,22 @@ contains
     class(coupler_params_t), intent(in) :: self
     needs = self%coupling == COUPLING_STRONG
   end function params_needs_trials
+
+  !> Largest s = (dt/C_eta) rho t/(mass per area of the wing) that is certainly stable, t the thickness of the sheet.
+  !> The fluid in the mask pulls a point of the wing with rho t/C_eta per velocity; under that alone BDF2 moves it
+  !> by z^n with 3 z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z + 1/2 - s
+  !> = 0 if it is extrapolated: |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
+  pure real(rp) function params_stability_limit(self) result(limit)
+    class(coupler_params_t), intent(in) :: self
+    select case (self%coupling)
+    case (COUPLING_WEAK)
+      limit = 4
+    case (COUPLING_EXTRAPOLATED)
+      limit = 4.0_rp/3
+    case default
+      limit = huge(limit)
+    end select
+  end function params_stability_limit
 
   !> Wings at rest in their frames, unloaded, at time `time` [T]. `wings` becomes deformable. Collective.
   subroutine coupler_init(self, world, params, grid, block, time, wings)
@@ -368,27 +384,6 @@ contains
     real(rp) :: force(3)
     force = self%loads(i)%force
   end function coupler_surface_load
-
-  !> The load of the last look on wing i in space: force (3, n) on its points, rho L^4/T^2, and p_above - p_below (m)
-  !> of its triangles, rho L^2/T^2; above is where z of the wing frame points.
-  subroutine coupler_point_loads(self, i, force, jump)
-    class(coupler_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(out) :: force(:, :), jump(:)
-    force = self%surfaces(i)%force
-    jump = self%surfaces(i)%jump
-  end subroutine coupler_point_loads
-
-  !> Newton iterations, and with them factorisations, of the last step of the wing that took most. Collective.
-  integer function coupler_newton_iterations(self) result(n)
-    class(coupler_t), intent(in) :: self
-    integer :: i
-    n = 0
-    do i = 1, size(self%wings)
-      if (self%wings(i)%owner == self%world%rank) n = max(n, self%wings(i)%report%iterations)
-    end do
-    n = self%world%max_integer(n)
-  end function coupler_newton_iterations
 
   !> Releases everything.
   subroutine coupler_free(self)

@@ -238,7 +238,7 @@ def test_touching(case):
     case.write("run.ini", merged(FLIGHT, {"Insects": {"x0": "2.0 2.0 0.0"}, "Geometry": {"yl": 2.4}}))
     done = case.run("run.ini", code=EXIT_NUMERICAL)
     for words in ("the left wing leaves the box in the direction z", "beyond a side of the periodic box"):
-        check(words in done.err, f"'{words}' is said:\n{done.err}")
+        check(words in done.out + done.err, f"'{words}' is said:\n{done.out}{done.err}")
     case.write("run.ini", merged(FLIGHT, {"Insects": {"WingThickness": 0.3}}))
     err = case.run("--check", "run.ini", ranks=0).err
     check(err.count("the wings are 2.4 cells thick") == 1, f"thin wings are remarked upon:\n{err}")

@@ -34,6 +34,8 @@ module support_coupling
     real(rp) :: mass = 250.0e-9_rp           !< [kg] of the wing
     real(rp) :: shift(3) = 0                 !< of everything, L
     real(rp) :: softness = 1                 !< of the wing
+    real(rp) :: half_thickness = 0.2_rp      !< of the mask, L
+    real(rp) :: smoothing = 0.125_rp         !< of the mask, L
     real(rp) :: distance = 0.45_rp           !< at which the flow is looked at, L
     type(coupler_params_t) :: params         !< coupling, tolerance, friction, damping
     type(fluid_t) :: fluid
@@ -77,8 +79,8 @@ contains
     self%params%units = unit_scales_t(length=METRE, time=PERIOD, mass=self%density*METRE**3)
     self%params%distance = self%distance
 
-    flight%half_thickness = 0.2_rp
-    flight%smoothing = 0.125_rp
+    flight%half_thickness = self%half_thickness
+    flight%smoothing = self%smoothing
     flight%body%centre = BOX*[0.5_rp, 0.25_rp, 0.5_rp] + self%shift
     flight%body%rotation = body_rotation(roll=angle_t(value=0.3_rp), pitch=angle_t(value=-0.5_rp), &
                                          yaw=angle_t(value=0.2_rp))
