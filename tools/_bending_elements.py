@@ -57,31 +57,44 @@ class Springs:
 class Turns:
     """Hinges: k Theta^2/2 + k3 Theta^4/4 with the angle Theta between the second segment and its rest direction. That
     is the first segment turned by the rest angle about the membrane's normal, the direction of the summed areas of
-    `triangles` (hinges, 4, 3), padded with empty ones; if there are none the normal is fixed."""
+    `triangles` (hinges, 4, 3), padded with empty ones; if there are none the normal is fixed. `is_flat` is False if the
+    wing is not: then the turned segment is also raised toward the normal by the difference of elevation at rest."""
 
-    def __init__(self, positions, nodes, angles, triangles, normal, k, k3):
+    def __init__(self, positions, nodes, angles, triangles, normal, k, k3, is_flat=True):
         self.positions, self.nodes, self.k, self.k3 = positions, nodes, k, k3
-        self.cosine, self.sine = np.cos(angles), np.sin(angles)
+        self.cosine, self.sine, self.raised = np.cos(angles), np.sin(angles), None
         self.bent, self.triangles, self.normal = angles != 0, triangles, normal
         corners = triangles.reshape(len(nodes), 12)
         self.local = np.concatenate([nodes, corners], 1)
         n = self.local.shape[1]
         self.pairs = np.stack([np.repeat(self.local, n, 1), np.tile(self.local, (1, n))], 2).reshape(-1, 2)
+        if not is_flat:
+            self.bent, self.raised = np.ones(len(nodes), bool), np.zeros(len(nodes))
+            for which, e, f, area in self._groups(np.zeros(positions.shape)):
+                te, tf = unit(list(e.T)), unit(list(f.T))
+                n = self._normal(which, None if area is None else list(area.T))
+                angle = np.arctan2(dot(n, cross(te, tf)), dot(te, tf) - dot(n, te) * dot(n, tf))
+                self.cosine[which], self.sine[which] = np.cos(angle), np.sin(angle)
+                self.raised[which] = np.arcsin(dot(n, tf)) - np.arcsin(dot(n, te))
 
-    def _law(self, e, f, n):
-        """Energies; e, f are the segments, n the unit normal, or nothing for straight hinges."""
+    def _law(self, which, e, f, n):
+        """Energies of some hinges; e, f are the segments, n the unit normal, or nothing for straight hinges."""
         te, tf = unit(e), unit(f)
         if n is not None:
-            c, s = self._c, self._s
+            c, s = self.cosine[which], self.sine[which]
             side, along = cross(n, te), dot(n, te)
             te = [te[k] * c + side[k] * s + along * n[k] * (1 - c) for k in range(3)]
+        if self.raised is not None:
+            along = dot(n, te)
+            up = unit([n[k] - along * te[k] for k in range(3)])
+            te = [te[k] * np.cos(self.raised[which]) + up[k] * np.sin(self.raised[which]) for k in range(3)]
         w = [tf[k] - te[k] for k in range(3)]
         square = squared_angle(dot(w, w) * 0.25)
-        return square * (0.5 * self._k) + square * square * (0.25 * self._k3)
+        return square * (0.5 * self.k[which]) + square * square * (0.25 * self.k3[which])
 
     def _groups(self, u):
         """Straight hinges, hinges with a normal carried by triangles, hinges with a fixed normal: which, their
-        segments and their areas."""
+        segments, and their areas if these matter."""
         x = self.positions + u[:len(self.positions)]
         e, f = x[self.nodes[:, 1]] - x[self.nodes[:, 0]], x[self.nodes[:, 2]] - x[self.nodes[:, 1]]
         has = self.bent & (self.triangles[:, 0, 0] != self.triangles[:, 0, 1])
@@ -89,21 +102,19 @@ class Turns:
         area = np.cross(b - a, c - a).sum(1)
         for chosen, carried in ((~self.bent, False), (has, True), (self.bent & ~has, False)):
             which = np.flatnonzero(chosen)
-            if not len(which):
-                continue
-            self._c, self._s, self._k, self._k3 = (q[which] for q in (self.cosine, self.sine, self.k, self.k3))
-            yield which, e[which], f[which], area[which] if carried else None, bool(self.bent[which[0]])
+            if len(which):
+                yield which, e[which], f[which], area[which] if carried else None
 
-    def _normal(self, area, bent):
+    def _normal(self, which, area):
         if area is not None:
             return unit(area)
-        return [np.full(len(self._c), q) for q in self.normal] if bent else None
+        return [np.full(len(which), q) for q in self.normal] if self.bent[which[0]] else None
 
     def energy(self, u):
         total = 0.0
-        for _, e, f, area, bent in self._groups(u):
-            total = total + self._law(list(e.T), list(f.T), self._normal(None if area is None else list(area.T), bent)
-                                      ).sum()
+        for which, e, f, area in self._groups(u):
+            normal = self._normal(which, None if area is None else list(area.T))
+            total = total + self._law(which, list(e.T), list(f.T), normal).sum()
         return total
 
     def derivatives(self, u, with_hessian=True):
@@ -112,9 +123,9 @@ class Turns:
         g = np.zeros((count, n, 3), u.dtype)
         h = np.zeros((count, n, 3, n, 3), u.dtype) if with_hessian else None
         x = (self.positions + u[:len(self.positions)])[self.triangles]  # (hinges, 4, 3 corners, 3)
-        for which, e, f, area, bent in self._groups(u):
+        for which, e, f, area in self._groups(u):
             jets = variables(np.concatenate([e, f] + ([] if area is None else [area]), 1), with_hessian)
-            out = self._law(jets[:3], jets[3:6], self._normal(None if area is None else jets[6:], bent))
+            out = self._law(which, jets[:3], jets[3:6], self._normal(which, None if area is None else jets[6:]))
             m = len(which)
             basis = np.zeros((m, out.g.shape[1], n, 3), u.dtype)  # d(e, f, A)/d(local nodes)
             for k in range(3):
@@ -147,16 +158,6 @@ class Turns:
     def hessian(self, u):
         _, h = self.derivatives(u)
         return h.transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
-
-    def angles(self, u):
-        """The turning angles [rad]."""
-        k, k3, result = self.k, self.k3, np.zeros(len(self.nodes))
-        for which, e, f, area, bent in self._groups(u):
-            self._k, self._k3 = np.full(len(which), 2.0), np.zeros(len(which))
-            result[which] = np.sqrt(self._law(list(e.T), list(f.T), self._normal(None if area is None else
-                                                                                 list(area.T), bent)))
-        self.k, self.k3 = k, k3
-        return result
 
 
 def _cross_matrix(v):

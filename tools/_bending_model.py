@@ -7,9 +7,11 @@ from math import pi
 import numpy as np
 from scipy import sparse
 
+from _bending_camber import Camber, heights
 from _bending_elements import Plate, Springs, Turns
 from _bending_mesh import find_edges, locate, plan_hinges
 from _flusi_io import InputError
+from _wing_file import Wing
 
 STRAIGHT = 1e-9  # [rad] rest angle below which a hinge needs no normal
 
@@ -31,6 +33,8 @@ class Stiffness:
     joints: dict = field(default_factory=dict)  # name: [N m/rad]; the others bend as their vein
     # What a usual model does not know:
     E_gradient: float = 0.0           # E exp(g (x/R - 1/2)), x from the root, R the wing's length
+    E_wave: tuple = ()                # (vein, a, length [m]): E (1 + a sin(2 pi s/length)), s from the vein's beginning
+    camber: tuple = (0.0, 0.0, 0.0)   # [m] arch, bend and twist of the unloaded wing; see _bending_camber
     joint_hardening: float = 0.0      # [1/rad^2] M = k Theta (1 + h Theta^2) in the joints
     damage: tuple = ()                # (x, y, radius, factor) [m]: all stiffness in a disc
     root_compliance: tuple = (0.0, 0.0)  # [rad/(N m)] of the clamp: flapping about y, twisting about x
@@ -43,7 +47,10 @@ class Model:
         """`mean_diameter` [m] and `vein_springs` (a factor on k_vein) are those of the wing before refinement, so that
         a refined wing is the same structure."""
         check_stiffness(wing, stiffness)
-        self.wing, self.stiffness = wing, stiffness
+        self.stiffness, self.is_flat = stiffness, not any(stiffness.camber)
+        self.normal = plane_normal(wing)
+        flat, wing = wing, wing if self.is_flat else cambered(wing, stiffness.camber)
+        self.wing = wing
         hinges, ghosts = plan_hinges(wing)
         self.hinge_plan = hinges
         self.positions = np.concatenate([wing.points, ghosts])
@@ -60,6 +67,8 @@ class Model:
         d = stiffness.D * (self.damaged(self.positions[triangles].mean(1)) if len(triangles) else np.zeros(0))
         self.plate = Plate(stiffness.plate, self.positions, triangles, edges, n, d, stiffness.poisson)
         self.n_nodes = n + self.plate.n_slopes
+        self.bending = self.plate if self.is_flat else Camber(self.plate, self.positions, triangles,
+                                                              self._rest_heights(flat, n))
         moves = np.ones(self.n_nodes, bool)
         moves[list(wing.root)] = False
         moves[self.n_points:n] = False
@@ -76,6 +85,16 @@ class Model:
             rim = np.clip((1.05 - r) / 0.1, 0, 1)
             factor *= 1 - (1 - remains) * rim * rim * (3 - 2 * rim)
         return factor
+
+    def _rest_heights(self, flat, first_slope):
+        """z0 of the points and, as the plate's unknowns, its slopes across the middles of the edges."""
+        a, b = (flat.points[self.edges.ends[:, k], :2] for k in range(2))
+        side = b - a
+        _, dx, dy = rest_shape(flat, self.stiffness.camber, (a + b) / 2)
+        z0 = np.zeros(self.n_nodes)
+        z0[:self.n_points] = rest_shape(flat, self.stiffness.camber, flat.points)[0]
+        z0[first_slope:] = (dx * side[:, 1] - dy * side[:, 0]) / np.sqrt((side**2).sum(1)) * self.plate.scale
+        return z0
 
     def _springs(self, edges, vein_springs):
         s, ends, k = self.stiffness, [], []
@@ -100,17 +119,27 @@ class Model:
         ends = np.array(ends, int).reshape(-1, 2)
         return Springs(self.positions, ends, np.array(k) * self.damaged(self.positions[ends].mean(1)))
 
+    def young(self, vein, node):
+        """E [Pa] of a vein at one of its points."""
+        s, x = self.stiffness, self.wing.points[node, 0]
+        young = s.E * s.veins.get(vein, 1.0)
+        if s.E_gradient:
+            young *= np.exp(s.E_gradient * ((x - self.root_x) / self.span - 0.5))
+        if s.E_wave and s.E_wave[0] == vein:
+            nodes = self.wing.veins[vein][0]
+            steps = np.linalg.norm(np.diff(self.wing.points[nodes[:nodes.index(node) + 1]], axis=0), axis=1)
+            young *= 1 + s.E_wave[1] * np.sin(2 * pi * steps.sum() / s.E_wave[2])
+        return young
+
     def hinge_stiffness(self, hinge, with_joint=True):
         """[N m/rad] 1/(sum of l/(2 E I)) over both halves, or that of the joint."""
         s = self.stiffness
         if with_joint and hinge.joint in s.joints and s.joints[hinge.joint] >= 0:
             return s.joints[hinge.joint]
-        bends, at = 0.0, self.positions[hinge.nodes[1]]
+        bends = 0.0
         for vein, length, diameter in hinge.halves:
             moment = pi / 64 * self.mean_diameter**4 * (diameter / self.mean_diameter)**s.diameter_exponent
-            young = s.E * s.veins.get(vein, 1.0) * np.exp(
-                s.E_gradient * ((at[0] - self.root_x) / self.span - 0.5) if self.span > 0 else 0.0)
-            bends += length / (young * moment)
+            bends += length / (self.young(vein, hinge.nodes[1]) * moment)
         return (s.root if hinge.at_root else 1.0) / bends
 
     def _turns(self, hinges, edges):
@@ -122,7 +151,9 @@ class Model:
         f = self.positions[nodes[:, 2]] - self.positions[nodes[:, 1]]
         turn = np.cross(e, f)
         along = (e * f).sum(1)
-        self.normal = plane_normal(self.wing, turn)
+        if self.normal is None:  # no membrane: the plane of the veins
+            total = turn.sum(0)
+            self.normal = total / np.linalg.norm(total) if np.linalg.norm(total) > 0 else np.array([0.0, 0.0, 1.0])
         angles = np.arctan2(turn @ self.normal, along)
         size = np.sqrt((e**2).sum(1) * (f**2).sum(1))
         angles[(np.sqrt((turn**2).sum(1)) <= STRAIGHT * size) & (along > 0)] = 0
@@ -132,18 +163,18 @@ class Model:
             beside = sorted(set(edges.triangles_at(a, b) + edges.triangles_at(b, c)))
             for place, t in enumerate(beside):
                 around[row, place] = self.triangles[t]
-        return Turns(self.positions, nodes, angles, around, self.normal, k, k * hardens)
+        return Turns(self.positions, nodes, angles, around, self.normal, k, k * hardens, self.is_flat)
 
     # ---- energy and its derivatives -------------------------------------------------------------
 
     def energy(self, u):
-        return self.springs.energy(u) + self.turns.energy(u) + self.plate.energy(u)
+        return self.springs.energy(u) + self.turns.energy(u) + self.bending.energy(u)
 
     def gradient(self, u):
         g = np.zeros(u.shape, u.dtype)
         self.springs.add_gradient(u, g)
         self.turns.add_gradient(u, g)
-        self.plate.add_gradient(u, g)
+        self.bending.add_gradient(u, g)
         return g
 
     def _pattern(self):
@@ -164,12 +195,15 @@ class Model:
         self._order, self._indices, self._starts = order.data.astype(int) - 1, order.indices, order.indptr
         n_springs, n_turns = len(self.springs.pairs), len(self.turns.pairs)
         self._constant = self._block_of[:, n_springs + n_turns:] @ self.plate.hessian().reshape(-1, 9)
-        self._changing = self._block_of[:, :n_springs + n_turns].tocsr()
+        self._changing = self._block_of[:, :n_springs + n_turns].tocsr() if self.is_flat else self._block_of
 
     def tangent(self, u, axial, shift=0.0):
         """Hessian over the moving nodes as a sparse matrix, with the springs' axial forces [N] in its geometric part,
         plus `shift` [N/m] on the diagonal."""
-        blocks = np.concatenate([self.springs.hessian(u, axial), self.turns.hessian(u)]).reshape(-1, 9)
+        parts = [self.springs.hessian(u, axial), self.turns.hessian(u)]
+        if not self.is_flat:
+            parts.append(self.bending.hessian(u))
+        blocks = np.concatenate(parts).reshape(-1, 9)
         data = self._changing @ blocks + self._constant
         if shift:
             data[self._diagonal[:, None], [0, 4, 8]] += shift
@@ -179,6 +213,21 @@ class Model:
     def zeros(self):
         return np.zeros((self.n_nodes, 3))
 
+    def weights(self, gravity, vein_density, membrane_mass):
+        """Forces (nodes, 3) [N] of the weight under gravity(3) [m/s^2]: veins as conical pieces, half to each end by
+        their volume on that side, and a membrane of constant thickness."""
+        mass = np.zeros(self.n_nodes)
+        for nodes, diameters in self.wing.veins.values():
+            length = np.linalg.norm(np.diff(self.wing.points[nodes], axis=0), axis=1)
+            d = np.asarray(diameters)
+            middle = (d[:-1] + d[1:]) / 2
+            for near, ends in ((d[:-1], nodes[:-1]), (d[1:], nodes[1:])):
+                piece = vein_density * pi / 12 * (near**2 + near * middle + middle**2) * length / 2
+                np.add.at(mass, ends, piece)
+        share = self.plate.area / (3 * self.plate.area.sum()) * membrane_mass
+        np.add.at(mass, self.triangles.ravel(), np.repeat(share, 3))
+        return mass[:, None] * np.asarray(gravity, float)
+
     def point_load(self, place, force):
         """Forces (nodes, 3) [N] of a force(3) at (x, y) [m] of the unloaded wing."""
         loads = self.zeros()
@@ -187,17 +236,30 @@ class Model:
         return loads
 
 
-def plane_normal(wing, turns):
-    """Unit normal of the flat wing."""
-    if len(wing.triangles):
-        a, b, c = (wing.points[np.asarray(wing.triangles)[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a).sum(0)
-        off = (wing.points - wing.points[0]) @ (normal / np.linalg.norm(normal))
-        if np.abs(off).max() > 1e-6 * np.ptp(wing.points, axis=0).max():
-            raise InputError("the unloaded wing is not flat")
-        return normal / np.linalg.norm(normal)
-    total = turns.sum(0) if len(turns) else np.zeros(3)
-    return total / np.linalg.norm(total) if np.linalg.norm(total) > 0 else np.array([0.0, 0.0, 1.0])
+def plane_normal(wing):
+    """Unit normal of the flat wing of the wing file; nothing if it has no membrane."""
+    if not len(wing.triangles):
+        return None
+    a, b, c = (wing.points[np.asarray(wing.triangles)[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a).sum(0)
+    normal /= np.linalg.norm(normal)
+    if np.abs((wing.points - wing.points[0]) @ normal).max() > 1e-6 * np.ptp(wing.points, axis=0).max():
+        raise InputError("the wing of the wing file is not flat")
+    return normal
+
+
+def rest_shape(flat, camber, places):
+    """z0 [m] and its derivatives in x and y at places (n, 2 or 3) of the flat wing."""
+    root = flat.points[list(flat.root), 0].mean()
+    low, size = flat.points[:, 1].min(), np.ptp(flat.points[:, :2], axis=0)
+    z, dx, dy = heights(camber, (places[:, 0] - root) / size[0], (places[:, 1] - low) / size[1])
+    return z, dx / size[0], dy / size[1]
+
+
+def cambered(flat, camber):
+    points = flat.points.copy()
+    points[:, 2] += rest_shape(flat, camber, flat.points)[0]
+    return Wing(points, flat.triangles, flat.veins, flat.joints, flat.root, flat.title)
 
 
 def check_stiffness(wing, s):
@@ -209,6 +271,10 @@ def check_stiffness(wing, s):
             raise InputError(f"no vein {name}; the wing has {', '.join(sorted(wing.veins)) or 'none'}")
     if s.plate not in ("morley", "edges"):
         raise InputError(f"plate is morley or edges, not {s.plate}")
+    if any(s.camber) and s.plate != "morley":
+        raise InputError("camber needs plate = morley")
+    if len(s.camber) != 3:
+        raise InputError("camber is three numbers")
     for name in ("E", "D", "root", "k_vein", "k_membrane", "k_cross"):
         if not getattr(s, name) > 0:
             raise InputError(f"{name} = {getattr(s, name)}: must be positive")
@@ -216,5 +282,8 @@ def check_stiffness(wing, s):
         raise InputError(f"poisson = {s.poisson}: must be between -1 and 1")
     if len(s.damage) not in (0, 4) or (len(s.damage) == 4 and not (s.damage[2] > 0 and s.damage[3] > 0)):
         raise InputError("damage is x y radius factor, with a positive radius and factor")
+    if len(s.E_wave) not in (0, 3) or (s.E_wave and not (s.E_wave[0] in wing.veins and abs(s.E_wave[1]) < 1
+                                                         and s.E_wave[2] > 0)):
+        raise InputError("E_wave is a vein of the wing, an amplitude below 1 and a positive length")
     if len(s.root_compliance) != 2 or min(s.root_compliance) < 0:
         raise InputError("root_compliance is two numbers, neither negative")

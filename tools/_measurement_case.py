@@ -21,6 +21,9 @@ class Hidden:
     drift: float = 0.0               # relative change of all stiffness from one scan to the next, in their order
     drift_veins: float = 0.0         # the same of the veins' E alone
     creep: tuple = (0.0, 1.0)        # (a, tau [s]): stiffness over 1 + a log10(1 + hold/tau)
+    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] bends the unloaded wing too
+    vein_density: float = 1300.0     # [kg/m^3] for the weight
+    membrane_mass: float = 81.475e-9  # [kg]
     load_shift: tuple = (0.0, 0.0)   # [m] common to all points of application
     height_scale: float = 1.0        # of the profilometer
     map_shift: tuple = (0.0, 0.0)    # [m] of all height maps
@@ -90,6 +93,7 @@ def build(kind, data, section):
     """A dataclass from a dictionary; unknown keys and values of another kind are refused."""
     if not isinstance(data, dict):
         raise InputError(f"{section or 'the case'}: must be a section {{...}}")
+    section += "." if section else ""
     known = {f.name: f for f in fields(kind)}
     for key in data:
         if key not in known:
@@ -106,21 +110,29 @@ def build(kind, data, section):
 
 
 def convert(item, value, name):
-    kind = item.type if isinstance(item.type, type) else type(item.default)
-    if isinstance(value, dict) and kind in (Stiffness, Protocol, Noise, Hidden):
-        return build(kind, value, name + ".")
-    if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-        if not np.isfinite(value):
-            raise InputError(f"{name}: must be finite")
+    kind = item.type
+    if kind in (Stiffness, Protocol, Noise, Hidden):
+        return build(kind, value, name)
+    if kind is float and is_number(value):
         return float(value)
     if kind is tuple and isinstance(value, list):
         size = len(item.default)
-        if name.endswith(("shift", "tilt", "creep", "compliance")) and len(value) != size:
+        if name.endswith(("shift", "tilt", "creep", "compliance", "gravity")) and len(value) != size:
             raise InputError(f"{name}: needs {size} numbers")
+        rows = [v if isinstance(v, list) else [v] for v in (value if item.name != "E_wave" else value[1:])]
+        rows = [row[1:] for row in rows] if item.name == "soft_places" else rows
+        if not all(is_number(v) for row in rows for v in row):
+            raise InputError(f"{name} = {value!r}: holds what is no number")
         return tuple(tuple(v) if isinstance(v, list) else v for v in value)
+    if kind is dict and isinstance(value, dict) and not all(is_number(v) for v in value.values()):
+        raise InputError(f"{name} = {value!r}: holds what is no number")
     if kind in (int, bool, str, dict, list) and type(value) is kind:
         return value
     raise InputError(f"{name} = {value!r}: must be {'a list' if kind is tuple else kind.__name__}")
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
 def check(case):

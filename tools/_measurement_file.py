@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes measurement files (docs/measurement-format.md)."""
+"""Measurement files (docs/measurement-format.md): writes what was measured on a wing, in SI units."""
 import h5py
 import numpy as np
 
@@ -8,39 +8,36 @@ from _flusi_io import InputError
 SCHEMA, VERSION = "flusi-msm measurement", 1
 
 
-def write_measurement(path, content):
-    """Writes what `synthesise` made, in the layout of HDF5 1.8, whose metadata carry checksums."""
-    def dataset(group, name, values):
-        made = group.create_dataset(name, data=np.asarray(values, "<f8"), track_times=False)
+def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, title="", unloaded_sigma=None):
+    """Writes a measurement file in the layout of HDF5 1.8, whose metadata carry checksums.
+
+    x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})};
+    accuracy, calibration: {attribute: value}.
+    """
+    def dataset(name, values):
+        made = file.create_dataset(name, data=np.asarray(values, "<f8"), track_times=False)
         made.attrs["units"] = np.bytes_("m")
 
-    accuracy = content["accuracy"]
+    def attributes(name, values):
+        group = file.require_group(name)
+        for key, value in values.items():
+            whole = isinstance(value, (int, np.integer))
+            group.attrs[key] = np.asarray(value, "<i4" if whole else "<f8")
+
     try:
         with h5py.File(path, "w", libver=("v108", "v108")) as file:
             file.attrs["schema"] = np.bytes_(SCHEMA)
             file.attrs["version"] = np.int32(VERSION)
-            file.attrs["title"] = np.bytes_(content["title"])
-            reference = file.create_group("reference")
-            for name in "xyz":
-                dataset(reference, name, content[name])
-            if content["reference_scans"] > 1:
-                dataset(reference, "sigma", np.full(content["z"].shape,
-                                                    accuracy["height"] / np.sqrt(content["reference_scans"])))
-            for load in content["loads"]:
-                group = file.create_group("loads/" + load["name"])
-                dataset(group, "z", load["z"])
-                for name in ("force", "time", "hold"):
-                    group.attrs[name] = np.float64(load[name])
-                for name in ("direction", "point"):
-                    group.attrs[name] = np.asarray(load[name], "<f8")
-                for name in ("order", "replicate"):
-                    group.attrs[name] = np.int32(load[name])
-            group = file.create_group("accuracy")
-            for name, value in accuracy.items():
-                group.attrs[name] = np.float64(value)
-            if content["calibration"]:
-                group = file.create_group("calibration")
-                for name, value in content["calibration"].items():
-                    group.attrs[name] = np.int32(value)
+            if title:
+                file.attrs["title"] = np.bytes_(title)
+            for name, values in (("x", x), ("y", y), ("z", unloaded)):
+                dataset("reference/" + name, values)
+            if unloaded_sigma is not None:
+                dataset("reference/sigma", unloaded_sigma)
+            for name, (heights, facts) in sorted(loads.items()):
+                dataset(f"loads/{name}/z", heights)
+                attributes(f"loads/{name}", facts)
+            attributes("accuracy", accuracy)
+            attributes("calibration", calibration or {})
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error}") from None
+        raise InputError(f"{path}: cannot be written: {error}") from error

@@ -138,11 +138,23 @@ class Bench:
         model = self.model(load.factor, load.factor_veins)
         force = model.point_load(load.true_point, load.true_vector)
         try:
-            u, report, turn = rest_on_clamp(model, Path(model), force)
+            u, report, turn = rest_on_clamp(model, Path(model), force + self.weight(model))
         except NoEquilibrium as error:
             raise NoEquilibrium(f"load {load.name}: {error}") from None
         moved = float((force * u).sum() / np.linalg.norm(load.true_vector))
-        return self.wing.points + u[:model.n_points], moved, report, turn
+        return model.wing.points + u[:model.n_points], moved, report, turn
+
+    def weight(self, model):
+        hidden = self.case.hidden
+        return model.weights(hidden.gravity, hidden.vein_density, hidden.membrane_mass)
+
+    def rest(self):
+        """Positions of the points of the wing without a load: as in the wing file, with its camber, bent by its
+        weight."""
+        model = self.model()
+        if not any(self.case.hidden.gravity):
+            return model.wing.points
+        return model.wing.points + rest_on_clamp(model, Path(model), self.weight(model))[0][:model.n_points]
 
 
 def soft_name(k):
@@ -186,7 +198,7 @@ def synthesise(case, jobs=1, tell=lambda text: None):
     low, high = bench.wing.points.min(0), bench.wing.points.max(0)
     x, y = (grid_lines(low[k], high[k], case.spacing) for k in range(2))
     errors = HeightErrors(case.noise, x, y, bench.streams)
-    rest = scan(bench.wing.points, bench.wing.triangles, x - case.hidden.map_shift[0], y - case.hidden.map_shift[1])
+    rest = scan(bench.rest(), bench.wing.triangles, x - case.hidden.map_shift[0], y - case.hidden.map_shift[1])
     content = {"x": x, "y": y, "z": rest * case.hidden.height_scale + errors.reference(), "loads": [],
                "accuracy": declare(case), "calibration": case.calibration, "title": case.title,
                "reference_scans": case.noise.reference_scans}

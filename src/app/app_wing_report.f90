@@ -18,6 +18,7 @@ contains
     type(wing_settings_t), intent(in) :: s
     real(rp), parameter :: UG = 1.0e9_rp, UM = 1.0e6_rp, MM = 1.0e3_rp
     character(:), allocatable :: note
+    real(rp) :: tensor(3, 3)
     logical :: is_soft
     integer :: i
     write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
@@ -29,6 +30,10 @@ contains
       associate (m => s%mass)
         write (unit, '(a,f0.2,a,f0.2,a,f0.2,a,3(f7.3,a))') 'mass      ', UG*m%total, ' ug: veins ', UG*m%veins, &
    ' ug, membrane ', UG*m%membrane, ' ug; centre of mass', MM*m%centre(1), '', MM*m%centre(2), '', MM*m%centre(3), ' mm'
+        tensor = UG*MM**2*m%inertia_about([0.0_rp, 0.0_rp, 0.0_rp])
+        write (unit, '(a,6(a,g0.5))') 'inertia   about the hinge', ': Jxx ', tensor(1, 1), ', Jyy ', tensor(2, 2), &
+          ', Jzz ', tensor(3, 3), ', Jxy ', tensor(1, 2), ', Jxz ', tensor(1, 3), ', Jyz ', tensor(2, 3)
+        write (unit, '(a)') '          ug mm^2, wing frame; off the diagonal minus the products of inertia'
         if (m%area > 0) write (unit, '(a,f0.3,a,f0.2,a,i0,a)') 'membrane  ', MM**2*m%area, ' mm^2; its mass means ', &
           UM*m%thickness, ' um at ', nint(s%material%vein_density), ' kg/m^3'
       end associate

@@ -7,7 +7,7 @@ module cmaes_params
   use cmaes_options, only: cmaes_options_t, option_problem
   implicit none
   private
-  public :: cmaes_params_t, derive_params, default_lambda
+  public :: cmaes_params_t, derive_params, default_lambda, weights_of_valid
 
   !> Constants of a run; set once.
   type :: cmaes_params_t
@@ -17,9 +17,9 @@ module cmaes_params
     real(rp), allocatable :: weights(:) !< lambda numbers, best first; the first mu sum to 1
     real(rp) :: mu_eff = 0        !< variance effective number of parents
     real(rp) :: mu_eff_minus = 0  !< the same of the negative weights
+    logical :: is_paper = .false. !< weights of the paper
     real(rp) :: alpha_minus = 0   !< what the negative weights sum to, sign changed
     real(rp) :: c_m = 1, c_sigma = 0, d_sigma = 1, c_c = 0, c_1 = 0, c_mu = 0
-    real(rp) :: weight_sum = 0    !< of all weights
     real(rp) :: chi = 0           !< expected length of a normal vector
     real(rp) :: sigma0 = 0        !< first step size
     integer :: eigen_interval = 1 !< generations between two eigen-decompositions
@@ -54,7 +54,11 @@ contains
     if (options%mu > 0) p%mu = min(options%mu, p%mu)
     p%sigma0 = options%sigma0
     if (present(sigma0)) p%sigma0 = sigma0
-    call raw_weights(options%weights == 'paper', p)
+    p%is_paper = options%weights == 'paper'
+    allocate (p%weights(p%lambda))
+    call raw_weights(p%is_paper, p%mu, p%weights)
+    p%mu_eff = effective(p%weights(:p%mu))
+    p%mu_eff_minus = effective(p%weights(p%mu + 1:))
     if (options%constants == 'paper') then
       call paper_constants(p)
     else
@@ -67,7 +71,10 @@ contains
     p%d_sigma = damping(n, p%mu_eff, p%c_sigma)
     call override(p%d_sigma, options%d_sigma)
     p%c_m = options%c_m
-    call scale_weights(options%weights == 'active', p)
+    if (options%weights == 'active' .and. p%c_mu > 0) &
+      p%alpha_minus = min(1 + p%c_1/p%c_mu, 1 + 2*p%mu_eff_minus/(p%mu_eff + 2), &
+                          (1 - p%c_1 - p%c_mu)/(p%n*p%c_mu))
+    call scale_weights(p%alpha_minus, p%mu, p%weights)
     p%chi = sqrt(real(n, rp))*(1 - 1/(4*real(n, rp)) + 1/(21*real(n, rp)**2))
     if (n > LARGEST_EAGER .and. p%c_1 + p%c_mu > 0) &
       p%eigen_interval = max(1, int(min(1.0e6_rp, 1/(10*n*(p%c_1 + p%c_mu)))))
@@ -80,17 +87,35 @@ contains
 
   !> w'_i = ln(mu + 1/2) - ln i, which is ln((lambda + 1)/2) - ln i for even lambda and the default mu;
   !> the paper has ln(mu + 1) - ln i, which is the tutorial's for odd lambda.
-  pure subroutine raw_weights(is_paper, p)
+  pure subroutine raw_weights(is_paper, mu, weights)
     logical, intent(in) :: is_paper
-    type(cmaes_params_t), intent(inout) :: p
+    integer, intent(in) :: mu
+    real(rp), intent(out) :: weights(:)
     real(rp) :: middle
     integer :: i
-    middle = p%mu + 0.5_rp
-    if (is_paper .or. (mod(p%lambda, 2) == 1 .and. p%mu == p%lambda/2)) middle = p%mu + 1
-    p%weights = [(log(middle) - log(real(i, rp)), i=1, p%lambda)]
-    p%mu_eff = effective(p%weights(:p%mu))
-    p%mu_eff_minus = effective(p%weights(p%mu + 1:))
+    middle = mu + 0.5_rp
+    if (is_paper .or. size(weights) == 2*mu + 1) middle = mu + 1
+    do i = 1, size(weights)
+      weights(i) = log(middle) - log(real(i, rp))
+    end do
   end subroutine raw_weights
+
+  !> Weights for a generation of which only size(weights) candidates are valid: those of a population of
+  !> that size, as if the failed ones had not been drawn. At least two are.
+  pure subroutine weights_of_valid(p, weights, mu, mu_eff)
+    type(cmaes_params_t), intent(in) :: p
+    real(rp), intent(out) :: weights(:)
+    integer, intent(out) :: mu
+    real(rp), intent(out) :: mu_eff
+    mu = p%mu
+    mu_eff = p%mu_eff
+    weights = p%weights(:size(weights))
+    if (size(weights) == p%lambda) return
+    mu = max(1, (p%mu*size(weights))/p%lambda)
+    call raw_weights(p%is_paper, mu, weights)
+    mu_eff = effective(weights(:mu))
+    call scale_weights(p%alpha_minus, mu, weights)
+  end subroutine weights_of_valid
 
   pure real(rp) function effective(w)
     real(rp), intent(in) :: w(:)
@@ -126,18 +151,16 @@ contains
     d = 1 + 2*max(0.0_rp, sqrt(max(0.0_rp, (mu_eff - 1)/(n + 1))) - 1) + c_sigma
   end function damping
 
-  !> The positive weights to the sum 1, the negative ones to -alpha_minus, the largest sum for which C
-  !> stays positive definite and learns no faster than from the positive ones, or to nothing.
-  pure subroutine scale_weights(is_active, p)
-    logical, intent(in) :: is_active
-    type(cmaes_params_t), intent(inout) :: p
-    p%alpha_minus = 0
-    if (is_active .and. p%c_mu > 0) &
-      p%alpha_minus = min(1 + p%c_1/p%c_mu, 1 + 2*p%mu_eff_minus/(p%mu_eff + 2), &
-                          (1 - p%c_1 - p%c_mu)/(p%n*p%c_mu))
-    p%weights(:p%mu) = p%weights(:p%mu)/sum(p%weights(:p%mu))
-    p%weights(p%mu + 1:) = p%alpha_minus*p%weights(p%mu + 1:)/abs(sum(p%weights(p%mu + 1:)))
-    p%weight_sum = sum(p%weights)
+  !> The positive weights to the sum 1, the negative ones to -alpha_minus: the largest sum for which C
+  !> stays positive definite and learns no faster than from the positive ones, or 0.
+  pure subroutine scale_weights(alpha_minus, mu, weights)
+    real(rp), intent(in) :: alpha_minus
+    integer, intent(in) :: mu
+    real(rp), intent(inout) :: weights(:)
+    real(rp) :: total
+    weights(:mu) = weights(:mu)/sum(weights(:mu))
+    total = abs(sum(weights(mu + 1:)))
+    if (total > 0) weights(mu + 1:) = alpha_minus*weights(mu + 1:)/total
   end subroutine scale_weights
 
   !> Takes what the user has set.

@@ -55,6 +55,7 @@ module cmaes_state
     real(rp), allocatable :: z(:), step(:), old_mean(:)
     real(rp), allocatable :: matrix(:, :), eigenvalues(:), lapack(:)
     real(rp), allocatable :: keys(:), distances(:)
+    real(rp), allocatable :: weights(:) !< of this generation, for its valid candidates
     integer, allocatable :: classes(:), order(:), merged(:)
     real(rp) :: window(WINDOW) = 0
     real(rp), allocatable :: sorted(:) !< a ring to take the median of
@@ -155,7 +156,8 @@ contains
     lambda = params%lambda
     allocate (self%root(n, n), self%inverse_root(n, n), self%x(n, lambda), self%y(n, lambda), self%z(n), self%step(n), &
               self%old_mean(n), self%matrix(n, n), self%eigenvalues(n), self%lapack(symmetric_eigen_work(n)))
-    allocate (self%keys(lambda), self%distances(lambda), self%classes(lambda), self%order(lambda), self%merged(lambda))
+    allocate (self%keys(lambda), self%distances(lambda), self%weights(lambda), self%classes(lambda), &
+              self%order(lambda), self%merged(lambda))
     allocate (self%sorted(20 + ceiling(3*real(n, rp)/lambda)))
     self%x = 0
   end subroutine work_allocate

@@ -8,10 +8,12 @@
 !>     C   <- (1 + c_1 (1 - h) c_c (2 - c_c) - c_1 - c_mu sum w) C + c_1 p_c p_c^T + c_mu sum w'_i y_i y_i^T
 !>     sigma <- sigma exp(min(1, c_s/d_s (|p_s|/chi - 1)))
 !>
-!> with w'_i = w_i n/|C^(-1/2) y_i|^2 for negative weights, and C^(-1/2) before the update.
+!> with w'_i = w_i n/|C^(-1/2) y_i|^2 for negative weights, and C^(-1/2) before the update. Failed
+!> candidates say nothing about directions: the others get the weights of a population of their number.
 module cmaes_update
   use base_kinds, only: rp
-  use cmaes_params, only: cmaes_params_t
+  use cmaes_params, only: cmaes_params_t, weights_of_valid
+  use cmaes_ranking, only: FAILED
   use cmaes_state, only: cmaes_state_t, cmaes_work_t
   implicit none
   private
@@ -19,35 +21,38 @@ module cmaes_update
 
 contains
 
-  !> Moves the state by one generation; work%x holds the candidates and work%order their ranks.
+  !> Moves the state by one generation; work%x holds the candidates, work%classes their classes and
+  !> work%order their ranks.
   subroutine update_distribution(p, state, work)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(inout) :: state
     type(cmaes_work_t), intent(inout) :: work
-    real(rp) :: length, h, weight
-    integer :: i
+    real(rp) :: length, h, weight, mu_eff
+    integer :: i, mu, n_valid
 
-    do i = 1, p%lambda
+    n_valid = count(work%classes /= FAILED)
+    call weights_of_valid(p, work%weights(:n_valid), mu, mu_eff)
+    do i = 1, n_valid
       work%y(:, i) = (work%x(:, work%order(i)) - state%mean)/state%sigma
     end do
     work%step = 0
-    do i = 1, p%mu
-      work%step = work%step + p%weights(i)*work%y(:, i)
+    do i = 1, mu
+      work%step = work%step + work%weights(i)*work%y(:, i)
     end do
     work%old_mean = state%mean
     state%mean = state%mean + p%c_m*state%sigma*work%step
 
     call multiply(work%inverse_root, work%step, work%z)
-    state%p_sigma = (1 - p%c_sigma)*state%p_sigma + sqrt(p%c_sigma*(2 - p%c_sigma)*p%mu_eff)*work%z
+    state%p_sigma = (1 - p%c_sigma)*state%p_sigma + sqrt(p%c_sigma*(2 - p%c_sigma)*mu_eff)*work%z
     length = norm2(state%p_sigma)
     h = merge(1.0_rp, 0.0_rp, length < (1.4_rp + 2.0_rp/(p%n + 1))*p%chi* &
               sqrt(1 - (1 - p%c_sigma)**(2*real(state%generation + 1, rp))))
-    state%p_c = (1 - p%c_c)*state%p_c + h*sqrt(p%c_c*(2 - p%c_c)*p%mu_eff)*work%step
+    state%p_c = (1 - p%c_c)*state%p_c + h*sqrt(p%c_c*(2 - p%c_c)*mu_eff)*work%step
 
-    state%c = (1 + p%c_1*(1 - h)*p%c_c*(2 - p%c_c) - p%c_1 - p%c_mu*p%weight_sum)*state%c
+    state%c = (1 + p%c_1*(1 - h)*p%c_c*(2 - p%c_c) - p%c_1 - p%c_mu*sum(work%weights(:n_valid)))*state%c
     call add_outer(p%c_1, state%p_c, state%c)
-    do i = 1, p%lambda
-      weight = p%c_mu*p%weights(i)
+    do i = 1, n_valid
+      weight = p%c_mu*work%weights(i)
       if (abs(weight) <= 0) cycle
       if (weight < 0) then
         call multiply(work%inverse_root, work%y(:, i), work%z)

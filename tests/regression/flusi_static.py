@@ -4,6 +4,7 @@
 
 usage: flusi_static.py <flusi> <h5dump> [tests]
 """
+import math
 import re
 import struct
 import xml.etree.ElementTree as ET
@@ -139,6 +140,12 @@ def test_full_wing(case):
     check(abs(found["at_load"] - 1.63236e-3) < 1e-8 and found["snaps"] == 0, f"the place moves by 1.63236 mm: {found}")
     check(abs(found["tip_z"] - 1.91446e-3) < 1e-8, f"the tip moves by 1.91446 mm: {found}")
     check("1015 points" in done.out and "250.12 ug" in done.out, "the wing is that of the paper")
+    line = next(line for line in done.out.splitlines() if line.startswith("inertia"))
+    jxx, jyy, jzz, jxy, jxz, jyz = (float(x) for x in re.findall(r"J\w\w (-?[\d.E+]+)", line))
+    # Of a flat body, whatever its masses; printed with five digits.
+    check(abs(jxx + jyy - jzz) < 2e-4 * jzz and jxz == jyz == 0, f"perpendicular axes: {line}")
+    # 250 ug about 3.16 mm from the hinge alone make 2500; spread over the wing it is more, at most R^2 of it.
+    check(2500 < jyy < 250 * 9.07**2 and 0 < jxy < math.sqrt(jxx * jyy), f"a wing's moments, ug mm^2: {line}")
 
 
 def test_relative_wing(case):

@@ -65,7 +65,7 @@ contains
       options%lambda = LAMBDAS(i)
       p = derive_params(options, 11)
       got = [p%mu_eff, p%c_1, p%c_mu, p%c_sigma, p%d_sigma, p%c_c, p%alpha_minus, p%weights(1), &
-             p%weights(p%lambda), p%weight_sum]
+             p%weights(p%lambda), sum(p%weights)]
       call t%check_below('constants to round-off', maxval(abs(got/EXACT(:, i) - 1)), 1.0e-14_rp)
       call t%check_close('length of a normal vector', p%chi, 3.242552198126880114_rp, rtol=1.0e-14_rp)
     end do

@@ -166,6 +166,38 @@ class Beams(unittest.TestCase):
         self.assertAlmostEqual(u[2, 2] / (LENGTH * np.sin(angle)), 1, delta=1e-4)
 
 
+class Weights(unittest.TestCase):
+    def test_total(self):
+        """The weight of the wing is that of its frustums and its membrane, and acts at their common centre."""
+        wing = read_wing(SMALL)
+        model = Model(refine(wing), Stiffness())
+        force = model.weights((0, 0, -9.81), 1300.0, 81.475e-9)
+        self.assertAlmostEqual(force[:, 2].sum() / (-9.81 * (wing.vein_mass() + 81.475e-9)), 1, delta=1e-12)
+        fine = Model(refine(model.wing), Stiffness()).weights((0, 0, -9.81), 1300.0, 81.475e-9)
+        self.assertAlmostEqual(fine[:, 2].sum() / force[:, 2].sum(), 1, delta=1e-12)
+
+    def test_beam(self):
+        """A light beam under its weight: q L^4/(8 EI), by the trapezoidal rules of the hinges and of the masses, whose
+        errors are of the second order."""
+        errors = []
+        for n in (8, 16):
+            model = Model(chain(n), Stiffness())
+            load = model.weights((0, 0, 1e-2), 1300.0, 0.0)
+            u, _ = LoadingPath(model).solve(load)
+            line = 1300.0 * pi / 4 * WIDTH**2 * 1e-2
+            errors.append(abs(u[n, 2] / (line * LENGTH**4 / (8 * EI)) - 1))
+        self.assertLess(errors[1], 0.01)
+        self.assertAlmostEqual(np.log2(errors[0] / errors[1]), 2, delta=0.1)
+
+    def test_wave(self):
+        """E (1 + a sin(2 pi s/length)) of one vein: at a quarter and three quarters of a wave the factors are 1 + a
+        and 1 - a, at the half 1."""
+        model = Model(chain(12), Stiffness(E_wave=("v", 0.4, LENGTH)))
+        np.testing.assert_allclose([model.young("v", k) / YOUNG for k in (3, 6, 9)], [1.4, 1, 0.6], rtol=1e-12)
+        k = model.turns.k / Model(chain(12), Stiffness()).turns.k
+        np.testing.assert_allclose([k[2], k[5], k[8]], [1.4, 1, 0.6], rtol=1e-12)
+
+
 class Plates(unittest.TestCase):
     def test_quadratic_shapes(self):
         """Morley's triangles hold every constant curvature exactly, on any mesh; the sums over edges do so for
@@ -231,6 +263,67 @@ class Plates(unittest.TestCase):
         print(f"plate strip: errors {errors[0]:.2e} {errors[1]:.2e}")
         self.assertLess(errors[1], 0.01)
         self.assertAlmostEqual(np.log2(errors[0] / errors[1]), 2, delta=0.4)
+
+
+class Cambers(unittest.TestCase):
+    camber = (1.2e-4, 4e-4, -2e-4)
+
+    def test_rest(self):
+        """The cambered wing is free of stress as it is, and when it is turned as a whole: points, ghosts and slopes."""
+        model = Model(read_wing(SMALL), Stiffness(camber=self.camber))
+        length = np.linalg.norm(model.springs.d0, axis=1).min()
+        angle = 1e-15 * model.turns.k.max() / length        # [N] rounding of a hinge's angle
+        stretch = 1e-15 * model.springs.k.max() * model.span  # and of a spring's elongation
+        zero = np.zeros((model.n_nodes, 3))
+        self.assertGreater(np.ptp(model.wing.points[:, 2]), 3e-4)
+        self.assertLess(abs(model.energy(zero)), angle * length)
+        bent = np.abs(np.einsum("eij,ej->ei", model.plate.blocks, model.bending.z0[model.plate.nodes])).max()
+        self.assertLess(np.abs(model.gradient(zero)).max(), angle)
+        self.assertGreater(bent, 1e3 * stretch)  # what the camber's moments would be if they did not turn
+        turn, n = rotation([0.3, -0.8, 0.5]), len(model.positions)
+        moved = np.zeros((model.n_nodes, 3))
+        moved[:n] = model.positions @ turn.T - model.positions
+        # A slope is the derivative of the position along the edge's normal: (n, dz0) at rest.
+        a, b = (read_wing(SMALL).points[model.edges.ends[:, k], :2] for k in range(2))
+        normal = np.stack([(b - a)[:, 1], -(b - a)[:, 0], 0 * a[:, 0]], 1) / np.linalg.norm(b - a, axis=1)[:, None]
+        rest = normal * model.plate.scale
+        rest[:, 2] = model.bending.z0[n:]
+        moved[n:] = rest @ turn.T - rest
+        self.assertLess(np.abs(model.gradient(moved)).max(), 10 * stretch)
+
+    def test_derivatives(self):
+        model = Model(read_wing(SMALL), Stiffness(camber=self.camber))
+        rng = np.random.default_rng(2)
+        u, n = 2e-5 * rng.standard_normal((model.n_nodes, 3)), len(model.positions)
+        u[:n, 2] += 20 * model.positions[:, 0]**2
+        d = 1e-6 * rng.standard_normal(u.shape)
+        for part in (model.turns, model.bending):
+            sides = [part.derivatives(u + s * d, False)[0] for s in (1e-3, -1e-3)]
+            g, h = part.derivatives(u)
+            local = part.local if part is model.turns else part.nodes
+            found = np.einsum("hiajb,hjb->hia", h, d[local])
+            if part is model.bending:
+                found += np.einsum("eij,ejk->eik", model.plate.blocks, d[local])
+            total, want = np.zeros(u.shape), np.zeros(u.shape)
+            np.add.at(total, local.ravel(), found.reshape(-1, 3))
+            np.add.at(want, local.ravel(), ((sides[0] - sides[1]) / 2e-3).reshape(-1, 3))
+            self.assertLess(np.abs(total - want).max(), 1e-6 * np.abs(want).max())  # of central differences
+            step = (part.energy(u + 1e-3 * d) - part.energy(u - 1e-3 * d)) / 2e-3
+            whole = np.zeros(u.shape)
+            part.add_gradient(u, whole)
+            self.assertAlmostEqual((whole * d).sum() / step, 1, delta=1e-6)
+
+    def test_small(self):
+        """Camber goes to zero like the flat wing, and its sign matters like that of the load."""
+        wing, moved = read_wing(SMALL), {}
+        for arch, force in ((0.0, 1e-3), (1e-9, 1e-3), (1e-4, 1e-3), (1e-4, -1e-3), (-1e-4, -1e-3)):
+            model = Model(wing, Stiffness(camber=(arch, 0.0, 0.0)))
+            load = model.point_load((0.00405, 0.00066), (0, 0, force))
+            u, report = LoadingPath(model).solve(load)
+            moved[arch, force] = (load * u).sum() / 1e-3
+        self.assertAlmostEqual(moved[1e-9, 1e-3] / moved[0.0, 1e-3], 1, delta=1e-4)
+        self.assertAlmostEqual(moved[1e-4, 1e-3] / moved[-1e-4, -1e-3], 1, delta=1e-6)
+        self.assertGreater(abs(moved[1e-4, 1e-3] / moved[1e-4, -1e-3] - 1), 1e-3)
 
 
 class Meshes(unittest.TestCase):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from dataclasses import fields
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[3]
@@ -17,7 +18,9 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from _bending_mesh import locate  # noqa: E402
-from _measurement_case import read_case  # noqa: E402
+from _bending_model import Stiffness  # noqa: E402
+from _flusi_io import InputError  # noqa: E402
+from _measurement_case import Case, Hidden, Protocol, read_case  # noqa: E402
 from _measurement_noise import HeightErrors, Noise, Streams  # noqa: E402
 from _measurement_scan import grid_lines, scan  # noqa: E402
 from _measurement_synthesis import Bench, synthesise  # noqa: E402
@@ -25,7 +28,7 @@ from _wing_file import read_wing  # noqa: E402
 
 WING = SOURCE / "wings/calliphora_small.h5"
 # One light load on the stiff front; everything that can go wrong does.
-BUSY = {"wing": str(WING), "loads": [[0.00405, 0.00066, 1e-3]], "spacing": 2e-4,
+BUSY = {"wing": str(WING), "loads": [[0.00405, 0.00066, 1e-3]], "spacing": 2e-4, "stiffness": {"plate": "edges"},
         "protocol": {"levels": [1, -1], "random_order": True},
         "noise": {"height": 8e-6, "correlated": 6e-6, "tilt": 1e-3, "piston": 5e-6, "missing": 0.2, "outliers": 0.02,
                   "force": 1e-5, "force_gain": 0.02, "position": 5e-5, "shift": 1e-5, "reference_scans": 4},
@@ -171,6 +174,20 @@ class Experiments(WithFolder):
         self.assertAlmostEqual(ratio, 1, delta=2e-3)
         self.assertGreater(np.nanmax(soft["loads"][0]["z"]) / np.nanmax(plain["loads"][0]["z"]), 1.05)
 
+    def test_camber(self):
+        """The unloaded wing is scanned with its camber: z0 at the grid points up to the error of straight triangles,
+        h^2/8 times its curvature."""
+        content, _ = synthesise(self.case({**BUSY, "noise": {"height": 0.0}, "hidden": {}, "protocol": {},
+                                           "declared": {"height": 1e-6}, "stiffness": {"camber": [2e-4, 0, 0]}}))
+        wing = read_wing(WING)
+        low, chord = wing.points[:, 1].min(), np.ptp(wing.points[:, 1])
+        y = (content["y"] - low) / chord
+        want = np.broadcast_to((2e-4 * 4 * y * (1 - y))[:, None], content["z"].shape)
+        seen = np.isfinite(content["z"])
+        self.assertGreater(seen.sum(), 400)
+        longest = np.linalg.norm(np.diff(wing.points[wing.edges()[0]], axis=1), axis=2).max()
+        self.assertLess(np.abs(content["z"] - want)[seen].max(), longest**2 / 8 * 8 * 2e-4 / chord**2)
+
     def test_soft_place(self):
         """A hidden hinge in a vein softens; its stiffness on the wing file's mesh is told."""
         base = {**BUSY, "noise": {}, "hidden": {"soft_places": [["C", 0.3, 2e-6]]}, "protocol": {}}
@@ -207,11 +224,8 @@ class Experiments(WithFolder):
     def test_mistakes(self):
         """A mistake is told in a sentence, with the key."""
         def refused(pattern, data, *changes):
-            (self.folder / "case.json").write_text(json.dumps(data))
-            done = self.run_tool("case.json", "-o", "m.h5", *[w for c in changes for w in ("--set", c)], code=2)
-            self.assertRegex(done.stderr, "^make_measurement: .*" + pattern)
-            self.assertEqual(done.stderr.count("\n"), 1)
-            self.assertFalse((self.folder / "m.h5").exists())
+            with self.assertRaisesRegex(InputError, pattern):
+                synthesise(self.case(data, *changes))
 
         refused("noise.hight: unknown; did you mean height", BUSY, "noise.hight=1")
         refused("wing: required", {"loads": [[0, 0, 1]]})
@@ -221,21 +235,42 @@ class Experiments(WithFolder):
         refused("noise.missing", BUSY, "noise.missing=2")
         refused("declared.hight: unknown", BUSY, "declared.hight=1")
         refused("sd of the heights", {**BUSY, "declared": {}}, "noise.height=0", "noise.correlated=0")
+        refused("noise: must be a section", BUSY, "noise=3")
+        refused("stiffness.damage.*no number", BUSY, 'stiffness.damage=["x", 0, 0, 1]')
+        refused("protocol.levels.*no number", BUSY, 'protocol.levels=["x"]')
+        refused("stiffness.joints.*no number", BUSY, 'stiffness.joints={"C_Sc": "soft"}')
         refused("none.h5: not a readable wing", BUSY, 'wing="none.h5"')
         (self.folder / "broken.json").write_text("{")
-        self.assertIn("not JSON", self.run_tool("broken.json", "-o", "m.h5", code=2).stderr)
+        done = self.run_tool("broken.json", "-o", "m.h5", code=2)
+        self.assertRegex(done.stderr, "^make_measurement: broken.json: not JSON.*\n$")
+        self.assertFalse((self.folder / "m.h5").exists())
+
+
+class Documentation(WithFolder):
+    text = (SOURCE / "docs/synthetic-measurements.md").read_text()
+
+    def test_example(self):
+        data = json.loads(re.search("```json\n(.*?)```", self.text, re.S).group(1))
+        data["wing"] = str(WING)
+        case = self.case(data)
+        self.assertEqual(len(Bench(case).loads()), 15)
+
+    def test_keys(self):
+        """Every key is named."""
+        for kind in (Case, Stiffness, Protocol, Noise, Hidden):
+            for item in fields(kind):
+                self.assertIn(f"`{item.name}`", self.text.replace("` ", "` ").replace("**", ""), item.name)
 
 
 class Independence(unittest.TestCase):
     def test_imports(self):
         """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
         the solver, and nothing of the fitter imports it."""
-        own = {"_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model", "_bending_statics",
-               "_measurement_case", "_measurement_file", "_measurement_noise", "_measurement_scan",
+        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model", "_bending_statics",
+               "_measurement_case", "_measurement_writer", "_measurement_noise", "_measurement_scan",
                "_measurement_synthesis"}
-        allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} | set(sys.stdlib_module_names
-                                                                                   if hasattr(sys, "stdlib_module_names")
-                                                                                   else ())
+        allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
+            | set(getattr(sys, "stdlib_module_names", ()))
         for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement"]:
             text = path.read_text()
             found = set()
@@ -250,8 +285,8 @@ class Independence(unittest.TestCase):
             self.assertNotRegex(text, r"msm_train|os\.system|popen", path)
         for path in TOOLS.glob("*.py"):
             if path.stem not in own:
-                self.assertNotRegex(path.read_text(), r"import _bending|from _bending|_measurement_(synthesis|scan|noise)",
-                                    path)
+                text = path.read_text()
+                self.assertNotRegex(text, r"(import|from) _(bending|measurement_(synthesis|scan|noise))", path)
         for path in (SOURCE / "src").rglob("*.f90"):
             self.assertFalse(re.search("make_measurement|_bending_model", path.read_text()), path)
 
