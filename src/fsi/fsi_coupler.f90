@@ -83,6 +83,7 @@ module fsi_coupler
     type(world_t), private :: world
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
+    logical, allocatable, private :: lines(:, :)         !< along x where the pressure is wanted
     !> (3, n_all, wings) [N] along the wing frames
     real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
@@ -142,7 +143,8 @@ contains
     self%params = params
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
-    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1), source=0.0_rp)
+    allocate (self%lines(block%count(2), block%count(3)))
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
@@ -194,7 +196,11 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     real(rp) :: newton
     integer :: i, p
-    call fluid%pressure_field(self%pressure)
+    self%lines = .false.
+    do i = 1, size(self%wings)
+      call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%params%distance, self%lines)
+    end do
+    call fluid%pressure_field(self%pressure, self%lines)
     associate (u => self%params%units)
       newton = u%mass*u%length/u%time**2
     end associate

@@ -30,6 +30,7 @@ module fsi_pressure_load
     real(rp), allocatable, private :: places(:, :), values(:), velocity(:, :)
   contains
     procedure :: init => load_init
+    procedure :: mark => load_mark
     procedure :: look => load_look
     procedure :: add_friction => load_add_friction
   end type pressure_load_t
@@ -49,6 +50,33 @@ contains
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
+  !> Sets the lines (ny_local, nz_local) of the grid at which `look` with this distance will look.
+  subroutine load_mark(self, surface, sampler, distance, lines)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    type(sampler_t), intent(in) :: sampler
+    real(rp), intent(in) :: distance
+    logical, intent(inout) :: lines(:, :)
+    call find_places(self, surface, distance)
+    call sampler%mark(self%places, lines)
+  end subroutine load_mark
+
+  !> Where the pressure is looked at: above all triangles, then below them.
+  subroutine find_places(self, surface, distance)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    real(rp), intent(in) :: distance
+    real(rp) :: centre(3), twice_area(3)
+    integer :: i, m
+    m = size(surface%triangles, 2)
+    do i = 1, m
+      call look_at(surface, i, centre, twice_area)
+      twice_area = twice_area/norm2(twice_area)
+      self%places(:, i) = centre + distance*twice_area
+      self%places(:, m + i) = centre - distance*twice_area
+    end do
+  end subroutine find_places
+
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
   !> looked at from the surface. Collective.
   subroutine load_look(self, surface, sampler, pressure, distance)
@@ -61,12 +89,7 @@ contains
     integer :: i, m
     m = size(surface%triangles, 2)
     call require(size(self%jump) == m, 'pressure_load_t: the surface has other triangles')
-    do i = 1, m
-      call look_at(surface, i, centre, twice_area)
-      twice_area = twice_area/norm2(twice_area)
-      self%places(:, i) = centre + distance*twice_area
-      self%places(:, m + i) = centre - distance*twice_area
-    end do
+    call find_places(self, surface, distance)
     call sampler%sample(self%places, pressure, self%values)
     self%jump = self%values(:m) - self%values(m + 1:)
     self%force = 0
