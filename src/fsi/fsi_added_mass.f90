@@ -69,6 +69,7 @@ contains
         high = max(high, y)
       end associate
     end do
-    length = max(0.0_rp, high - low)
+    length = 0
+    if (high > low) length = high - low
   end function cut
 end module fsi_added_mass

@@ -20,7 +20,8 @@ module fsi_wing_solver
     integer :: owner = 0                          !< rank that solves the wing
     type(dynamic_state_t), private :: begun       !< at the beginning of the step
     type(dynamics_t), private :: stepper
-    real(rp), allocatable, private :: packed(:)
+    logical, private :: is_repeated = .false.     !< the step has been solved under another load
+    real(rp), allocatable, private :: guess(:, :), packed(:)
   contains
     procedure :: init => solver_init
     procedure :: begin => solver_begin
@@ -43,7 +44,7 @@ contains
       call self%stepper%init(model)
       call self%begun%init(model, 0.0_rp)
     end if
-    allocate (self%packed(18*model%n_all + 2))
+    allocate (self%guess(3, model%n_all), self%packed(18*model%n_all + 2))
   end subroutine solver_init
 
   !> Remembers the state before a step.
@@ -52,10 +53,11 @@ contains
     type(world_t), intent(in) :: world
     type(dynamic_state_t), intent(in) :: state
     if (self%owner == world%rank) call copy_state(state, self%begun)
+    self%is_repeated = .false.
   end subroutine solver_begin
 
-  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N] in the wing frame.
-  !> The other ranks return at once.
+  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N] in the wing frame; under
+  !> another load again, beginning with the displacements found before. The other ranks return at once.
   subroutine solver_solve(self, world, model, inertia, options, force, dt, state)
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -65,8 +67,14 @@ contains
     real(rp), intent(in) :: force(:, :), dt
     type(dynamic_state_t), intent(inout) :: state
     if (self%owner /= world%rank) return
-    call copy_state(self%begun, state)
-    call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report)
+    if (self%is_repeated) then
+      self%guess = state%u
+      call copy_state(self%begun, state)
+      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, self%guess)
+    else
+      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report)
+    end if
+    self%is_repeated = .true.
   end subroutine solver_solve
 
   !> Gives what `solve` has found to all ranks, or its failure. Collective.

@@ -107,7 +107,7 @@ contains
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
   !> step, with the frame of `motion` at the new time. On failure the state is what it was.
-  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report)
+  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -116,6 +116,7 @@ contains
     type(dynamic_options_t), intent(in) :: options
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(out) :: report
+    real(rp), intent(in), optional :: guess(:, :) !< (3, n_all) [m] of u at the end, instead of an extrapolated one
     integer :: halvings, done
     real(rp) :: part
     logical :: converged
@@ -125,8 +126,13 @@ contains
     done = 0
     do
       part = dt/2**halvings
-      call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, &
-                   options, state, report, converged)
+      if (present(guess) .and. halvings == 0) then
+        call substep(self, model, inertia, motion%at(self%saved%time + part), force, part, options, state, report, &
+                     converged, guess)
+      else
+        call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, options, state, &
+                     report, converged)
+      end if
       if (converged) then
         done = done + 1
         report%substeps = report%substeps + 1
@@ -144,7 +150,7 @@ contains
     report%converged = .true.
   end subroutine dynamics_step
 
-  subroutine substep(self, model, inertia, frame, force, h, options, state, report, converged)
+  subroutine substep(self, model, inertia, frame, force, h, options, state, report, converged, guess)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -154,6 +160,7 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(inout) :: report
     logical, intent(out) :: converged
+    real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
     real(rp) :: r, c1, c2, q, scale, floor, noise, size_r
     integer :: iteration
@@ -171,6 +178,7 @@ contains
     self%bg = c1*state%g - c2*state%old_g
     self%u = state%u + h*state%v
     if (r > 0) self%u = self%u + (0.5_rp*h*r)*(state%v - state%old_v)
+    if (present(guess)) self%u = guess
     call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%axial)
     floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(h)*hinge_forces(model)

@@ -196,7 +196,8 @@ contains
     call f%free()
   end subroutine light
 
-  !> rho pi c/4 per mass of the layer, for a rectangle whose masses are those of an even layer.
+  !> rho pi c/4 per mass of the layer, for a rectangle of an even layer, and for one that is heavier in front: with a
+  !> mass of 1, 1, 3 and 1, 3, 3 layers at the corners of its two triangles, a chord at 2/3 of its length weighs 17/9.
   subroutine rectangle()
     real(rp), parameter :: CHORD = 0.4_rp, LAYER = 3.0_rp, DENSITY = 1.2_rp, PI = 3.141592653589793_rp
     real(rp) :: points(3, 4), masses(4)
@@ -210,6 +211,9 @@ contains
     masses = LAYER*CHORD*[2.0_rp, 1.0_rp, 2.0_rp, 1.0_rp]/6
     call t%check_close('added mass of a rectangle', added_mass_ratio(points, triangles, masses, DENSITY), &
                        DENSITY*PI/4*CHORD/LAYER, rtol=1.0e-12_rp)
+    masses(3:4) = 3*masses(3:4)
+    call t%check_close('of one that is heavier in front', added_mass_ratio(points, triangles, masses, DENSITY), &
+                       DENSITY*PI/4*CHORD/(LAYER*17/9), rtol=1.0e-12_rp)
   end subroutine rectangle
 
   !> A load that is linear in time is extrapolated exactly over steps of different length, and kept in the first.
