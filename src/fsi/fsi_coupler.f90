@@ -73,8 +73,7 @@ module fsi_coupler
     type(dynamic_state_t), allocatable :: states(:)      !< of the wings, the same on all ranks, as are the next ones
     type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
     type(coupling_history_t) :: history
-    type(surface_load_t), allocatable :: loads(:)        !< of the last look, in space
-    type(surface_load_t), allocatable :: friction(:)     !< the viscous part of it
+    type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last look, in space; the viscous part of it
     type(coupling_report_t) :: report
     type(pressure_load_t), allocatable :: surfaces(:)    !< of the last look: pressure jumps, forces on the points
     type(wing_solver_t), allocatable :: wings(:)         !< for their reports
@@ -83,9 +82,8 @@ module fsi_coupler
     type(world_t), private :: world
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
-    logical, allocatable, private :: lines(:, :)         !< along x where the pressure is wanted
-    !> (3, n_all, wings) [N] along the wing frames
-    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
+    logical, allocatable, private :: lines(:, :)         !< where the pressure is wanted
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n, wings) N
   contains
     procedure :: init => coupler_init
     procedure :: look => coupler_look
@@ -143,8 +141,7 @@ contains
     self%params = params
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
-    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1), source=0.0_rp)
-    allocate (self%lines(block%count(2), block%count(3)))
+    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1), self%lines(block%count(2), block%count(3)))
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)

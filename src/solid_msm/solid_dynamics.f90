@@ -162,7 +162,7 @@ contains
     logical, intent(out) :: converged
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
-    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r
+    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r, before
     integer :: iteration
     real(rp), parameter :: CLOSE = 1.0e-2_rp ! Newton's method converges quadratically below such a reduction
     logical :: is_spd, is_close
@@ -183,6 +183,7 @@ contains
     floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(h)*hinge_forces(model)
     report%residuals = 0
+    before = 0
     converged = .false.
     do iteration = 0, options%iterations
       self%v = q*(self%u - self%bu)
@@ -205,8 +206,8 @@ contains
         if (size_r > report%residuals(max(0, min(iteration, HISTORY) - 2))) exit
       end if
       ! Close to the solution the last Jacobian serves once more: its error is of the order of the last correction.
-      is_close = .false.
-      if (iteration > 1) is_close = size_r < CLOSE*report%residuals(min(iteration, HISTORY) - 1)
+      is_close = iteration > 1 .and. size_r < CLOSE*before
+      before = size_r
       if (.not. is_close) then
         call factorise(self, model, inertia, frame, q, .false., is_spd)
         report%factorisations = report%factorisations + 1
