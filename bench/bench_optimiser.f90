@@ -20,7 +20,7 @@ program bench_optimiser
   character(12) :: bar
   integer :: n_seeds, largest, i, j, lambda
   integer(i8), allocatable :: counts(:)
-  real(rp) :: got, want, worst, at_64(6), success, ms
+  real(rp) :: got, want, worst, at_64(6), success, ms(2)
 
   call get_command_argument(1, path)
   n_seeds = 51
@@ -63,10 +63,12 @@ program bench_optimiser
     success = min(success, count(counts < NEVER)/real(n_seeds, rp))
   end do
   ms = milliseconds_per_generation(11, 64)
-  write (output_unit, '(a,f7.4,a)') 'own time per generation, n = 11, lambda = 64: ', ms, ' ms'
-  write (output_unit, '(a,i0,a,f6.3,3(a,f8.1),a,f5.3,a,f7.4,a)') '{"seeds": ', n_seeds, ', "worst_deviation": ', worst, &
-    ', "sphere_64": ', at_64(1), ', "elli_64": ', at_64(2), ', "rosen_64": ', at_64(3), ', "rastrigin_success": ', &
-    success, ', "ms_per_generation": ', ms, '}'
+  write (output_unit, '(a,f7.4,a,f7.4,a)') 'own time per generation, n = 11, lambda = 64: median ', ms(1), &
+    ' ms, fastest twentieth ', ms(2), ' ms'
+  write (output_unit, '(a,i0,a,f6.3,3(a,f8.1),a,f5.3,2(a,f7.4),a)') '{"seeds": ', n_seeds, &
+    ', "worst_deviation": ', worst, ', "sphere_64": ', at_64(1), ', "elli_64": ', at_64(2), &
+    ', "rosen_64": ', at_64(3), ', "rastrigin_success": ', success, ', "ms_per_generation": ', ms(1), &
+    ', "ms_fastest_twentieth": ', ms(2), '}'
 
 contains
 

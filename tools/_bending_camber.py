@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Wings that are not flat when they are unloaded.
 
-The shape without a load is z0(x, y) above the plane of the wing file. With v the displacement from the plane, m the unit
-vector that turns with a triangle and is e_z at rest, and K the plate's form of the triangle, the energy of bending is
-(v - z0 m) K (v - z0 m)/2: quadratic about a rest shape that rotates with the membrane."""
+The shape without a load is z0(x, y) above the plane of the wing file. With v the displacement from the plane, m the
+unit vector that turns with a triangle and is e_z at rest, and K the plate's form of the triangle, the energy of bending
+is (v - z0 m) K (v - z0 m)/2: quadratic about a rest shape that rotates with the membrane."""
 import numpy as np
 
 from _bending_jets import cross, dot, unit, variables

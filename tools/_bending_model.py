@@ -213,19 +213,19 @@ class Model:
     def zeros(self):
         return np.zeros((self.n_nodes, 3))
 
-    def weights(self, gravity, vein_density, membrane_mass):
-        """Forces (nodes, 3) [N] of the weight under gravity(3) [m/s^2]: veins as conical pieces, half to each end by
-        their volume on that side, and a membrane of constant thickness."""
+    def weights(self, gravity, vein_density, areal_density):
+        """Forces (nodes, 3) [N] of the weight under gravity(3) [m/s^2]: veins as conical pieces, shared between their
+        ends so that the centre of mass is kept, and an even membrane."""
         mass = np.zeros(self.n_nodes)
         for nodes, diameters in self.wing.veins.values():
             length = np.linalg.norm(np.diff(self.wing.points[nodes], axis=0), axis=1)
-            d = np.asarray(diameters)
-            middle = (d[:-1] + d[1:]) / 2
-            for near, ends in ((d[:-1], nodes[:-1]), (d[1:], nodes[1:])):
-                piece = vein_density * pi / 12 * (near**2 + near * middle + middle**2) * length / 2
-                np.add.at(mass, ends, piece)
-        share = self.plate.area / (3 * self.plate.area.sum()) * membrane_mass
-        np.add.at(mass, self.triangles.ravel(), np.repeat(share, 3))
+            one, two = np.asarray(diameters)[:-1], np.asarray(diameters)[1:]
+            volumes = one**2 + one * two + two**2
+            far = (one**2 + 2 * one * two + 3 * two**2) / (4 * volumes)  # place of the centre
+            piece = vein_density * pi / 12 * volumes * length
+            np.add.at(mass, nodes[:-1], piece * (1 - far))
+            np.add.at(mass, nodes[1:], piece * far)
+        np.add.at(mass, self.triangles.ravel(), np.repeat(areal_density * self.plate.area / 3, 3))
         return mass[:, None] * np.asarray(gravity, float)
 
     def point_load(self, place, force):

@@ -23,7 +23,7 @@ class Hidden:
     creep: tuple = (0.0, 1.0)        # (a, tau [s]): stiffness over 1 + a log10(1 + hold/tau)
     gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] bends the unloaded wing too
     vein_density: float = 1300.0     # [kg/m^3] for the weight
-    membrane_mass: float = 81.475e-9  # [kg]
+    areal_density: float = 3.0e-3    # [kg/m^2] of the membrane
     load_shift: tuple = (0.0, 0.0)   # [m] common to all points of application
     height_scale: float = 1.0        # of the profilometer
     map_shift: tuple = (0.0, 0.0)    # [m] of all height maps

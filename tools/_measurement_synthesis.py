@@ -146,7 +146,7 @@ class Bench:
 
     def weight(self, model):
         hidden = self.case.hidden
-        return model.weights(hidden.gravity, hidden.vein_density, hidden.membrane_mass)
+        return model.weights(hidden.gravity, hidden.vein_density, hidden.areal_density)
 
     def rest(self):
         """Positions of the points of the wing without a load: as in the wing file, with its camber, bent by its

@@ -9,7 +9,7 @@ module base_random
   use base_kinds, only: rp, i8
   implicit none
   private
-  public :: philox, unit_real, random_uniforms, random_gaussians, random_stream_t
+  public :: philox, unit_real, random_uniforms, random_gaussians, fill_gaussians, random_stream_t
 
   integer(i8), parameter :: WORD = int(z'FFFFFFFF', i8), HALF = int(z'FFFF', i8)
   integer(i8), parameter :: MULTIPLIER(2) = [int(z'D2511F53', i8), int(z'CD9E8D57', i8)]
@@ -33,16 +33,25 @@ contains
   pure function philox(key, counter) result(words)
     integer(i8), intent(in) :: key(2), counter(4)
     integer(i8) :: words(4)
-    integer(i8) :: k(2), high(2), low(2)
+    integer(i8) :: w1, w2, w3, w4, k1, k2, high1, high2, low1, low2 ! scalars stay in registers
     integer :: round
-    words = counter
-    k = key
+    w1 = counter(1)
+    w2 = counter(2)
+    w3 = counter(3)
+    w4 = counter(4)
+    k1 = key(1)
+    k2 = key(2)
     do round = 1, ROUNDS
-      call multiply(MULTIPLIER(1), words(1), high(1), low(1))
-      call multiply(MULTIPLIER(2), words(3), high(2), low(2))
-      words = [ieor(ieor(high(2), words(2)), k(1)), low(2), ieor(ieor(high(1), words(4)), k(2)), low(1)]
-      k = iand(k + WEYL, WORD)
+      call multiply(MULTIPLIER(1), w1, high1, low1)
+      call multiply(MULTIPLIER(2), w3, high2, low2)
+      w1 = ieor(ieor(high2, w2), k1)
+      w2 = low2
+      w3 = ieor(ieor(high1, w4), k2)
+      w4 = low1
+      k1 = iand(k1 + WEYL(1), WORD)
+      k2 = iand(k2 + WEYL(2), WORD)
     end do
+    words = [w1, w2, w3, w4]
   end function philox
 
   !> Both halves of the 64-bit product of two 32-bit words, without leaving 63 bits.
@@ -70,16 +79,34 @@ contains
     integer(i8) :: words(4)
     words = philox([iand(seed, WORD), shiftr(seed, 32)], [iand(position, WORD), shiftr(position, 32), &
                                                           iand(stream, WORD), shiftr(stream, 32)])
-    u = unit_real(words([1, 3]), words([2, 4]))
+    u(1) = unit_real(words(1), words(2))
+    u(2) = unit_real(words(3), words(4))
   end function random_uniforms
 
   !> Two independent numbers of mean 0 and variance 1 at a place of a stream (Box and Muller).
   pure function random_gaussians(seed, stream, position) result(g)
     integer(i8), intent(in) :: seed, stream, position
-    real(rp) :: g(2)
+    real(rp) :: g(2), radius, angle
     g = random_uniforms(seed, stream, position)
-    g = sqrt(-2*log(g(1)))*[cos(TWO_PI*g(2)), sin(TWO_PI*g(2))]
+    radius = sqrt(-2*log(g(1)))
+    angle = TWO_PI*g(2)
+    g(1) = radius*cos(angle)
+    g(2) = radius*sin(angle)
   end function random_gaussians
+
+  !> Independent numbers of mean 0 and variance 1, two from each place of a stream beginning at `position`:
+  !> the same as those of `random_gaussians`.
+  pure subroutine fill_gaussians(seed, stream, position, values)
+    integer(i8), intent(in) :: seed, stream, position
+    real(rp), intent(out), contiguous :: values(:)
+    real(rp) :: pair(2)
+    integer :: i
+    do i = 1, size(values), 2
+      pair = random_gaussians(seed, stream, position + i/2)
+      values(i) = pair(1)
+      if (i < size(values)) values(i + 1) = pair(2)
+    end do
+  end subroutine fill_gaussians
 
   !> The next number, uniform in (0, 1).
   real(rp) function stream_uniform(self) result(u)
@@ -103,14 +130,8 @@ contains
   !> Fills an array with numbers of mean 0 and variance 1, two from each position.
   subroutine stream_gaussians(self, values)
     class(random_stream_t), intent(inout) :: self
-    real(rp), intent(out) :: values(:)
-    real(rp) :: pair(2)
-    integer :: i
-    do i = 1, size(values), 2
-      pair = random_gaussians(self%seed, self%stream, self%position)
-      self%position = self%position + 1
-      values(i) = pair(1)
-      if (i < size(values)) values(i + 1) = pair(2)
-    end do
+    real(rp), intent(out), contiguous :: values(:)
+    call fill_gaussians(self%seed, self%stream, self%position, values)
+    self%position = self%position + (size(values) + 1)/2
   end subroutine stream_gaussians
 end module base_random

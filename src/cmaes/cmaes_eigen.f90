@@ -58,13 +58,14 @@ contains
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work
     call build(state%b, state%d, work%root)
-    call build(state%b, 1/state%d, work%inverse_root)
+    work%z = 1/state%d ! an expression as argument would be allocated
+    call build(state%b, work%z, work%inverse_root)
   end subroutine build_roots
 
   !> product = B diag(values) B^T, symmetric to the bit.
   pure subroutine build(b, values, product)
     real(rp), intent(in), contiguous :: b(:, :)
-    real(rp), intent(in) :: values(:)
+    real(rp), intent(in), contiguous :: values(:)
     real(rp), intent(out), contiguous :: product(:, :)
     real(rp) :: factor
     integer :: i, j, k, n

@@ -6,7 +6,7 @@
 !> eigenvectors, which differ between LAPACK libraries.
 module cmaes_sampling
   use base_kinds, only: rp, i8
-  use base_random, only: random_gaussians, random_uniforms
+  use base_random, only: fill_gaussians, random_uniforms
   use cmaes_state, only: cmaes_state_t, cmaes_work_t
   implicit none
   private
@@ -21,7 +21,7 @@ contains
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work
     integer, intent(in) :: k
-    real(rp), intent(out) :: x(:)
+    real(rp), intent(out), contiguous :: x(:)
     integer :: j
     call draw_normals(state%seed, state%restart, state%generation + 1, state%attempt, k, work%z)
     x = 0
@@ -36,17 +36,10 @@ contains
   pure subroutine draw_normals(seed, restart, generation, attempt, candidate, z)
     integer(i8), intent(in) :: seed
     integer, intent(in) :: restart, generation, attempt, candidate
-    real(rp), intent(out) :: z(:)
-    real(rp) :: pair(2)
-    integer(i8) :: stream, place
-    integer :: i
+    real(rp), intent(out), contiguous :: z(:)
+    integer(i8) :: stream
     stream = shiftl(ior(shiftl(int(restart, i8), ATTEMPT_BITS), int(attempt, i8)), 32) + generation
-    place = shiftl(int(candidate, i8), 32)
-    do i = 1, size(z), 2
-      pair = random_gaussians(seed, stream, place + i/2)
-      z(i) = pair(1)
-      if (i < size(z)) z(i + 1) = pair(2)
-    end do
+    call fill_gaussians(seed, stream, shiftl(int(candidate, i8), 32), z)
   end subroutine draw_normals
 
   !> Independent numbers in (0, 1) for the start of run `restart`; no candidate has the same numbers, for

@@ -11,9 +11,9 @@ module cmaes_stop
   private
   public :: find_stop, note_history, stop_text, stop_name
 
-  integer, parameter, public :: RUNNING = 0, FTARGET = 1, MAXFEVALS = 2, MAXITER = 3, TOLFUN = 4, TOLFUNHIST = 5, TOLX = 6
-  integer, parameter, public :: TOLFACUPX = 7, TOLUPSIGMA = 8, STAGNATION = 9, FLAT_FITNESS = 10, NOEFFECTAXIS = 11
-  integer, parameter, public :: NOEFFECTCOORD = 12, CONDITIONCOV = 13, TOO_MANY_FAILED = 14
+  integer, parameter, public :: RUNNING = 0, FTARGET = 1, MAXFEVALS = 2, MAXITER = 3, TOLFUN = 4, TOLFUNHIST = 5
+  integer, parameter, public :: TOLX = 6, TOLFACUPX = 7, TOLUPSIGMA = 8, STAGNATION = 9, FLAT_FITNESS = 10
+  integer, parameter, public :: NOEFFECTAXIS = 11, NOEFFECTCOORD = 12, CONDITIONCOV = 13, TOO_MANY_FAILED = 14
   integer, parameter, public :: N_STOPS = 14
   integer, parameter :: N_HISTORY = 10 ! generations that flat histories are believed after
 
@@ -23,9 +23,10 @@ contains
   pure function stop_name(code) result(name)
     integer, intent(in) :: code
     character(:), allocatable :: name
-    character(13), parameter :: NAMES(0:N_STOPS) = [character(13) :: 'running', 'ftarget', 'maxfevals', &
-      'maxiter', 'tolfun', 'tolfunhist', 'tolx', 'tolfacupx', 'tolupsigma', 'tolstagnation', 'flatfitness', &
-      'noeffectaxis', 'noeffectcoord', 'conditioncov', 'toomanyfailed']
+    character(13), parameter :: NAMES(0:N_STOPS) = &
+      [character(13) :: 'running', 'ftarget', 'maxfevals', 'maxiter', 'tolfun', 'tolfunhist', 'tolx', &
+       'tolfacupx', 'tolupsigma', 'tolstagnation', 'flatfitness', 'noeffectaxis', 'noeffectcoord', &
+       'conditioncov', 'toomanyfailed']
     name = 'unknown'
     if (code >= 0 .and. code <= N_STOPS) name = trim(NAMES(code))
   end function stop_name

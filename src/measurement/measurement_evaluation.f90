@@ -32,6 +32,7 @@ module measurement_evaluation
   contains
     procedure :: init => evaluation_init
     procedure :: is_feasible => evaluation_is_feasible
+    procedure :: terms => evaluation_terms
     procedure :: count_reals => evaluation_count_reals
     procedure :: to_reals => evaluation_to_reals
     procedure :: from_reals => evaluation_from_reals
@@ -90,9 +91,22 @@ contains
     is_feasible = self%is_solved .and. .not. any(self%violation > 0)
   end function evaluation_is_feasible
 
-  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which must be
-  !> a shape under the same load reached without snaps, and always the result. `evaluation` was made by its `init`,
-  !> which says whether derivatives are wanted. Allocates nothing but what the static solver does.
+  !> What load l adds to sums over loads, for callers that need no residuals: the mean squared difference of
+  !> heights [m^2], of which h^2 of Truong et al. is the sum, and the sum of squares over the declared variances.
+  pure function evaluation_terms(self, experiment, l) result(terms)
+    class(evaluation_t), intent(in) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp) :: terms(2)
+    associate (comparison => experiment%comparisons(l))
+      terms(1) = sum(self%residuals(:comparison%n_heights)**2)/max(1, comparison%n_heights)
+      terms(2) = sum((self%residuals/comparison%sigma)**2)
+    end associate
+  end function evaluation_terms
+
+  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which
+  !> must be a shape under the same load reached without snaps, and always the result. `evaluation` was made by
+  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing.
   subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work

@@ -45,7 +45,8 @@ contains
     real(rp), intent(in) :: start(:)
     type(fit_options_t), intent(in) :: options
     type(fit_report_t), intent(out) :: report
-    real(rp), parameter :: UNRESOLVED = 1.0e-13_rp
+    ! Of the sum of squares: its rounding, and the errors of residuals that come from iterations of their own.
+    real(rp), parameter :: UNRESOLVED = 1.0e-13_rp, NOISE = 1.0e-8_rp
     real(rp), allocatable :: residuals(:), jacobian(:, :), p(:), scale(:), d(:), triangle(:, :)
     integer, allocatable :: free(:)
     real(rp) :: damping, growth, radius, predicted, actual, ratio
@@ -85,8 +86,10 @@ contains
         exit
       end if
       if (.not. predicted > options%reduction_tolerance*(report%chi2 + report%prior_chi2)) then
+        ! A step that is small only because it is damped says nothing.
+        report%is_converged = damping <= 1
         report%reason = 'no step reduces the sum of squares'
-        report%is_converged = .true.
+        if (.not. report%is_converged) report%reason = 'even the smallest steps fail'
         exit
       end if
       call try_point(problem, unknowns, report, p, residuals, jacobian, is_valid, actual)
@@ -105,6 +108,11 @@ contains
         growth = 2
         if (ratio > 0.25_rp) radius = min(2*radius, options%largest_step)
       else
+        if (is_valid .and. max(predicted, -actual) <= NOISE*(report%chi2 + report%prior_chi2)) then
+          report%reason = 'the sum of squares is reduced no further'
+          report%is_converged = .true.
+          exit
+        end if
         radius = max(0.5_rp*min(radius, report%last_step), options%step_tolerance)
         damping = max(damping, 1.0e-8_rp)*growth
         growth = 2*growth

@@ -13,6 +13,7 @@ module measurement_heights
   public :: read_reference, read_surface
 
   real(rp), parameter :: LARGEST = 1.0e4_rp !< [m] of any coordinate
+  integer, parameter :: MOST_POINTS = 10000000 !< of the grid: far beyond any scan, but it fits the memory
   integer(i8), parameter :: MANTISSA_BITS = int(z'000FFFFFFFFFFFFF', i8)
 
 contains
@@ -27,6 +28,11 @@ contains
     integer :: nx, ny
     call read_axis(file, 'x', m%x, report)
     call read_axis(file, 'y', m%y, report)
+    if (size(m%x, kind=i8)*size(m%y, kind=i8) > MOST_POINTS) then
+      call report%add('/reference', 'the grid has more than '//number_text(MOST_POINTS)//' points')
+      m%x = m%x(:0)
+      m%y = m%y(:0)
+    end if
     nx = size(m%x)
     ny = size(m%y)
     allocate (m%unloaded(nx, ny), m%unloaded_sigma(nx, ny), source=0.0_rp)

@@ -107,7 +107,7 @@ contains
   end subroutine problem_accept
 
   !> Solves every load cold at p and compares with the shapes where the solver stands: the largest distance [m]
-  !> of a point of the wing; huge if a shape is not found. The shapes stay as they are.
+  !> of a point of the wing; huge if a shape is not found. The shapes stay as they are; what follows starts cold.
   subroutine problem_cold_difference(self, p, difference)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)

@@ -14,7 +14,8 @@ module measurement_profile
 
   real(rp), parameter, public :: THRESHOLD_90 = 2.705543454095404_rp !< 90 % of chi^2 with one degree of freedom
   integer, parameter :: MOST_REFITS = 25
-  real(rp), parameter :: ACCURACY = 0.01_rp !< of the root of the threshold
+  real(rp), parameter :: ACCURACY = 0.01_rp     !< of the root of the threshold
+  real(rp), parameter :: RESOLUTION = 1.0e-3_rp !< of the threshold, left in the sums of squares of refits
 
   !> What can be said about one unknown.
   type :: interval_t
@@ -38,6 +39,7 @@ contains
     type(fit_options_t), intent(in) :: options
     type(interval_t), intent(out) :: interval
     type(unknowns_t) :: others
+    type(fit_options_t) :: refits
     type(fit_report_t) :: report
     real(rp), allocatable :: best(:)
     real(rp) :: least
@@ -56,7 +58,11 @@ contains
     end if
     best = report%p
     least = report%chi2 + report%prior_chi2
+    refits = options
+    if (least > 0) refits%reduction_tolerance = max(options%reduction_tolerance, RESOLUTION*threshold/least)
     others%is_fixed(i) = .true.
+    is_lower_found = .false.
+    is_upper_found = .false.
     do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
       interval%best = best(i)
       call find_end(-1, interval%lower, interval%has_lower, is_lower_found, found_better)
@@ -96,10 +102,12 @@ contains
       x = max(min(sd*goal, 2*max(options%largest_step, 1.0_rp)), 1.0e-6_rp*min(room, 1.0_rp))
       x = inside + direction*min(room, x)
       do n = 1, MOST_REFITS
+        ! The others follow the straight line through the last two fits.
         at = at_inside
+        if (abs(inside - best(i)) > 0) at = best + (at_inside - best)*((x - best(i))/(inside - best(i)))
         at(i) = x
         others%is_fixed(i) = .true.
-        call fit(problem, others, at, options, report)
+        call fit(problem, others, at, refits, report)
         interval%n_refits = interval%n_refits + 1
         interval%n_evaluations = interval%n_evaluations + report%n_evaluations
         w = huge(w)

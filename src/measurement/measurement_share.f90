@@ -72,8 +72,8 @@ contains
     type(world_t), intent(in) :: world
     integer, intent(in) :: n
     type(measurement_t), intent(inout) :: m
-    real(rp) :: flat(n)
-    integer :: known(n)
+    real(rp), allocatable :: flat(:)
+    integer, allocatable :: known(:)
     flat = reshape(m%unloaded, [n])
     call world%broadcast_reals(flat)
     m%unloaded = reshape(flat, shape(m%unloaded))

@@ -41,8 +41,8 @@ module parallel_farm
   end type task_runner_t
 
   abstract interface
-    !> The output of a task, from its input and the context; `output` is 0 on entry. Status 0 is success; any positive number is a
-    !> failure, which is only reported. Must not communicate.
+    !> The output of a task, from its input and the context; `output` is 0 on entry. Status 0 is success;
+    !> any positive number is a failure, which is only reported. Must not communicate.
     subroutine run_task(self, input, output, status)
       import :: task_runner_t, rp
       class(task_runner_t), intent(inout) :: self

@@ -112,26 +112,30 @@ contains
   subroutine test_misfits()
     type(cmaes_search_t) :: search, other
     type(archive_t) :: stored
+    integer :: i
     call begin(4, 'ipop', search)
     call advance(search)
     call search%visit(stored)
     stored%is_reading = .true.
-    stored%fields(stored%find('p_sigma'))%name = 'something'
+    i = stored%find('p_sigma')
+    stored%fields(i)%name = 'something'
     call begin(4, 'ipop', other)
     call other%visit(stored)
     call check_refused(stored, 'p_sigma', 'a missing field')
-    stored%fields(stored%find('something'))%name = 'p_sigma'
+    stored%fields(i)%name = 'p_sigma'
     call begin(5, 'ipop', other)
     call other%visit(stored)
     call check_refused(stored, 'best_x', 'another number of parameters')
-    deallocate (stored%fields(stored%find('sigma'))%reals)
+    i = stored%find('sigma')
+    deallocate (stored%fields(i)%reals)
     call begin(4, 'ipop', other)
     call other%visit(stored)
     call check_refused(stored, 'sigma is not real', 'a field of another type')
     stored = archive_t()
     call search%visit(stored)
     stored%is_reading = .true.
-    stored%fields(stored%find('generation'))%integers = 2_i8**40
+    i = stored%find('generation')
+    stored%fields(i)%integers = 2_i8**40
     call begin(4, 'ipop', other)
     call other%visit(stored)
     call check_refused(stored, 'generation is out of range', 'an integer that is too large')

@@ -37,8 +37,8 @@ contains
     has_failed = .false.
     has_failed(8) = .true.
     call classify(f, violation, has_failed, classes, keys)
-    call t%check('feasible, infeasible and failed are told apart', all(classes == [FEASIBLE, FAILED, FEASIBLE, &
-                 INFEASIBLE, FEASIBLE, INFEASIBLE, FAILED, FAILED, FAILED]))
+    call t%check('feasible, infeasible and failed are told apart', &
+                 all(classes == [FEASIBLE, FAILED, FEASIBLE, INFEASIBLE, FEASIBLE, INFEASIBLE, FAILED, FAILED, FAILED]))
     call rank(classes, keys, order, merged)
     call t%check('feasible by f, infeasible by violation, failed last, equals by index', &
                  all(order == [3, 5, 1, 6, 4, 2, 7, 8, 9]))
@@ -215,7 +215,8 @@ contains
       call advance(search)
     end do
     call t%check('large populations double, small ones have small steps', is_right)
-    call t%check('both regimes are launched, each when it has spent less', is_balanced .and. n_small > 1 .and. n_large > 1)
+    call t%check('both regimes are launched, each when it has spent less', &
+                 is_balanced .and. n_small > 1 .and. n_large > 1)
     call t%check('the budget ends the search', search%state%stop_code == MAXFEVALS)
   end subroutine test_bipop
 

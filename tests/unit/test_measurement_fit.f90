@@ -89,6 +89,10 @@ contains
     call t%check('the active bounds are named', report%is_at_bound(2) .and. .not. report%is_at_bound(1))
     call t%check_below('the slope of the free unknowns vanishes', &
                        maxval(cosines(problem, report), mask=.not. report%is_at_bound), LARGEST_COSINE)
+    unknowns%lower(1) = report%p(1) - 1
+    unknowns%upper(4) = report%p(4) + 1
+    call fit(problem, unknowns, [unknowns%lower(1), 0.0_rp, 0.0_rp, unknowns%upper(4)], options, free)
+    call t%check_below('a start on other bounds leaves them', norm2(free%p - report%p), 1.0e-5_rp)
     call t%check('the others are pushed outward', slope(2) < 0 .and. (slope(3) > 0 .or. .not. report%is_at_bound(3)))
   end subroutine solve_bounded
 
@@ -256,6 +260,9 @@ contains
     call profile_interval(problem, unknowns, report%p, 1, 3.0_rp, THRESHOLD_90, options, interval)
     call t%check('the interval ends there', interval%has_upper .and. interval%is_complete)
     call t%check_close('  at its edge', interval%upper, 1.2_rp, atol=1.0e-3_rp)
+    problem%valid_below = 0.9_rp
+    call fit(problem, unknowns, [-3.0_rp], options, report)
+    call t%check('the fit stays in front of it: '//report%reason, report%p(1) > 0.89_rp .and. report%p(1) < 0.9_rp)
     call fit(problem, unknowns, [2.0_rp], options, report)
     call t%check('an invalid start is a failure, not a result',.not. report%is_converged)
   end subroutine avoid_invalid

@@ -16,6 +16,7 @@ sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
 from scipy.integrate import solve_bvp  # noqa: E402
 
+from _bending_jets import Jet, squared_angle  # noqa: E402
 from _bending_mesh import locate, plan_hinges, refine  # noqa: E402
 from _bending_model import Model, Stiffness  # noqa: E402
 from _bending_statics import Path as LoadingPath  # noqa: E402
@@ -92,6 +93,16 @@ class Derivatives(unittest.TestCase):
         np.add.at(total, turns.local.ravel(), found.reshape(-1, 3))
         np.add.at(want, turns.local.ravel(), shifted.imag.reshape(-1, 3) / 1e-30)
         self.assertLess(np.abs(total - want).max(), 1e-11 * np.abs(want).max())
+
+    def test_angle(self):
+        """(2 asin sqrt s)^2 and its derivatives: series and closed form agree where one takes over, up to the
+        cancellation in the closed form, eps/s of the second derivative."""
+        s = np.array([0.999e-3, 1.001e-3])
+        jet = squared_angle(Jet(s, np.ones((2, 1)), np.zeros((2, 1, 1))))
+        a, r = np.arcsin(np.sqrt(s)), s * (1 - s)
+        np.testing.assert_allclose(jet.v, 4 * a**2, rtol=1e-14)
+        np.testing.assert_allclose(jet.g[:, 0], 4 * a / np.sqrt(r), rtol=1e-14)
+        np.testing.assert_allclose(jet.h[:, 0, 0], 2 / r - 2 * a * (1 - 2 * s) / r**1.5, rtol=2e-12)
 
     def test_rotation(self):
         model = Model(read_wing(SMALL), Stiffness(plate="edges"))
@@ -171,10 +182,14 @@ class Weights(unittest.TestCase):
         """The weight of the wing is that of its frustums and its membrane, and acts at their common centre."""
         wing = read_wing(SMALL)
         model = Model(refine(wing), Stiffness())
-        force = model.weights((0, 0, -9.81), 1300.0, 81.475e-9)
-        self.assertAlmostEqual(force[:, 2].sum() / (-9.81 * (wing.vein_mass() + 81.475e-9)), 1, delta=1e-12)
-        fine = Model(refine(model.wing), Stiffness()).weights((0, 0, -9.81), 1300.0, 81.475e-9)
+        force = model.weights((0, 0, -9.81), 1300.0, 3e-3)
+        weight = -9.81 * (wing.vein_mass() + 3e-3 * wing.areas().sum())
+        self.assertAlmostEqual(force[:, 2].sum() / weight, 1, delta=1e-12)
+        fine = Model(refine(model.wing), Stiffness()).weights((0, 0, -9.81), 1300.0, 3e-3)
         self.assertAlmostEqual(fine[:, 2].sum() / force[:, 2].sum(), 1, delta=1e-12)
+        finer = refine(model.wing).points
+        centre, other = force[:model.n_points, 2] @ model.wing.points, fine[:len(finer), 2] @ finer
+        np.testing.assert_allclose(other, centre, rtol=0, atol=1e-12 * np.abs(centre).max())
 
     def test_beam(self):
         """A light beam under its weight: q L^4/(8 EI), by the trapezoidal rules of the hinges and of the masses, whose

@@ -33,18 +33,21 @@ E = {E!r};
 D = {D!r};
 parameters = {parameters};
 cross_springs = {crossed};
+[Mass]
+membrane_law = uniform;
 [Loads]
+gravity = 0 0 {gravity!r};
 forces = (/ {forces} /);
 [Saving]
 name = static;
 """
 
 
-def solver(folder, parameters="", crossed="no", E=12.58e9, D=2e-7):
-    """Displacements (points, 3) of flusi --static under all loads, and how many snaps it met."""
+def solver(folder, parameters="", crossed="no", E=12.58e9, D=2e-7, gravity=0.0):
+    """Displacements (points, 3) of flusi --static under all loads."""
     forces = "\n".join(" ".join(repr(v) for v in row) for row in PLACES)
     (folder / "run.ini").write_text(INI.format(wing=WING, E=E, D=D, parameters=parameters, crossed=crossed,
-                                               forces=forces))
+                                               gravity=gravity, forces=forces))
     done = subprocess.run([PROGRAM, "--static", "run.ini"], cwd=folder, capture_output=True, text=True)
     if done.returncode:
         raise AssertionError(done.stdout + done.stderr)
@@ -55,12 +58,13 @@ def solver(folder, parameters="", crossed="no", E=12.58e9, D=2e-7):
     return shapes
 
 
-def own(**stiffness):
+def own(gravity=0.0, **stiffness):
     """The same of the generator; the paths must be free of snaps, behind which shapes may differ."""
     model = Model(read_wing(WING), Stiffness(**stiffness))
     shapes = []
     for x, y, force in PLACES:
-        u, report = LoadingPath(model).solve(model.point_load((x, y), (0, 0, force)))
+        weight = model.weights((0, 0, gravity), 1300.0, 3e-3)
+        u, report = LoadingPath(model).solve(model.point_load((x, y), (0, 0, force)) + weight)
         assert report.converged and report.snaps == 0
         shapes.append(u[:model.n_points])
     return shapes
@@ -88,8 +92,9 @@ class IndependentStatics(unittest.TestCase):
 
     def test_every_parameter(self):
         theirs = solver(self.place, "joint:C_Sc 1e-6, joint:M1+2_bend 5e-7, joint:R4+5_base 2e-5, root 0.3, E:C 1.7, "
-                        "diameter_exponent 3.5, k_vein 8e4, k_membrane 5e4, k_cross 2e4", "yes", E=9e9, D=3e-7)
-        ours = own(plate="edges", E=9e9, D=3e-7, root=0.3, diameter_exponent=3.5, k_vein=8e4, k_membrane=5e4,
+                        "diameter_exponent 3.5, k_vein 8e4, k_membrane 5e4, k_cross 2e4", "yes", E=9e9, D=3e-7,
+                        gravity=-200.0)
+        ours = own(-200.0, plate="edges", E=9e9, D=3e-7, root=0.3, diameter_exponent=3.5, k_vein=8e4, k_membrane=5e4,
                    k_cross=2e4, cross_springs=True, veins={"C": 1.7},
                    joints={"C_Sc": 1e-6, "M1+2_bend": 5e-7, "R4+5_base": 2e-5})
         found = difference(ours, theirs)

@@ -164,6 +164,18 @@ contains
                  all(transfer(first%jacobian, [1]) == transfer(second%jacobian, [1])))
   end subroutine check_tasks
 
+  real(rp) function problem_terms(problem, which) result(total)
+    type(wing_problem_t), intent(in) :: problem
+    integer, intent(in) :: which
+    real(rp) :: terms(2)
+    integer :: l
+    total = 0
+    do l = 1, N_LOADS
+      terms = problem%evaluations(l)%terms(experiment, l)
+      total = total + terms(which)
+    end do
+  end function problem_terms
+
   !> From E three times too large and joints ten times too stiff and too soft, with priors of one decade about
   !> this start. They shift the optimum by (sd/decade)^2 ln 10, sd being that of an unknown at 1 nm noise.
   subroutine recover()
@@ -184,6 +196,9 @@ contains
     posterior = find_posterior(unknowns, report)
     call t%check('the fit converges: '//report%reason, report%is_converged)
     call t%check('in a few evaluations', report%n_evaluations <= 20)
+    call t%check_close('h and the sum of squares are sums over loads', problem_terms(problem, 1), &
+                       experiment%cost(report%residuals*sqrt(2.0_rp)*1.0e-9_rp)**2, rtol=1.0e-6_rp)
+    call t%check_close('  the sum of squares', problem_terms(problem, 2), report%chi2, rtol=1.0e-6_rp)
     call t%check_below('h vanishes', experiment%cost(report%residuals*sqrt(2.0_rp)*1.0e-9_rp), 1.0e-12_rp)
     do i = 1, size(truth)
       parameter = experiment%describe(i)

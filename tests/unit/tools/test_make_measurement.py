@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """tools/make_measurement: errors have the declared statistics, seeds reproduce, mistakes are explained, and no code is
-shared with the solver or with what fits measurements."""
+shared with the solver or with what fits measurements.
+
+usage: test_make_measurement.py <test_measurements> [tests]
+"""
 import ast
 import json
 import re
@@ -99,6 +102,13 @@ class Errors(unittest.TestCase):
             lost = (errors.missing(k, known) & known).sum() / known.sum()
             self.assertTrue(0.25 <= lost < 0.25 + np.pi * 5**2 / known.sum(), lost)  # one disc more at most
 
+    def test_streams(self):
+        """Errors of different kinds, scans and seeds have nothing to do with each other."""
+        draws = [Streams(seed)(name, scan).standard_normal(4000) for seed in (1, 2) for name in ("height", "tilt")
+                 for scan in (0, 1)]
+        products = np.corrcoef(draws) - np.eye(len(draws))
+        self.assertLess(np.abs(products).max(), 4.5 / np.sqrt(4000))
+
     def test_tilt(self):
         errors = HeightErrors(Noise(tilt=1e-3, piston=5e-6, shift=2e-5), self.x, self.y, Streams(6))
         n = 2000
@@ -167,6 +177,8 @@ class Experiments(WithFolder):
         more, _ = synthesise(self.case({**base, "loads": [[0.00405, 0.00066, 1.2e-3]]}))
         gained, _ = synthesise(self.case({**base, "hidden": {"force_gain": 1.1, "force_offset": 1e-4}}))
         self.assertLess(np.nanmax(np.abs(more["loads"][0]["z"] - gained["loads"][0]["z"])), 1e-12)
+        s = Bench(self.case({**base, "stiffness": {"joints": {"C_Sc": 1e-6}}})).model(0.9, 0.5).stiffness
+        np.testing.assert_allclose([s.D, s.E, s.joints["C_Sc"]], [0.9 * 2e-7, 0.45 * 12.58e9, 0.9e-6], rtol=1e-14)
         # Softer by 1 - 0.1: the change against the straight ratio is that of the springs, far below a per cent.
         soft, _ = synthesise(self.case({**base, "hidden": {"creep": [0.1 / 0.9, 10 / 9]}}))  # 1 + a log10(10)
         less, _ = synthesise(self.case({**base, "loads": [[0.00405, 0.00066, 1e-3 / 0.9]]}))
@@ -216,6 +228,11 @@ class Experiments(WithFolder):
                 heights[name] = file["loads/P01_L2/z"][:]
                 self.assertEqual(file["reference/z"].shape, (file["reference/y"].size, file["reference/x"].size))
                 self.assertEqual(list(file["loads/P01_L2"].attrs["direction"]), [0, 0, -1])
+        if READER:  # that of what fits measurements
+            done = subprocess.run([READER, WING, *[self.folder / f"{name}.h5" for name in "acd"]], capture_output=True,
+                                  text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertEqual(done.stdout.count("P01_L2:  1.0000E-03 N at  4.0500E-03  6.6000E-04 m"), 3, done.stdout)
         known = np.isfinite(heights["a"])
         same = heights["a"][known] == heights["d"][known]
         self.assertAlmostEqual(1 - same.mean(), 0.02, delta=4 * np.sqrt(0.02 / known.sum()))
@@ -266,9 +283,9 @@ class Independence(unittest.TestCase):
     def test_imports(self):
         """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
         the solver, and nothing of the fitter imports it."""
-        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model", "_bending_statics",
-               "_measurement_case", "_measurement_writer", "_measurement_noise", "_measurement_scan",
-               "_measurement_synthesis"}
+        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model",
+               "_bending_statics", "_measurement_case", "_measurement_noise", "_measurement_scan",
+               "_measurement_synthesis", "_measurement_writer"}
         allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
             | set(getattr(sys, "stdlib_module_names", ()))
         for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement"]:
@@ -292,4 +309,5 @@ class Independence(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    READER = str(Path(sys.argv.pop(1)).resolve()) if sys.argv[1:] and Path(sys.argv[1]).is_file() else ""
     unittest.main()
