@@ -36,9 +36,12 @@ contains
                              above=0.0_rp)
     call registry%add_word(F, 'load', 'pressure', 'pressure|pressure_viscous', &
                            'what bends the wings: the pressure on both sides, or the viscous traction as well')
+    call registry%add_switch(F, 'load_extrapolated', .false., &
+                             'the pressure difference is looked at in twice the distance, too, and extrapolated '// &
+                             'linearly to the mid surface')
     call registry%add_word(F, 'coupling', 'weak', 'weak|extrapolated|strong', &
-                          'load under which the wings make a step: that at its beginning, extrapolated to its end, '// &
-                           'or found at its end by sub-iterations')
+                           'load under which the wings make a step: that at its beginning, extrapolated to its '// &
+                           'end, or found at its end by sub-iterations')
     call registry%add_real(F, 'coupling_tolerance', 1.0e-3_rp, &
                            'strong: the load may change by so much of itself in the last sub-iteration', &
                            above=0.0_rp)
@@ -136,6 +139,7 @@ contains
                                          units%mass/units%length**3)
     params%gravity = config%get_reals(F, 'gravity')
     params%friction = config%get_word(F, 'load') == 'pressure_viscous'
+    params%extrapolates = config%get_switch(F, 'load_extrapolated')
     params%tolerance = config%get_real(F, 'coupling_tolerance')
     params%iterations = config%get_integer(F, 'coupling_iterations')
     select case (config%get_word(F, 'coupling'))

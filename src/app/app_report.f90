@@ -9,13 +9,13 @@ module app_report
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_solver, only: fluid_t
-  use fsi_coupler, only: COUPLING_WEAK
+  use fsi_coupler, only: coupler_t, COUPLING_STRONG, COUPLING_WEAK
   use fsi_flapping_wings, only: flapping_wings_t
   use parallel_report, only: report_timers
   use parallel_world, only: world_t
   implicit none
   private
-  public :: print_run_header, print_time_table, print_scales
+  public :: print_coupling, print_run_header, print_time_table, print_scales
 
 contains
 
@@ -136,6 +136,17 @@ contains
       if (p%dt_max > 0) ratio = min(ratio, p%dt_max/p%c_eta)
     end if
   end function step_over_c_eta
+
+  !> How much work the sub-iterations of a strong coupling were; nothing for others. Root only.
+  subroutine print_coupling(unit, coupler)
+    integer, intent(in) :: unit
+    type(coupler_t), intent(in) :: coupler
+    associate (report => coupler%report)
+      if (coupler%params%coupling /= COUPLING_STRONG .or. report%steps == 0) return
+      write (unit, '(a,f0.2,a)') 'the strong coupling took ', real(report%total, rp)/report%steps, &
+        ' evaluations of the flow per step, counted under bending wings'
+    end associate
+  end subroutine print_coupling
 
   !> Where the time went, over all ranks. Collective.
   subroutine print_time_table(world, timers, whole, fluid, wings)

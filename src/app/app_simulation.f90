@@ -6,7 +6,7 @@ module app_simulation
   use app_flight_faults, only: check_gaps
   use app_output, only: output_t
   use app_progress, only: progress_t
-  use app_report, only: print_run_header, print_time_table
+  use app_report, only: print_coupling, print_run_header, print_time_table
   use app_series, only: run_series_t
   use app_settings, only: settings_t
   use app_stop, only: stop_rules_t
@@ -90,7 +90,8 @@ contains
     if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (settings%flexible) then
       allocate (self%coupler)
-    call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, self%wings)
+      call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
+                             self%wings)
     end if
     call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
 
@@ -220,6 +221,7 @@ contains
       if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_FAILURE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
+      if (self%world%is_root .and. allocated(self%coupler)) call print_coupling(output_unit, self%coupler)
     end if
     call self%fluid%free()
     if (allocated(self%coupler)) call self%coupler%free()

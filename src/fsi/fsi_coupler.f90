@@ -49,6 +49,7 @@ module fsi_coupler
     type(unit_scales_t) :: units        !< SI values of one L, T and M
     real(rp) :: gravity(3) = 0          !< [m/s^2] in space
     real(rp) :: distance = 0            !< of the places where the flow is looked at from the surface, L
+    logical :: extrapolates = .false.   !< the pressure difference is extrapolated to the mid surface
     logical :: friction = .false.       !< the viscous traction is part of the load
     integer :: coupling = COUPLING_WEAK
     real(rp) :: tolerance = 1.0e-3_rp   !< strong: of the load, relative
@@ -141,7 +142,8 @@ contains
     self%params = params
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
-    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1), self%lines(block%count(2), block%count(3)))
+    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+    allocate (self%lines(block%count(2), block%count(3)))
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
@@ -193,21 +195,19 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     real(rp) :: newton
     integer :: i, p
-    self%lines = .false.
-    do i = 1, size(self%wings)
-      call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%params%distance, self%lines)
-    end do
-    call fluid%pressure_field(self%pressure, self%lines)
-    associate (u => self%params%units)
+    associate (c => self%params, u => self%params%units)
       newton = u%mass*u%length/u%time**2
+      self%lines = .false.
+      do i = 1, size(self%wings)
+        call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%lines, c%distance, c%extrapolates)
+      end do
     end associate
+    call fluid%pressure_field(self%pressure, self%lines)
     do i = 1, size(self%wings)
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
-        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance)
-        if (self%params%friction) then
-          call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, self%params%distance, &
-                                 wings%params%half_thickness)
-        end if
+        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
+        if (self%params%friction) call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, &
+                                                         self%params%distance, wings%params%half_thickness)
         self%loads(i) = total_load(load%force, surface%points, surface%velocities, pose%hinge)
         self%friction(i) = total_load(load%friction, surface%points, surface%velocities, pose%hinge)
         do p = 1, size(load%force, 2)
@@ -365,8 +365,7 @@ contains
       associate (state => self%states(i), bent => wings%deformation(i), u => self%params%units)
         bent%u = state%u(:, :n)/u%length
         bent%v = state%v(:, :n)*(u%time/u%length)
-        bent%a = 0
-        if (state%old_step > 0) bent%a = (state%v(:, :n) - state%old_v(:, :n))/state%old_step*(u%time**2/u%length)
+        bent%a = state%a(:, :n)*(u%time**2/u%length)
       end associate
     end do
   end subroutine coupler_deform

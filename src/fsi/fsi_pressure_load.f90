@@ -4,7 +4,9 @@
 !>
 !> Both sides of every triangle are looked at beyond the smoothing layer of the mask, at a distance d from the
 !> sheet's mid surface along the present normal n. The force (p_below - p_above) A n of a triangle, with its
-!> present area, is shared equally by its corners, which is consistent for a constant difference.
+!> present area, is shared equally by its corners, which is consistent for a constant difference. The difference falls
+!> off with the distance: for an accelerated plate of chord c, by 2 d/c to first order (potential flow). On request it
+!> is looked at in 2 d as well and extrapolated linearly to the mid surface.
 !>
 !> The traction on a side is nu w_t/(d - t/2): w_t is the tangential part of the velocity at the place, relative to
 !> that of the wall which is continued to the place as a rigid body, and t/2 the half thickness, where the mask is
@@ -50,48 +52,50 @@ contains
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
-  !> Sets the lines (ny_local, nz_local) of the grid at which `look` with this distance will look.
-  subroutine load_mark(self, surface, sampler, distance, lines)
+  !> Sets the `lines` (ny_local, nz_local) of the grid at which `look` with these arguments will look.
+  subroutine load_mark(self, surface, sampler, lines, distance, extrapolates)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
     type(sampler_t), intent(in) :: sampler
-    real(rp), intent(in) :: distance
     logical, intent(inout) :: lines(:, :)
-    call find_places(self, surface, distance)
+    real(rp), intent(in) :: distance
+    logical, intent(in) :: extrapolates
+    if (extrapolates) then
+      call find_places(surface, 2*distance, self%places)
+      call sampler%mark(self%places, lines)
+    end if
+    call find_places(surface, distance, self%places)
     call sampler%mark(self%places, lines)
   end subroutine load_mark
 
-  !> Where the pressure is looked at: above all triangles, then below them.
-  subroutine find_places(self, surface, distance)
-    class(pressure_load_t), intent(inout) :: self
-    type(surface_t), intent(in) :: surface
-    real(rp), intent(in) :: distance
-    real(rp) :: centre(3), twice_area(3)
-    integer :: i, m
-    m = size(surface%triangles, 2)
-    do i = 1, m
-      call look_at(surface, i, centre, twice_area)
-      twice_area = twice_area/norm2(twice_area)
-      self%places(:, i) = centre + distance*twice_area
-      self%places(:, m + i) = centre - distance*twice_area
-    end do
-  end subroutine find_places
-
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
   !> looked at from the surface. Collective.
-  subroutine load_look(self, surface, sampler, pressure, distance)
+  subroutine load_look(self, surface, sampler, pressure, distance, extrapolates)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
     type(sampler_t), intent(in) :: sampler
     real(rp), contiguous, intent(in) :: pressure(:, :, :) !< (nx, ny_local, nz_local)
     real(rp), intent(in) :: distance
+    logical, intent(in), optional :: extrapolates !< to the mid surface; not if not given
     real(rp) :: centre(3), twice_area(3)
     integer :: i, m
+    logical :: looks_twice
     m = size(surface%triangles, 2)
     call require(size(self%jump) == m, 'pressure_load_t: the surface has other triangles')
-    call find_places(self, surface, distance)
+    looks_twice = .false.
+    if (present(extrapolates)) looks_twice = extrapolates
+    if (looks_twice) then
+      call find_places(surface, 2*distance, self%places)
+      call sampler%sample(self%places, pressure, self%values)
+      self%jump = self%values(:m) - self%values(m + 1:)
+    end if
+    call find_places(surface, distance, self%places)
     call sampler%sample(self%places, pressure, self%values)
-    self%jump = self%values(:m) - self%values(m + 1:)
+    if (looks_twice) then
+      self%jump = 2*(self%values(:m) - self%values(m + 1:)) - self%jump
+    else
+      self%jump = self%values(:m) - self%values(m + 1:)
+    end if
     self%force = 0
     self%friction = 0
     do i = 1, m
@@ -131,6 +135,22 @@ contains
     end do
     self%force = self%force + self%friction
   end subroutine load_add_friction
+
+  !> The places (3, 2 m) above and below the centres of the m triangles.
+  pure subroutine find_places(surface, distance, places)
+    type(surface_t), intent(in) :: surface
+    real(rp), intent(in) :: distance
+    real(rp), intent(inout) :: places(:, :)
+    real(rp) :: centre(3), twice_area(3)
+    integer :: i, m
+    m = size(surface%triangles, 2)
+    do i = 1, m
+      call look_at(surface, i, centre, twice_area)
+      twice_area = twice_area/norm2(twice_area)
+      places(:, i) = centre + distance*twice_area
+      places(:, m + i) = centre - distance*twice_area
+    end do
+  end subroutine find_places
 
   !> A third of `force` for each corner of triangle i.
   pure subroutine share(surface, i, force, forces)

@@ -44,7 +44,7 @@ contains
       call self%stepper%init(model)
       call self%begun%init(model, 0.0_rp)
     end if
-    allocate (self%guess(3, model%n_all), self%packed(18*model%n_all + 2))
+    allocate (self%guess(3, model%n_all), self%packed(21*model%n_all + 2))
   end subroutine solver_init
 
   !> Remembers the state before a step.
@@ -131,6 +131,7 @@ contains
       call move(state%old_u)
       call move(state%old_v)
       call move(state%old_g)
+      call move(state%a)
     end subroutine move_all
 
     !> Puts an array behind what is packed, or takes it back from there.

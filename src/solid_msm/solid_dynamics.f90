@@ -28,6 +28,7 @@ module solid_dynamics
     real(rp), dimension(:, :), allocatable :: u, v          !< [m], [m/s] now, in the wing frame
     real(rp), dimension(:, :), allocatable :: old_u, old_v  !< one step before
     real(rp), dimension(:, :), allocatable :: g, old_g      !< [N] elastic forces of both times
+    real(rp), dimension(:, :), allocatable :: a             !< [m/s^2] rate of v in the wing frame, of order 2
   contains
     procedure :: init => state_init
   end type dynamic_state_t
@@ -81,7 +82,7 @@ contains
     call model%zero_clamped(self%u)
     call model%zero_clamped(self%v)
     call model%gradient(self%u, self%g)
-    allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), source=0.0_rp)
+    allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), self%a(3, n), source=0.0_rp)
   end subroutine state_init
 
   !> Work space and symbolic analysis for this model.
@@ -230,6 +231,7 @@ contains
     state%u = self%u
     state%v = self%v
     state%g = self%solver%g
+    state%a = self%rate
     state%old_step = h
     state%time = state%time + h
   end subroutine substep
@@ -330,5 +332,6 @@ contains
     to%old_v = from%old_v
     to%g = from%g
     to%old_g = from%old_g
+    to%a = from%a
   end subroutine copy_state
 end module solid_dynamics

@@ -26,6 +26,7 @@ contains
     call writer%put_reals(prefix//'old_u', [state%old_u])
     call writer%put_reals(prefix//'old_v', [state%old_v])
     call writer%put_reals(prefix//'old_g', [state%old_g])
+    call writer%put_reals(prefix//'a', [state%a])
   end subroutine save_motion
 
   !> Restores an initialised state from an open checkpoint. Fails if it has another number of points. Collective.
@@ -42,6 +43,7 @@ contains
     call get('old_u', state%old_u)
     call get('old_v', state%old_v)
     call get('old_g', state%old_g)
+    call get('a', state%a)
 
   contains
 

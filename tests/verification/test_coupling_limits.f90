@@ -233,14 +233,15 @@ contains
   !> A flow that moves with the turning wing as far as the faces of the sheet and is linear beyond, differently on
   !> both sides. The delta function is exact on what is linear.
   subroutine friction()
-    real(rp), parameter :: ABOVE = 0.7_rp, BELOW = -0.2_rp, NU = 0.3_rp, HALF = 0.2_rp, DISTANCE = 0.7_rp
+    real(rp), parameter :: ABOVE = 0.7_rp, BELOW = -0.2_rp, NU = 0.3_rp, HALF = 0.2_rp, DISTANCE = 0.7_rp, NEAR = 0.3_rp
     type(flight_t) :: f
     type(sampler_t) :: sampler
     type(pressure_load_t) :: load
     type(failure_t) :: failure
-    real(rp), allocatable :: velocity(:, :, :, :)
+    real(rp), allocatable :: velocity(:, :, :, :), pressure(:, :, :)
     real(rp) :: x(3), normal(3), along(3), s, expected(3)
     integer :: i, j, k
+    f%n = 48
     call f%start(t%world)
     call f%wings%place(0.25_rp, f%fluid%rhs%penalty, failure)
     associate (pose => f%wings%poses(1), grid => f%fluid%rhs%params%grid, block => f%fluid%transform%block, &
@@ -248,6 +249,7 @@ contains
       normal = pose%vector_to_space([0.0_rp, 0.0_rp, 1.0_rp])
       along = pose%vector_to_space([0.6_rp, 0.8_rp, 0.0_rp])
       allocate (velocity(block%count(1), block%count(2), block%count(3), 3))
+      allocate (pressure(block%count(1), block%count(2), block%count(3)))
       do k = 1, block%count(3)
         do j = 1, block%count(2)
           do i = 1, block%count(1)
@@ -255,6 +257,7 @@ contains
             s = dot_product(x - pose%hinge, normal)
             velocity(i, j, k, :) = pose%hinge_velocity + cross(pose%vector_to_space(pose%omega), x - pose%hinge) + &
                                    (ABOVE*max(0.0_rp, s - HALF) + BELOW*max(0.0_rp, -s - HALF))*along
+            pressure(i, j, k) = sign(5 - 2*abs(s), s)
           end do
         end do
       end do
@@ -267,6 +270,10 @@ contains
       call t%check_below('friction of a linear flow', norm2(sum(load%friction, 2) - expected), &
                          1.0e-11_rp*norm2(expected))
       call t%check('it is the force without pressure', all(abs(load%force - load%friction) <= 0))
+      call load%look(surface, sampler, pressure, NEAR)
+      call t%check_below('a pressure difference that falls off', maxval(abs(load%jump - 2*(5 - 2*NEAR))), 1.0e-12_rp)
+      call load%look(surface, sampler, pressure, NEAR, extrapolates=.true.)
+      call t%check_below('the same at the mid surface', maxval(abs(load%jump - 10)), 1.0e-12_rp)
     end associate
     call f%free()
   end subroutine friction

@@ -13,7 +13,7 @@ program test_coupling_order
   !> Halving the step takes what is of second order to a quarter; 3.4 is order 1.77, the steps being finite.
   real(rp), parameter :: SECOND = 3.4_rp
   type :: result_t
-    real(rp), allocatable :: u(:, :)
+    real(rp), allocatable :: u(:, :), a(:, :)
     real(rp) :: imbalance = 0, work = 0
   end type result_t
   type(testkit_t) :: t
@@ -29,6 +29,8 @@ program test_coupling_order
   end do
   call check_above('the strong coupling is of second order', distance(strong(1)%u, strong(2)%u)/ &
                    distance(strong(2)%u, strong(3)%u), SECOND)
+  call check_above('so is the acceleration that the fluid is told', distance(strong(1)%a, strong(2)%a)/ &
+                   distance(strong(2)%a, strong(3)%a), SECOND)
   ! At equal steps two couplings differ by the load alone.
   lag = [(distance(weak(k)%u, strong(k)%u), k=1, LEVELS)]
   call t%check_close('the lag of the weak load is of first order', lag(2)/lag(3), 2.0_rp, rtol=0.1_rp)
@@ -55,6 +57,7 @@ contains
     call f%step(T_END)
     call t%check('the flight succeeds',.not. f%failure%failed)
     result%u = f%coupler%states(1)%u
+    result%a = f%wings%deformation(1)%a
     associate (e => f%coupler%energies(1))
       result%imbalance = e%imbalance()
       result%work = abs(e%hinge_work) + abs(e%load_work) + abs(e%damped)
