@@ -11,6 +11,7 @@ from _wing_surface import SIDES, UPPER_SIDE, load_surface
 
 DEFAULT_FRACTIONS = (0.25, 0.5, 0.75)
 MOST_POINTS = 400  # along the chord
+TWIN = "#0072B2"   # the rigid wing
 
 
 def parse_section(words):
@@ -27,10 +28,10 @@ def parse_section(words):
 
 class Section:
     """The plane at a fraction of the span: y, z of its points in the wing frame, the vorticity along the span
-    (z, y), the mask if there is one, and the cut through the wing."""
+    (z, y), the mask if there is one, and the cuts through the wing and through its rigid twin (or None)."""
 
-    def __init__(self, snapshot, wing, fraction, cut, y, z):
-        self.fraction, self.cut, self.y, self.z = fraction, cut, y, z
+    def __init__(self, snapshot, wing, fraction, cut, twin, y, z):
+        self.fraction, self.cut, self.twin, self.y, self.z = fraction, cut, twin, y, z
         z, y = np.meshgrid(z, y, indexing="ij")
         x = np.full(y.size, fraction * wing.length())
         points = wing.in_space(np.column_stack([x, y.ravel(), z.ravel()]))
@@ -48,12 +49,15 @@ def sections_of(snapshot, wing, fractions, spacing):
     for fraction, cut in zip(fractions, cuts):
         if len(cut) == 0:
             raise InputError(f"{wing.path}: no part of the wing at {fraction:g} of the span")
-    ends = np.concatenate(cuts).reshape(-1, 2)
+    twins = [None if wing.rigid_points is None else wing.cut(fraction * wing.length(), wing.rigid_points)
+             for fraction in fractions]
+    ends = np.concatenate(cuts + [twin for twin in twins if twin is not None]).reshape(-1, 2)
     chord = max(np.linalg.norm(np.ptp(cut.reshape(-1, 2), axis=0)) for cut in cuts)
     low, high = ends.min(axis=0) - (0.6 * chord, 0.9 * chord), ends.max(axis=0) + (0.6 * chord, 0.9 * chord)
     step = max(spacing / 2, (high[0] - low[0]) / MOST_POINTS)
     y, z = (low[i] + step * np.arange(int((high[i] - low[i]) / step) + 2) for i in (0, 1))
-    return [Section(snapshot, wing, fraction, cut, y, z) for fraction, cut in zip(fractions, cuts)]
+    return [Section(snapshot, wing, fraction, cut, twin, y, z)
+            for fraction, cut, twin in zip(fractions, cuts, twins)]
 
 
 def draw_sections(snapshot, side, fractions, limit, out):
@@ -75,7 +79,8 @@ def draw_sections(snapshot, side, fractions, limit, out):
     if UPPER_SIDE[side] < 0:
         axes[0, 0].invert_yaxis()
     axes[0, 0].set_ylabel("$z$")
-    figure.suptitle(f"{side} wing, $t = {wing.time:.4g}$; leading edge left, upper side up", x=0.01, ha="left",
+    note = "" if wing.rigid_points is None else "; blue: the rigid wing"
+    figure.suptitle(f"{side} wing, $t = {wing.time:.4g}$; leading edge left, upper side up{note}", x=0.01, ha="left",
                     fontsize="medium")
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
     bar = figure.colorbar(image, ax=axes[0, -1], pad=0.03, aspect=30,
@@ -97,6 +102,8 @@ def draw_section(ax, section, limit):
     if section.mask is not None and section.mask.max() > 0.5:
         ax.contourf(y, z, section.mask, levels=[0.5, np.inf], colors=["0.85"])
         ax.contour(y, z, section.mask, levels=[0.5], colors=["0.15"], linewidths=0.7)
+    if section.twin is not None:
+        ax.add_collection(LineCollection(section.twin, colors=TWIN, linewidths=1.2, capstyle="round"))
     ax.add_collection(LineCollection(section.cut, colors="black", linewidths=1.6, capstyle="round"))
     ax.set_xlim(y[-1] + half, y[0] - half)
     for spine in ax.spines.values():

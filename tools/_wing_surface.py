@@ -13,7 +13,8 @@ UPPER_SIDE = {"left": -1, "right": 1}  # sign of z there
 
 class WingSurface:
     """points (n, 3) in space; triangles (m, 3) of point numbers from 0; hinge (3); the rows of
-    matrix (3, 3) are the axes of the wing frame in space, axis_x, axis_y and axis_z of the file."""
+    matrix (3, 3) are the axes of the wing frame in space, axis_x, axis_y and axis_z of the file. rigid_points (n, 3)
+    are those of its rigid twin, or None of a rigid wing."""
 
     def __init__(self, path, side):
         import h5py
@@ -22,6 +23,7 @@ class WingSurface:
             with h5py.File(path, "r") as file:
                 self.points = file["points"][...].astype(float)
                 self.triangles = file["triangles"][...].astype(int)
+                self.rigid_points = self.points - file["displacement"][...] if "displacement" in file else None
                 self.time = float(np.ravel(file.attrs["time"])[0])
                 self.hinge = np.ravel(file.attrs["hinge"]).astype(float)
                 self.matrix = np.array([np.ravel(file.attrs[f"axis_{c}"]) for c in "xyz"], dtype=float)
@@ -38,8 +40,8 @@ class WingSurface:
         if self.triangles.min(initial=0) < 0 or self.triangles.max(initial=0) >= len(self.points):
             raise InputError(f"{path}: a triangle names a point that is not there")
 
-    def in_wing_frame(self):
-        return (self.points - self.hinge) @ self.matrix.T
+    def in_wing_frame(self, points=None):
+        return ((self.points if points is None else points) - self.hinge) @ self.matrix.T
 
     def in_space(self, points):
         return np.asarray(points) @ self.matrix + self.hinge
@@ -48,9 +50,10 @@ class WingSurface:
         """From the hinge to the outermost point along the span."""
         return self.in_wing_frame()[:, 0].max()
 
-    def cut(self, x):
-        """Where the plane normal to the span at x cuts the wing: segments (k, 2, 2) of ends (y, z)."""
-        corners = self.in_wing_frame()[self.triangles]
+    def cut(self, x, points=None):
+        """Where the plane normal to the span at x cuts the wing, or its rigid twin if `points` are rigid_points:
+        segments (k, 2, 2) of ends (y, z)."""
+        corners = self.in_wing_frame(points)[self.triangles]
         height = corners[:, :, 0] - x
         height[height == 0] = 1e-12 * max(self.length(), 1e-300)  # a corner in the plane counts as outboard
         segments = np.full((len(corners), 3, 2), np.nan)

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws the wings and iso-surfaces of the magnitude of the vorticity in perspective: of the last snapshot of a run, of
 the one nearest to a time, or of all. Uses vorabs, or else vorx, vory, vorz, or else the velocity; the wings are those
-of wing_left_<label>.h5 and wing_right_<label>.h5, or else the surface of the mask."""
+of wing_left_<label>.h5 and wing_right_<label>.h5, or else the surface of the mask. Over a flexible wing its rigid twin is
+drawn, where the wing would be if it did not bend; --wings draws wings and twins without vortices."""
 import argparse
 import sys
 from pathlib import Path
@@ -28,6 +29,7 @@ LEVELS = (100.0, 150.0, 200.0)  # of the paper, in units of the wing beat freque
 COLOURS = ("#8ec7e8", "#1f4e9e", "#d7301f")  # light blue, dark blue, red
 OPACITIES = (0.2, 0.3, 1.0)
 WING = "#c9b48a"
+TWIN, TWIN_OPACITY = "#0072B2", 0.35  # the rigid twin of a flexible wing
 VIEWS = {"perspective": (-125.0, 35.0), "top": (-90.0, 90.0), "side": (-90.0, 0.0), "front": (180.0, 0.0),
          "behind": (0.0, 20.0)}
 ASPECT = 4 / 3
@@ -76,7 +78,7 @@ def vertex_normals(points, triangles):
 class Scene:
     """Fields and wings of one snapshot, every `stride`-th point of the grid."""
 
-    def __init__(self, snapshot, stride):
+    def __init__(self, snapshot, stride, twins=True):
         self.snapshot = snapshot
         field = load_field(snapshot, vorticity_files(snapshot)[0])
         self.stride = stride or max(1, int(np.ceil((field.data.size / MOST_CELLS)**(1 / 3))))
@@ -89,6 +91,8 @@ class Scene:
             self.mask = mask if mask.shape == self.values.shape else None
         self.wings = [(wing.points, wing.triangles, vertex_normals(wing.points, wing.triangles))
                       for wing in surfaces_of(snapshot)]
+        self.twins = [(wing.rigid_points, wing.triangles, vertex_normals(wing.rigid_points, wing.triangles))
+                      for wing in surfaces_of(snapshot) if twins and wing.rigid_points is not None]
         if not self.wings and self.mask is not None:
             self.wings = [iso_surface(self.mask, 0.5, self.origin, self.spacing)]
 
@@ -97,6 +101,7 @@ class Scene:
 
     def surfaces(self, levels):
         found = [Surface(*wing, to_rgb(WING), 1.0) for wing in self.wings]
+        found += [Surface(*twin, to_rgb(TWIN), TWIN_OPACITY) for twin in self.twins]
         for level, colour, opacity in zip(levels, *colours_of(len(levels))):
             found.append(Surface(*iso_surface(self.values, level, self.origin, self.spacing), to_rgb(colour), opacity))
         return [surface for surface in found if len(surface.triangles)]
@@ -137,6 +142,8 @@ def compose(pixels, scene, levels, camera, out):
                for level, colour, opacity in zip(levels, *colours_of(len(levels)))]
     if scene.wings:
         handles.append(Patch(facecolor=WING, label="wings"))
+    if scene.twins:
+        handles.append(Patch(facecolor=TWIN, alpha=0.35 + 0.65 * TWIN_OPACITY, label="rigid wings"))
     figure.legend(handles=handles, loc="upper right", ncols=len(handles), borderaxespad=0.3, handlelength=1.2,
                   columnspacing=1.2)
     if np.isfinite(scene.time):
@@ -194,6 +201,8 @@ def main():
                         "--view=-125,35 is perspective")
     parser.add_argument("--stride", type=int, help="use every n-th point of the grid (default: by its size)")
     parser.add_argument("--height", type=int, default=900, help="of the picture in pixels (default 900)")
+    parser.add_argument("--wings", action="store_true", help="draw the wings only")
+    parser.add_argument("--no-twin", action="store_true", help="do not draw the rigid twins of flexible wings")
     parser.add_argument("--with", dest="renderer", choices=("auto", "pyvista", "numpy"), default="auto")
     parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures "
                         "(default: beside the data)")
@@ -217,20 +226,22 @@ def main():
         chosen = [Snapshot(a.folder, label) for label in (labels if a.all else labels[-1:])]
     else:
         chosen = [choose_snapshot(a.folder, a.time, a.label)]
-    last = Scene(chosen[-1], a.stride)
-    levels = levels or choose_levels(last.values, last.fluid(), a.frequency)
+    last = Scene(chosen[-1], a.stride, not a.no_twin)
+    levels = [] if a.wings else levels or choose_levels(last.values, last.fluid(), a.frequency)
     surfaces = last.surfaces(levels)
     if not surfaces:
         raise InputError(f"nothing to draw: |omega| is at most {np.nanmax(last.values):.4g} and there are no wings")
     shown = [s.points for s in surfaces] + [wing.points for at in chosen for wing in surfaces_of(at)]
+    shown += [wing.rigid_points for at in chosen for wing in surfaces_of(at)
+              if wing.rigid_points is not None and not a.no_twin]
     camera = Camera(*view, np.concatenate(shown), ASPECT)
     render, note = choose_renderer(a.renderer)
-    print(f"|omega| = {', '.join(f'{level:g}' for level in levels)} (largest {np.nanmax(last.values):.4g}); {note}"
-          + (f"; every {last.stride}. point" if last.stride > 1 else ""))
+    what = f"|omega| = {', '.join(f'{level:g}' for level in levels)} (largest {np.nanmax(last.values):.4g})"
+    print(("wings only" if a.wings else what) + f"; {note}" + (f"; every {last.stride}. point" if last.stride > 1 else ""))
     if a.all and a.output:
         a.output.mkdir(parents=True, exist_ok=True)
     for snapshot in chosen:
-        scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride)
+        scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride, not a.no_twin)
         name = f"render_{snapshot.label}.png"
         out = (a.output or a.folder) / name if a.all else a.output or a.folder / name
         compose(render(scene.surfaces(levels), camera, a.height), scene, levels, camera, out)

@@ -111,10 +111,10 @@ contains
   contains
 
     subroutine put_bending()
-      real(rp) :: force(3, size(wings%surfaces(i)%points, 2)), jump(size(wings%surfaces(i)%triangles, 2))
+      real(rp) :: force(3, size(wings%surfaces(i)%points, 2))
       real(rp) :: displacement(3, size(wings%surfaces(i)%points, 2)), areas(size(wings%surfaces(i)%points, 2))
       integer :: p
-      call coupler%point_loads(i, force, jump)
+      force = coupler%surfaces(i)%force
       areas = point_areas(wings%surfaces(i))
       do p = 1, size(areas)
         displacement(:, p) = wings%poses(i)%vector_to_space(wings%deformation(i)%u(:, p))
@@ -122,7 +122,9 @@ contains
       end do
       call put_vectors('displacement', 'L', displacement)
       call put_vectors('load', 'rho L^2/T^2', force)
-      call write_slab(file, 'pressure_jump', [size(jump, kind=i8)], [0_i8], [size(jump, kind=i8)], jump, .false., failure)
+      associate (jump => coupler%surfaces(i)%jump)
+        call write_slab(file, 'pressure_jump', shape(jump, kind=i8), [0_i8], shape(jump, kind=i8), jump, .false., failure)
+      end associate
       call put_attribute(file, 'pressure_jump', 'units', 'rho L^2/T^2', failure)
     end subroutine put_bending
 

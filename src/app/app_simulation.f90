@@ -3,6 +3,7 @@
 module app_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: command_t
+  use app_flight_faults, only: check_gaps
   use app_output, only: output_t
   use app_progress, only: progress_t
   use app_report, only: print_coupling, print_run_header, print_time_table
@@ -13,7 +14,7 @@ module app_simulation
   use base_constants, only: EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED
   use base_errors, only: failure_t
   use base_files, only: name_of
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use base_timers, only: timers_t
   use fluid_requests, only: request_t
   use fluid_restart, only: save_fluid, load_fluid
@@ -30,6 +31,7 @@ module app_simulation
   public :: simulation_t
 
   character(*), parameter :: BACKUP_NAME = 'runtime_backup', WISDOM_NAME = 'fftw_wisdom'
+  character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
   type :: simulation_t
     type(world_t) :: world
@@ -47,13 +49,14 @@ module app_simulation
     character(:), allocatable, private :: name
     type(failure_t) :: failure
     logical, private :: cannot_bend = .false. !< `failure` is numerical: a flexible wing could not be advanced
+    logical, private :: touched = .false. !< for the reason that they touch each other
     logical, private :: blown_up = .false. !< `failure` is numerical: the velocity is no longer one
     integer :: exit_code = EXIT_OK
   contains
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, look, bend, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, fail
   end type simulation_t
 
 contains
@@ -139,7 +142,7 @@ contains
         self%blown_up = self%failure%failed
         if (self%failure%failed) exit
         if (allocated(self%coupler)) call self%look()
-        call write_all(self)
+        if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
         if (allocated(self%coupler)) call self%bend()
         if (self%failure%failed) exit
@@ -162,6 +165,7 @@ contains
         end if
       end if
       if (self%cannot_bend) then
+        call self%back_up_failed()
         call self%fail(EXIT_NUMERICAL)
       else if (self%blown_up) then
         call self%output%write_failed(fluid, self%failure)
@@ -182,7 +186,7 @@ contains
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
     if (allocated(self%coupler)) call self%look()
-    call write_all(self)
+    if (.not. self%failure%failed) call write_all(self)
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
@@ -191,7 +195,10 @@ contains
     class(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%look(self%fluid, self%wings)
+    call check_gaps(self%wings, self%settings%fluid%grid, self%failure)
     call self%timers%stop(self%t_wings)
+    self%touched = self%failure%failed
+    self%cannot_bend = self%touched
   end subroutine look
 
   !> Takes the flexible wings over the step that the fluid has made.
@@ -293,6 +300,27 @@ contains
     call self%stop_rules%backup_done()
     call self%timers%stop(self%t_backup)
   end subroutine back_up
+
+  !> A checkpoint of a run whose wings could not go on: the flow of now and the wings as they were before the step that
+  !> failed, for a continuation with other parameters. The periodic ones stay as they are. Collective.
+  subroutine back_up_failed(self)
+    class(simulation_t), intent(inout) :: self
+    type(checkpoint_writer_t) :: writer
+    type(failure_t) :: writing
+    if (self%touched) return ! which no parameter of the mechanics changes
+    call self%coupler%rewind(self%fluid%rhs%state%time, self%wings)
+    call writer%begin(self%world, '.', FAILED_NAME, writing)
+    call writer%put_integer('generation', 0_i8)
+    call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
+    call save_wings(writer, self%wings, self%coupler)
+    call writer%commit(writing)
+    if (writing%failed) then
+      self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
+    else
+      self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before '// &
+                            'this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
+    end if
+  end subroutine back_up_failed
 
   !> Prints the reason on root and remembers the exit code.
   subroutine fail(self, code)

@@ -12,6 +12,7 @@ module fluid_solver
   use fluid_sponge, only: make_sponge
   use fluid_sums, only: sums_t
   use parallel_world, only: world_t
+  use spectral_copy, only: copy_kernels_t
   use spectral_pencil, only: pencil_t
   implicit none
   private
@@ -198,13 +199,28 @@ contains
   end subroutine keep_sums
 
   !> Static pressure of the last pass that requested it: p = Pi - |u|^2/2 pointwise, Pi the truncated
-  !> total pressure; costs one inverse transform. `p` is (nx, ny_local, nz_local). Collective.
-  subroutine fluid_pressure_field(self, p)
-    class(fluid_t), intent(inout) :: self
-    real(rp), contiguous, intent(inout) :: p(:, :, :, :) !< last extent 1
+  !> total pressure; costs one inverse transform, without parts of it if only some lines are wanted. `p` is
+  !> (nx, ny_local, nz_local); on lines that are not wanted it is undefined. Collective.
+  subroutine fluid_pressure_field(self, p, lines)
+    class(fluid_t), target, intent(inout) :: self
+    real(rp), contiguous, target, intent(inout) :: p(:, :, :, :)     !< last extent 1
+    logical, contiguous, target, optional, intent(in) :: lines(:, :) !< (ny_local, nz_local) those that are wanted, or all
+    type(copy_kernels_t) :: kernels
+    integer :: y, z
     call require(self%has_pressure, 'fluid_t: the pressure was not requested')
-    call self%transform%backward(self%rhs%pressure, p)
-    p(:, :, :, 1) = p(:, :, :, 1) - self%rhs%kinetic
+    kernels%n_in = 1
+    kernels%spectral => self%rhs%pressure
+    kernels%physical => p
+    if (present(lines)) kernels%lines => lines
+    call self%transform%pipeline(kernels)
+    do z = 1, size(p, 3)
+      do y = 1, size(p, 2)
+        if (present(lines)) then
+          if (.not. lines(y, z)) cycle
+        end if
+        p(:, y, z, 1) = p(:, y, z, 1) - self%rhs%kinetic(:, y, z)
+      end do
+    end do
   end subroutine fluid_pressure_field
 
   !> Zeroes all modes outside the truncation.

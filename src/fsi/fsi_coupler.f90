@@ -74,28 +74,26 @@ module fsi_coupler
     type(dynamic_state_t), allocatable :: states(:)      !< of the wings, the same on all ranks, as are the next ones
     type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
     type(coupling_history_t) :: history
-    type(surface_load_t), allocatable :: loads(:)        !< of the last look, in space
-    type(surface_load_t), allocatable :: friction(:)     !< the viscous part of it
+    type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last look, in space; the viscous part of it
     type(coupling_report_t) :: report
-    type(wing_solver_t), allocatable, private :: wings(:)
-    type(pressure_load_t), allocatable, private :: surfaces(:)
+    type(pressure_load_t), allocatable :: surfaces(:)    !< of the last look: pressure jumps, forces on the points
+    type(wing_solver_t), allocatable :: wings(:)         !< for their reports
     type(energy_meter_t), allocatable, private :: meters(:)
     type(sampler_t), private :: sampler
     type(world_t), private :: world
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
-    !> (3, n_all, wings) [N] along the wing frames
-    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
+    logical, allocatable, private :: lines(:, :)         !< where the pressure is wanted
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n, wings) N
   contains
     procedure :: init => coupler_init
     procedure :: look => coupler_look
     procedure :: advance => coupler_advance
     procedure :: add_request => coupler_add_request
+    procedure :: rewind => coupler_rewind
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
-    procedure :: point_loads => coupler_point_loads
-    procedure :: newton_iterations => coupler_newton_iterations
     procedure :: free => coupler_free
     procedure, private :: sample, solve, iterate, relax
   end type coupler_t
@@ -145,6 +143,7 @@ contains
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
     allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+    allocate (self%lines(block%count(2), block%count(3)))
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
@@ -196,18 +195,19 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     real(rp) :: newton
     integer :: i, p
-    call fluid%pressure_field(self%pressure)
-    associate (u => self%params%units)
+    associate (c => self%params, u => self%params%units)
       newton = u%mass*u%length/u%time**2
+      self%lines = .false.
+      do i = 1, size(self%wings)
+        call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%lines, c%distance, c%extrapolates)
+      end do
     end associate
+    call fluid%pressure_field(self%pressure, self%lines)
     do i = 1, size(self%wings)
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
-        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, &
-                       self%params%extrapolates)
-        if (self%params%friction) then
-          call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, self%params%distance, &
-                                 wings%params%half_thickness)
-        end if
+        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
+        if (self%params%friction) call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, &
+                                                         self%params%distance, wings%params%half_thickness)
         self%loads(i) = total_load(load%force, surface%points, surface%velocities, pose%hinge)
         self%friction(i) = total_load(load%friction, surface%points, surface%velocities, pose%hinge)
         do p = 1, size(load%force, 2)
@@ -263,6 +263,20 @@ contains
       end do
     end associate
   end subroutine coupler_advance
+
+  !> After a failed `advance`: the wings have the shape and the rates again that they had before it, at `time` [T].
+  !> Collective.
+  subroutine coupler_rewind(self, time, wings)
+    class(coupler_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    type(flapping_wings_t), intent(inout) :: wings
+    integer :: i
+    do i = 1, size(self%wings)
+      call self%wings(i)%rewind(self%world, self%states(i))
+      self%states(i)%time = time*self%params%units%time
+    end do
+    call self%deform(wings)
+  end subroutine coupler_rewind
 
   !> The step of all wings from its beginning under `applied`.
   subroutine solve(self, dt, wings, failure)
@@ -372,27 +386,6 @@ contains
     real(rp) :: force(3)
     force = self%loads(i)%force
   end function coupler_surface_load
-
-  !> The load of the last look on wing i in space: force (3, n) on its points, rho L^4/T^2, and p_above - p_below (m)
-  !> of its triangles, rho L^2/T^2; above is where z of the wing frame points.
-  subroutine coupler_point_loads(self, i, force, jump)
-    class(coupler_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(out) :: force(:, :), jump(:)
-    force = self%surfaces(i)%force
-    jump = self%surfaces(i)%jump
-  end subroutine coupler_point_loads
-
-  !> Newton iterations, and with them factorisations, of the last step of the wing that took most. Collective.
-  integer function coupler_newton_iterations(self) result(n)
-    class(coupler_t), intent(in) :: self
-    integer :: i
-    n = 0
-    do i = 1, size(self%wings)
-      if (self%wings(i)%owner == self%world%rank) n = max(n, self%wings(i)%report%iterations)
-    end do
-    n = self%world%max_integer(n)
-  end function coupler_newton_iterations
 
   !> Releases everything.
   subroutine coupler_free(self)

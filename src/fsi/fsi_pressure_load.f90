@@ -32,6 +32,7 @@ module fsi_pressure_load
     real(rp), allocatable, private :: places(:, :), values(:), velocity(:, :)
   contains
     procedure :: init => load_init
+    procedure :: mark => load_mark
     procedure :: look => load_look
     procedure :: add_friction => load_add_friction
   end type pressure_load_t
@@ -50,6 +51,22 @@ contains
     allocate (self%jump(m), self%places(3, 2*m), self%values(2*m), self%velocity(3, 2*m), source=0.0_rp)
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
+
+  !> Sets the `lines` (ny_local, nz_local) of the grid at which `look` with these arguments will look.
+  subroutine load_mark(self, surface, sampler, lines, distance, extrapolates)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    type(sampler_t), intent(in) :: sampler
+    logical, intent(inout) :: lines(:, :)
+    real(rp), intent(in) :: distance
+    logical, intent(in) :: extrapolates
+    if (extrapolates) then
+      call find_places(surface, 2*distance, self%places)
+      call sampler%mark(self%places, lines)
+    end if
+    call find_places(surface, distance, self%places)
+    call sampler%mark(self%places, lines)
+  end subroutine load_mark
 
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
   !> looked at from the surface. Collective.

@@ -21,6 +21,7 @@ module fsi_sampling
   contains
     procedure :: init => sampler_init
     procedure :: sample => sampler_sample
+    procedure :: mark => sampler_mark
   end type sampler_t
 
 contains
@@ -69,6 +70,26 @@ contains
     end do
     call self%world%sum_reals(values)
   end subroutine sampler_sample
+
+  !> Sets the `lines` (ny_local, nz_local) at which `sample` will look for these points (3, n); leaves the others as
+  !> they are.
+  subroutine sampler_mark(self, points, lines)
+    class(sampler_t), intent(in) :: self
+    real(rp), intent(in) :: points(:, :)
+    logical, intent(inout) :: lines(:, :)
+    integer :: i, j, k, y, z, first(2)
+    do i = 1, size(points, 2)
+      first = floor(points(2:, i)/self%grid%spacing(2:))
+      do k = first(2) - 1, first(2) + 2
+        z = modulo(k, self%grid%n(3)) - self%block%start(3) + 1
+        if (z < 1 .or. z > self%block%count(3)) cycle
+        do j = first(1) - 1, first(1) + 2
+          y = modulo(j, self%grid%n(2)) - self%block%start(2) + 1
+          if (y >= 1 .and. y <= self%block%count(2)) lines(y, z) = .true.
+        end do
+      end do
+    end do
+  end subroutine sampler_mark
 
   !> Weights of the points first - 1 .. first + 2 for the place s, in cells; their sum is 1.
   pure subroutine delta_weights(s, first, w)

@@ -27,6 +27,7 @@ module fsi_wing_solver
     procedure :: begin => solver_begin
     procedure :: solve => solver_solve
     procedure :: share => solver_share
+    procedure :: rewind => solver_rewind
     procedure :: free => solver_free
   end type wing_solver_t
 
@@ -83,8 +84,7 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: reason
-    logical :: is_packed
-    integer :: n, verdict
+    integer :: verdict
     verdict = 0
     if (self%owner == world%rank) verdict = merge(0, 1, self%report%converged)
     if (world%max_integer(verdict) > 0) then
@@ -93,6 +93,25 @@ contains
       call failure%raise('a wing cannot be advanced: '//reason)
       return
     end if
+    call spread_state(self, world, state)
+  end subroutine solver_share
+
+  !> Takes the state back to the beginning of the step, which `solve` may have left. Collective.
+  subroutine solver_rewind(self, world, state)
+    class(wing_solver_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(dynamic_state_t), intent(inout) :: state
+    if (self%owner == world%rank) call copy_state(self%begun, state)
+    call spread_state(self, world, state)
+  end subroutine solver_rewind
+
+  !> Gives the owner's state to all ranks. Collective.
+  subroutine spread_state(self, world, state)
+    class(wing_solver_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(dynamic_state_t), intent(inout) :: state
+    logical :: is_packed
+    integer :: n
     is_packed = .false.
     call move_all()
     self%packed(n + 1:) = [state%time, state%old_step]
@@ -128,7 +147,7 @@ contains
         n = n + 3
       end do
     end subroutine move
-  end subroutine solver_share
+  end subroutine spread_state
 
   !> Releases everything.
   subroutine solver_free(self)

@@ -47,6 +47,7 @@ module solid_dynamics
     logical :: converged = .false.
     character(:), allocatable :: reason      !< why not
     integer :: iterations = 0                !< of Newton's method, all substeps
+    integer :: factorisations = 0            !< of the Jacobian, all substeps
     integer :: substeps = 0                  !< accepted ones; 1 unless Newton's method failed
     real(rp) :: residual = 0                 !< relative, of the last substep
     real(rp) :: residuals(0:HISTORY) = 0     !< [N] of the iterations of the last substep
@@ -162,9 +163,10 @@ contains
     logical, intent(out) :: converged
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
-    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r
+    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r, before
     integer :: iteration
-    logical :: is_spd
+    real(rp), parameter :: CLOSE = 1.0e-2_rp ! Newton's method converges quadratically below such a reduction
+    logical :: is_spd, is_close
 
     r = 0
     if (state%old_step > 0) r = h/state%old_step
@@ -182,6 +184,7 @@ contains
     floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(h)*hinge_forces(model)
     report%residuals = 0
+    before = 0
     converged = .false.
     do iteration = 0, options%iterations
       self%v = q*(self%u - self%bu)
@@ -203,9 +206,18 @@ contains
       if (iteration >= 3) then
         if (size_r > report%residuals(max(0, min(iteration, HISTORY) - 2))) exit
       end if
-      call factorise(self, model, inertia, frame, q, .false., is_spd)
-      if (.not. is_spd) call factorise(self, model, inertia, frame, q, .true., is_spd)
-      if (.not. is_spd) exit
+      ! Close to the solution the last Jacobian serves once more: its error is of the order of the last correction.
+      is_close = iteration > 1 .and. size_r < CLOSE*before
+      before = size_r
+      if (.not. is_close) then
+        call factorise(self, model, inertia, frame, q, .false., is_spd)
+        report%factorisations = report%factorisations + 1
+        if (.not. is_spd) then
+          call factorise(self, model, inertia, frame, q, .true., is_spd)
+          report%factorisations = report%factorisations + 1
+        end if
+        if (.not. is_spd) exit
+      end if
       call solve(self, model, inertia, frame, q)
       call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%axial, self%x)
       self%u = self%u + self%x

@@ -25,6 +25,8 @@ module spectral_transform
   type, abstract :: kernels_t
     integer :: n_in = 0  !< fields that spectral in provides to product
     integer :: n_out = 0 !< fields that product provides to spectral out
+    !> (ny_local, nz_local) lines whose product is wanted, if n_out = 0; others may be left out. All if not associated.
+    logical, pointer, contiguous :: lines(:, :) => null()
   contains
     procedure(spectral_in_i), deferred :: spectral_in
     procedure(product_i), deferred :: product

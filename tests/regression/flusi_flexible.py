@@ -202,10 +202,46 @@ def test_balance_columns(case):
 
 
 def test_limit(case):
-    """A wing that bends too far stops the run, with a reason."""
+    """A wing that bends too far stops the run, with a reason and a checkpoint from which it can go on."""
     case.write("run.ini", merged(FLIGHT, {"Flexible_wing": {"largest_deflection": 0.02}}))
-    done = case.run("run.ini", code=EXIT_NUMERICAL)
+    done = case.run("run.ini", code=EXIT_NUMERICAL, ranks=2)
     check("bends beyond the limit" in done.err, "the reason is told")
+    check("failed_backup.h5" in done.err, "and where to go on")
+    steps = len(table(case, "bending_left.t"))
+    before = table(case, "bending_left.t")[-1]
+    check(0 < steps < 24, f"it stopped after {steps} steps")
+    case.write("run.ini", FLIGHT)
+    done = case.run("run.ini", "--restart=failed_backup.h5", ranks=2)
+    after = table(case, "bending_left.t")
+    check(after[steps - 1] == before and len(after) == 25, "the run has gone on to its end")
+    # The wing makes its step again from where it was.
+    check(after[steps][4] == before[4] and after[steps + 1][4] > 0.02, f"bending: {before}, {after[steps:steps + 2]}")
+
+
+def test_no_solution(case):
+    """A wing that Newton's method cannot advance even with the smallest steps stops the run in the same way."""
+    case.write("run.ini", merged(FLIGHT, {"Flexible_wing": {"gravity": "0 0 1e12"}}))
+    done = case.run("run.ini", code=EXIT_NUMERICAL)
+    check("a wing cannot be advanced: Newton's method did not converge" in done.err, f"the reason is told:\n{done.err}")
+    check("failed_backup.h5" in case.files(), "there is a checkpoint")
+    case.write("run.ini", merged(FLIGHT, {"Time": {"nt": 3}}))
+    case.run("run.ini", "--restart=failed_backup.h5")
+
+
+def test_touching(case):
+    """Wings that touch stop the run; those that leave the box, or are thin, are remarked upon."""
+    near = {"x_pivot_l": "0.0 0.2 0.0", "x_pivot_r": "0.0 -0.2 0.0"}
+    case.write("run.ini", merged(FLIGHT, {"Insects": near}))
+    done = case.run("run.ini", code=EXIT_NUMERICAL)
+    check("the left wing touches the right wing: 0.3" in done.err and "wings are 0.5 L thick" in done.err,
+          f"the reason is told:\n{done.err}")
+    case.write("run.ini", merged(FLIGHT, {"Insects": {"x0": "2.0 2.0 0.0"}, "Geometry": {"yl": 2.4}}))
+    done = case.run("run.ini", code=EXIT_NUMERICAL)
+    for words in ("the left wing leaves the box in the direction z", "beyond a side of the periodic box"):
+        check(words in done.out + done.err, f"'{words}' is said:\n{done.out}{done.err}")
+    case.write("run.ini", merged(FLIGHT, {"Insects": {"WingThickness": 0.3}}))
+    err = case.run("--check", "run.ini", ranks=0).err
+    check(err.count("the wings are 2.4 cells thick") == 1, f"thin wings are remarked upon:\n{err}")
 
 
 def test_checked_is_equivalent(case):

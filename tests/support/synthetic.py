@@ -128,11 +128,13 @@ def axes_of(span, chord):
     return np.array([span, chord, np.cross(span, chord)])
 
 
-def write_wing(folder, label, side, local, triangles, hinge, matrix, time):
-    """The surface of a wing whose points are `local` in its frame."""
+def write_wing(folder, label, side, local, triangles, hinge, matrix, time, bent=None):
+    """The surface of a wing whose points are `local` in its frame, or with `bent` (n, 3) were `local` + `bent`."""
     import h5py
     with h5py.File(Path(folder) / f"wing_{side}_{label}.h5", "w") as file:
-        file["points"] = np.asarray(local) @ matrix + hinge
+        file["points"] = (np.asarray(local) + (0 if bent is None else bent)) @ matrix + hinge
+        if bent is not None:
+            file["displacement"] = np.asarray(bent) @ matrix
         file["velocities"] = np.zeros_like(local, dtype=float)
         file["triangles"] = np.asarray(triangles, dtype="i4")
         file.attrs["time"], file.attrs["hinge"] = time, np.array(hinge)

@@ -19,6 +19,7 @@ program test_sampling
   world = t%world
   call test_weights()
   call test_smooth_field()
+  call test_marks()
   call test_linear_pressure()
   call t%finish()
 
@@ -39,6 +40,36 @@ contains
     call t%check_close('on a point: 1/4, 1/2, 1/4', norm2(w - [0.25_rp, 0.5_rp, 0.25_rp, 0.0_rp]), 0.0_rp, &
                        atol=1.0e-14_rp)
   end subroutine test_weights
+
+  !> Lines that are not marked are not looked at, and of those that are every one is near a point.
+  subroutine test_marks()
+    type(sampler_t) :: sampler
+    type(grid_t) :: grid
+    type(block_t) :: block
+    real(rp), allocatable :: field(:, :, :)
+    logical, allocatable :: lines(:, :)
+    real(rp) :: points(3, 3), all_lines(3), some_lines(3), marked(1)
+    integer :: y, z
+    points = reshape([0.1_rp, 0.02_rp, 1.97_rp, 0.4_rp, 1.03_rp, -0.5_rp, 1.1_rp, 1.03_rp, 1.5_rp], [3, 3])
+    grid = make_grid([16, 16, 16], [2.0_rp, 2.0_rp, 2.0_rp])
+    call make_block(grid, block)
+    call fill(grid, block, field)
+    call sampler%init(world, grid, block)
+    call sampler%sample(points, field, all_lines)
+    allocate (lines(block%count(2), block%count(3)), source=.false.)
+    call sampler%mark(points, lines)
+    do z = 1, block%count(3)
+      do y = 1, block%count(2)
+        if (.not. lines(y, z)) field(:, y, z) = huge(1.0_rp)
+      end do
+    end do
+    call sampler%sample(points, field, some_lines)
+    call t%check('the lines that were marked suffice', all(abs(some_lines - all_lines) <= 0))
+    marked = count(lines)
+    call world%sum_reals(marked)
+    ! Two of the three points share their lines.
+    call t%check_close('sixteen for each place', marked(1), 32.0_rp, atol=0.1_rp)
+  end subroutine test_marks
 
   !> Periodic sine waves: second order in dx, the same on every number of ranks.
   subroutine test_smooth_field()

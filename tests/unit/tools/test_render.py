@@ -5,7 +5,11 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import numpy as np
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
 
 SOURCE = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
@@ -211,6 +215,23 @@ class Pictures(unittest.TestCase):
         write_ball(self.folder, "001000", self.n, self.length, 1.0, 0.6)
         done = self.assert_picture("--with", "numpy", out="render_001000.png")
         self.assertEqual(done.stderr, "")
+
+    def test_rigid_twins(self):
+        """Blue and translucent beside bent wings, unless they are not wanted; vortices can be left out."""
+        points, triangles = rectangle(1.0, 0.4)
+        bent = np.column_stack([0 * points[:, 0], 0 * points[:, 0], 0.5 * points[:, 0]**2])
+        for side, sign in (("left", -1), ("right", 1)):
+            write_wing(self.folder, "001000", side, points, triangles, (2, 2 + 0.4 * sign, 1),
+                       axes_of((0, sign, 0.2), (-1, 0, 0.3)), 1.0, bent)
+
+        def blue(*arguments):
+            out = self.folder / "x.png"
+            self.assert_picture("--with", "numpy", "--wings", *arguments, "-o", out, out="x.png", says="wings only")
+            pixels = plt.imread(out)[40:, :, :3]  # below the legend
+            return np.mean(pixels[..., 2] > pixels[..., 0] + 0.1)
+
+        self.assertGreater(blue(), 0.01)
+        self.assertEqual(blue("--no-twin"), 0.0)
 
     def test_stored_magnitude_and_automatic_choice(self):
         x, y, z = grid(self.n, self.length)

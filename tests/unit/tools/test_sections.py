@@ -64,6 +64,17 @@ class Surface(Section):
         np.testing.assert_allclose(angle, 0.61, atol=0.01)
         self.assertGreater(len(angle), 1)
 
+    def test_the_rigid_twin(self):
+        """The wing without its displacement; rigid wings have none."""
+        points, triangles = rectangle(1.2, 0.6)
+        bent = np.column_stack([0 * points[:, 0], 0 * points[:, 0], 0.3 * points[:, 0]**2])
+        write_wing(self.folder, LABEL, "left", points, triangles, HINGE, MATRIX, 0.5, bent)
+        wing = load_surface(self.at, "left")
+        np.testing.assert_allclose(wing.in_wing_frame(wing.rigid_points), points, atol=1e-14)
+        np.testing.assert_allclose(wing.cut(0.6, wing.rigid_points)[..., 1], 0, atol=1e-12)
+        np.testing.assert_allclose(wing.cut(0.6)[..., 1], 0.108, atol=1e-9)
+        self.assertIsNone(load_surface(self.at, "right").rigid_points)
+
     def test_files_that_are_wrong(self):
         import h5py
         path = self.folder / f"wing_left_{LABEL}.h5"

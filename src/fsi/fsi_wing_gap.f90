@@ -1,0 +1,84 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How close wings come to each other and to the periodic images of themselves and of each other.
+!>
+!> The distance is that between the points of one surface and the triangles of the other, both ways. Where two edges
+!> cross it is too large, by less than half an edge; edges are shorter than wings in the mask are thick, or nearly so.
+!> Surfaces farther apart than asked for cost a comparison of boxes.
+module fsi_wing_gap
+  use base_kinds, only: rp
+  use fsi_surface, only: surface_t
+  use fsi_triangle, only: make_triangle, triangle_t
+  implicit none
+  private
+  public :: gap_t, smallest_gap
+
+  type :: gap_t
+    real(rp) :: distance = huge(1.0_rp)  !< L; huge: farther than was asked for
+    integer :: first = 0, second = 0     !< surfaces
+    logical :: is_image = .false.        !< the second is seen through a side of the periodic box
+  end type gap_t
+
+contains
+
+  !> The smallest gap below `limit` [L] between different surfaces, their images in a box of size `length`, and each
+  !> surface and its own images. Nothing is periodic in a direction of `length` 0.
+  pure type(gap_t) function smallest_gap(surfaces, limit, length) result(gap)
+    type(surface_t), intent(in) :: surfaces(:)
+    real(rp), intent(in) :: limit
+    real(rp), intent(in) :: length(3)
+    real(rp) :: shift(3), distance
+    integer :: i, j, x, y, z
+    do i = 1, size(surfaces)
+      do j = i, size(surfaces)
+        do z = -1, 1
+          do y = -1, 1
+            do x = -1, 1
+              if (i == j .and. all([x, y, z] == 0)) cycle
+              if (any([x, y, z] /= 0 .and. length <= 0)) cycle
+              shift = [x, y, z]*length
+              distance = gap_between(surfaces(i), surfaces(j), shift, limit)
+              if (distance >= min(limit, gap%distance)) cycle
+              gap%distance = distance
+              gap%first = i
+              gap%second = j
+              gap%is_image = any([x, y, z] /= 0)
+            end do
+          end do
+        end do
+      end do
+    end do
+  end function smallest_gap
+
+  !> Distance between `a` and `b` moved by `shift`, or anything not below `limit` if they are not as close.
+  pure real(rp) function gap_between(a, b, shift, limit) result(distance)
+    type(surface_t), intent(in) :: a, b
+    real(rp), intent(in) :: shift(3), limit
+    distance = limit
+    if (any(minval(a%points, 2) > maxval(b%points, 2) + shift + limit)) return
+    if (any(minval(b%points, 2) + shift > maxval(a%points, 2) + limit)) return
+    distance = min(from_points(a, b, shift, limit), from_points(b, a, -shift, limit))
+  end function gap_between
+
+  !> Distance of the points of `a` from the triangles of `b` moved by `shift`.
+  pure real(rp) function from_points(a, b, shift, limit) result(distance)
+    type(surface_t), intent(in) :: a, b
+    real(rp), intent(in) :: shift(3), limit
+    type(triangle_t) :: triangle
+    real(rp) :: corners(3, 3), low(3), high(3), d2, v, w
+    integer :: t, p
+    distance = limit
+    low = minval(a%points, 2)
+    high = maxval(a%points, 2)
+    do t = 1, size(b%triangles, 2)
+      corners = b%points(:, b%triangles(:, t)) + spread(shift, 2, 3)
+      if (any(minval(corners, 2) > high + distance) .or. any(maxval(corners, 2) < low - distance)) cycle
+      triangle = make_triangle(corners(:, 1), corners(:, 2), corners(:, 3))
+      do p = 1, size(a%points, 2)
+        if (any(a%points(:, p) > maxval(corners, 2) + distance) .or. &
+            any(a%points(:, p) < minval(corners, 2) - distance)) cycle
+        call triangle%closest(a%points(:, p), d2, v, w)
+        distance = min(distance, sqrt(d2))
+      end do
+    end do
+  end function from_points
+end module fsi_wing_gap
