@@ -103,7 +103,7 @@ contains
     type(evaluation_t), intent(inout) :: evaluation
     type(static_report_t) :: report
     integer :: n
-  call require(size(coordinates) == experiment%count(), 'measurement_evaluation: other unknowns than the experiment''s')
+    call require(size(coordinates) == experiment%count(), 'measurement_evaluation: unknowns of another experiment')
     n = experiment%model%n_points
     call work%model%set_params(experiment%params(coordinates))
     call solve_static(work%equilibrium, work%model, experiment%loads(l), is_warm, experiment%options, u, report)

@@ -98,7 +98,9 @@ contains
       height = sampled_height(positions, sample, k)
       if (sample%is_beside(k) .neqv. (px < 0 .or. px > 2 .or. py < 0 .or. py > 1)) n_wrong = n_wrong + 1
       if (sample%is_beside(k)) then
-       beside_error = max(beside_error, abs(height - plane(max(0.0_rp, min(2.0_rp, px)), max(0.0_rp, min(1.0_rp, py)))))
+        px = max(0.0_rp, min(2.0_rp, px))
+        py = max(0.0_rp, min(1.0_rp, py))
+        beside_error = max(beside_error, abs(height - plane(px, py)))
       else
         inside_error = max(inside_error, abs(height - plane(px, py)))
       end if
@@ -110,7 +112,8 @@ contains
   end subroutine see_linear_surfaces
 
   subroutine see_the_highest()
-    integer, parameter :: TRIANGLES(3, 2) = reshape([1, 2, 3, 4, 5, 6], [3, 2]), NUMBER(2, 2) = 1, NODE(2, 1) = 1
+    integer, parameter :: TRIANGLES(3, 2) = reshape([1, 2, 3, 4, 5, 6], [3, 2]), NODE(2, 1) = 1, &
+                          NUMBER(2, 2) = reshape([1, 0, 0, 0], [2, 2])
     real(rp), parameter :: CORNER(3, 3) = reshape([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, &
                                                    0.0_rp], [3, 3]), ABOVE(3) = [0.0_rp, 0.0_rp, 1.0_rp]
     type(surface_sample_t) :: sample
@@ -120,9 +123,8 @@ contains
     positions(:, :3) = CORNER
     positions(:, 4:) = CORNER + spread(ABOVE, 2, 3)
     do i = 1, 2
-     call sample_surface(positions, TRIANGLES, edges, [0.2_rp, 3.0_rp], [0.2_rp, 3.0_rp], NUMBER*reshape([1, 0, 0, 0], &
-                                                                                                  [2, 2]), NODE, sample)
-     call t%check_close('the highest of two triangles is seen', sampled_height(positions, sample, 1), 1.0_rp, ROUND_OFF)
+      call sample_surface(positions, TRIANGLES, edges, [0.2_rp, 3.0_rp], [0.2_rp, 3.0_rp], NUMBER, NODE, sample)
+      call t%check_close('the highest triangle is seen', sampled_height(positions, sample, 1), 1.0_rp, ROUND_OFF)
       positions(3, :) = 1 - positions(3, :)
     end do
   end subroutine see_the_highest

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A noise-free twin: the shapes of the wing in the file that the first argument names under three loads are measured on a
-!> grid; derivatives of the residuals equal differences, tasks do not depend on their history, and a fit from wrong
-!> parameters finds the true ones.
+!> A noise-free twin: the shapes of the wing in the file that the first argument names under three loads are
+!> measured on a grid; derivatives of the residuals equal differences, tasks do not depend on their history, and
+!> a fit from wrong parameters finds the true ones.
 program test_measurement_twin
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -10,6 +10,11 @@ program test_measurement_twin
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
+  use measurement_fit, only: fit, fit_options_t, fit_report_t
+  use measurement_least_squares, only: unknowns_t
+  use measurement_posterior, only: find_posterior, posterior_t
+  use measurement_problem, only: wing_problem_t, wing_unknowns
+  use measurement_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
   use measurement_write, only: write_measurement
   use solid_params, only: default_params, parameter_t, solid_params_t
   use solid_statics, only: static_options_t
@@ -18,14 +23,15 @@ program test_measurement_twin
   implicit none
   integer, parameter :: N_LOADS = 3, NX = 60, NY = 30
   !> Where the wing is loaded, as fractions of its extent in x and y, and forces [N] that move it there by some 0.05 R.
- real(rp), parameter :: PLACES(2, N_LOADS) = reshape([0.6_rp, 0.8_rp, 0.8_rp, 0.6_rp, 0.35_rp, 0.5_rp], [2, N_LOADS]), &
+  real(rp), parameter :: PLACES(2, N_LOADS) = reshape([0.6_rp, 0.8_rp, 0.8_rp, 0.6_rp, 0.35_rp, 0.5_rp], &
+                                                      [2, N_LOADS]), &
                          FORCES(N_LOADS) = [6.0e-4_rp, 2.0e-4_rp, 8.0e-4_rp]
   type(testkit_t) :: t
   type(wing_t) :: wing
   type(solid_params_t) :: params
   type(static_options_t) :: options
   type(measurement_t) :: m
-  type(experiment_t) :: experiment
+  type(experiment_t), target :: experiment
   type(evaluation_work_t) :: work
   real(rp), allocatable :: truth(:), shapes(:, :, :)
 
@@ -37,6 +43,7 @@ program test_measurement_twin
   call measure()
   call check_derivatives()
   call check_tasks()
+  call recover()
   call t%finish()
 
 contains
@@ -106,8 +113,9 @@ contains
     span = maxval(wing%points(direction, :)) - minval(wing%points(direction, :))
   end function span
 
-  !> The error of a difference is H^2/6 of the third derivative, and the solver's over 2H. (Where a grid point changes its
-  !> triangle between the two shapes the residual has a kink; they move sideways by less than 1e-9 m, and none does.)
+  !> The error of a difference is H^2/6 of the third derivative, and the solver's over 2H. (Where a grid point
+  !> changes its triangle between the two shapes the residual has a kink; they move sideways by less than 1e-9 m,
+  !> and none does.)
   subroutine check_derivatives()
     real(rp), parameter :: H = 1.0e-4_rp
     type(evaluation_t) :: evaluation, ahead, behind
@@ -155,4 +163,41 @@ contains
     call t%check('a task gives the same bits in another work space', all(transfer(u, [1]) == transfer(v, [1])) .and. &
                  all(transfer(first%jacobian, [1]) == transfer(second%jacobian, [1])))
   end subroutine check_tasks
+
+  !> From E three times too large and joints ten times too stiff and too soft, with priors of one decade about
+  !> this start. They shift the optimum by (sd/decade)^2 ln 10, sd being that of an unknown at 1 nm noise.
+  subroutine recover()
+    type(wing_problem_t) :: problem
+    type(unknowns_t) :: unknowns
+    type(fit_options_t) :: options
+    type(fit_report_t) :: report
+    type(posterior_t) :: posterior
+    type(interval_t) :: interval
+    type(parameter_t) :: parameter
+    real(rp), allocatable :: start(:)
+    real(rp) :: difference
+    integer :: i
+    start = truth + log([3.0_rp, 10.0_rp, 0.1_rp])
+    call problem%init(experiment)
+    unknowns = wing_unknowns(experiment, start, 1.0_rp)
+    call fit(problem, unknowns, start, options, report)
+    posterior = find_posterior(unknowns, report)
+    call t%check('the fit converges: '//report%reason, report%is_converged)
+    call t%check('in a few evaluations', report%n_evaluations <= 20)
+    call t%check_below('h vanishes', experiment%cost(report%residuals*sqrt(2.0_rp)*1.0e-9_rp), 1.0e-12_rp)
+    do i = 1, size(truth)
+      parameter = experiment%describe(i)
+      call t%check_below(parameter%name//' is found', abs(report%p(i) - truth(i)), 1.0e-6_rp)
+    end do
+    call problem%cold_difference(report%p, difference)
+    call t%check_below('cold shapes are the same', difference, 1.0e-9_rp)
+    call profile_interval(problem, unknowns, report%p, 1, posterior%sd(1), THRESHOLD_90, options, interval)
+    call t%check('the interval of E has two ends', interval%has_lower .and. interval%has_upper .and. &
+                 interval%is_complete)
+    call t%check_close('  as wide as the covariance says', interval%upper - interval%lower, &
+                       2*sqrt(THRESHOLD_90)*posterior%sd(1), rtol=0.02_rp)
+    call t%check('  '//profile_sentence('E', 'Pa', .true., interval), interval%lower < truth(1) .and. &
+                 interval%upper > truth(1))
+    call problem%free()
+  end subroutine recover
 end program test_measurement_twin

@@ -1,0 +1,213 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Intervals by profile likelihood: one unknown is held at a value, all others are fitted again, and the interval is
+!> where the sum of squares stays within a threshold of its minimum.
+!>
+!> The prior of the unknown itself is left out: what is returned is what the data say about it. Where the
+!> profile stays below the threshold up to the bound, there is no end on that side.
+module measurement_profile
+  use base_kinds, only: rp
+  use measurement_fit, only: fit, fit_options_t, fit_report_t
+  use measurement_least_squares, only: least_squares_t, unknowns_t
+  implicit none
+  private
+  public :: interval_t, profile_interval, profile_sentence
+
+  real(rp), parameter, public :: THRESHOLD_90 = 2.705543454095404_rp !< 90 % of chi^2 with one degree of freedom
+  integer, parameter :: MOST_REFITS = 25
+  real(rp), parameter :: ACCURACY = 0.01_rp !< of the root of the threshold
+
+  !> What can be said about one unknown.
+  type :: interval_t
+    real(rp) :: best = 0                      !< where the sum of squares without the prior is smallest
+    real(rp) :: lower = 0, upper = 0          !< ends; bounds of the box where there is none
+    logical :: has_lower = .false., has_upper = .false.
+    logical :: is_complete = .false.          !< the search of both ends came to its end
+    integer :: n_refits = 0, n_evaluations = 0
+  end type interval_t
+
+contains
+
+  !> The interval of unknown i about the optimum p of a fit with the same unknowns; sd is its standard deviation
+  !> in the linear approximation, a guess where to look. `threshold` is that of the sum of squares in units of the
+  !> residuals' variance. A point where the others cannot be fitted counts as outside.
+  subroutine profile_interval(problem, unknowns, p, i, sd, threshold, options, interval)
+    class(least_squares_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    real(rp), intent(in) :: p(:), sd, threshold
+    integer, intent(in) :: i
+    type(fit_options_t), intent(in) :: options
+    type(interval_t), intent(out) :: interval
+    type(unknowns_t) :: others
+    type(fit_report_t) :: report
+    real(rp), allocatable :: best(:)
+    real(rp) :: least
+    logical :: is_lower_found, is_upper_found, found_better
+    integer :: attempt
+    others = unknowns
+    others%prior_sd(i) = 0
+    call fit(problem, others, p, options, report)
+    interval%n_refits = 1
+    interval%n_evaluations = report%n_evaluations
+    if (.not. report%is_converged .and. report%n_accepted == 0) then
+      interval%best = p(i)
+      interval%lower = unknowns%lower(i)
+      interval%upper = unknowns%upper(i)
+      return
+    end if
+    best = report%p
+    least = report%chi2 + report%prior_chi2
+    others%is_fixed(i) = .true.
+    do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
+      interval%best = best(i)
+      call find_end(-1, interval%lower, interval%has_lower, is_lower_found, found_better)
+      if (found_better) cycle
+      call find_end(1, interval%upper, interval%has_upper, is_upper_found, found_better)
+      if (.not. found_better) exit
+    end do
+    interval%is_complete = is_lower_found .and. is_upper_found .and. .not. found_better
+
+  contains
+
+    !> The end of the interval in this direction: the root of w(x) = sqrt(sum of squares - least), which grows linearly
+    !> for linear problems, at sqrt(threshold). A lower sum of squares on the way becomes the new minimum.
+    subroutine find_end(direction, end, has_end, is_found, found_better)
+      integer, intent(in) :: direction
+      real(rp), intent(out) :: end
+      logical, intent(out) :: has_end, is_found, found_better
+      real(rp) :: inside, outside, w_inside, w_outside, x, w, goal, bound, room
+      real(rp), allocatable :: at(:), at_inside(:)
+      logical :: has_outside, is_stuck
+      integer :: n
+      goal = sqrt(threshold)
+      bound = merge(others%upper(i), others%lower(i), direction > 0)
+      inside = best(i)
+      w_inside = 0
+      at_inside = best
+      outside = bound
+      w_outside = 0
+      has_outside = .false.
+      has_end = .false.
+      is_found = .true.
+      found_better = .false.
+      is_stuck = .false.
+      end = bound
+      room = abs(bound - inside)
+      if (.not. room > 0) return
+      x = max(min(sd*goal, 2*max(options%largest_step, 1.0_rp)), 1.0e-6_rp*min(room, 1.0_rp))
+      x = inside + direction*min(room, x)
+      do n = 1, MOST_REFITS
+        at = at_inside
+        at(i) = x
+        others%is_fixed(i) = .true.
+        call fit(problem, others, at, options, report)
+        interval%n_refits = interval%n_refits + 1
+        interval%n_evaluations = interval%n_evaluations + report%n_evaluations
+        w = huge(w)
+        if (report%is_converged .or. report%n_accepted > 0) then
+          w = report%chi2 + report%prior_chi2 - least
+          if (w < -1.0e-3_rp*threshold) then
+            best = report%p
+            least = report%chi2 + report%prior_chi2
+            found_better = .true.
+            return
+          end if
+          w = sqrt(max(0.0_rp, w))
+        end if
+        if (abs(w - goal) <= ACCURACY*goal) then
+          end = x
+          has_end = .true.
+          return
+        end if
+        if (w < goal) then
+          if (.not. abs(x - bound) > 0) return ! inside up to the bound: no end
+          is_stuck = has_outside .and. .not. abs(outside - x) > 1.0e-3_rp*abs(x - best(i))
+          inside = x
+          w_inside = w
+          at_inside = report%p
+        else
+          is_stuck = .not. abs(x - inside) > 1.0e-3_rp*abs(x - best(i))
+          outside = x
+          w_outside = w
+          has_outside = .true.
+        end if
+        if (is_stuck) then ! the profile jumps, as at the edge of what is valid
+          end = outside
+          has_end = .true.
+          return
+        end if
+        x = next_point(inside, w_inside, outside, w_outside, has_outside, goal, best(i), bound, direction)
+      end do
+      is_found = .false.
+      if (has_outside) end = outside
+      has_end = has_outside
+    end subroutine find_end
+
+  end subroutine profile_interval
+
+  !> Where to look for the end next: by the straight line through the last two points, kept inside the bracket, or
+  !> farther out while there is none.
+  pure real(rp) function next_point(inside, w_inside, outside, w_outside, has_outside, goal, best, bound, direction) &
+    result(x)
+    real(rp), intent(in) :: inside, w_inside, outside, w_outside, goal, best, bound
+    logical, intent(in) :: has_outside
+    integer, intent(in) :: direction
+    real(rp) :: share, factor
+    if (.not. has_outside) then
+      factor = 4
+      if (w_inside > 0.25_rp*goal) factor = goal/w_inside
+      x = best + factor*(inside - best)
+      if (direction*(x - bound) > 0) x = bound
+    else
+      share = 0.5_rp
+      if (w_outside < 1.0e3_rp*goal) share = (goal - w_inside)/(w_outside - w_inside)
+      x = inside + max(0.05_rp, min(0.95_rp, share))*(outside - inside)
+    end if
+  end function next_point
+
+  !> A sentence about an unknown: its value and interval, or what alone can be said. The interval's numbers are
+  !> logarithms if `is_log`.
+  function profile_sentence(name, unit, is_log, interval) result(sentence)
+    character(*), intent(in) :: name, unit
+    logical, intent(in) :: is_log
+    type(interval_t), intent(in) :: interval
+    character(:), allocatable :: sentence
+    if (interval%has_lower .and. interval%has_upper) then
+      sentence = name//': '//shown(interval%best)//behind()//', with 90 % confidence between '// &
+                 shown(interval%lower)//' and '//shown(interval%upper)//behind()
+    else if (interval%has_lower) then
+      sentence = name//': not determined by these data; only > '//shown(interval%lower)//behind()//' can be said'
+    else if (interval%has_upper) then
+      sentence = name//': not determined by these data; only < '//shown(interval%upper)//behind()//' can be said'
+    else
+      sentence = name//': not determined by these data; every value from '//shown(interval%lower)//' to '// &
+                 shown(interval%upper)//behind()//' is as good'
+    end if
+    if (.not. interval%is_complete) sentence = sentence//' (the search did not come to its end)'
+
+  contains
+
+    function behind() result(text)
+      character(:), allocatable :: text
+      text = ''
+      if (unit /= '1' .and. unit /= '') text = ' '//unit
+    end function behind
+
+    !> With as many digits as tell the ends apart from the best value.
+    function shown(x) result(text)
+      real(rp), intent(in) :: x
+      character(:), allocatable :: text
+      character(30) :: buffer, form
+      real(rp) :: ends(2)
+      integer :: digits
+      ends = [interval%lower, interval%upper]
+      if (is_log) ends = exp(ends)
+      digits = 3
+      if (interval%has_lower .and. interval%has_upper .and. ends(2) > ends(1)) &
+        digits = max(3, min(14, 2 - floor(log10((ends(2) - ends(1))/maxval(abs(ends))))))
+      write (form, '(a,i0,a)') '(es24.', digits, ')'
+      write (buffer, form) merge(exp(merge(x, 0.0_rp, is_log)), x, is_log)
+      text = trim(adjustl(buffer))
+    end function shown
+
+  end function profile_sentence
+end module measurement_profile

@@ -1,0 +1,111 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Problems of least squares with known answers. Misra1a and MGH09: https://www.itl.nist.gov/div898/strd/nls
+module curve_problems
+  use base_kinds, only: rp
+  use measurement_least_squares, only: least_squares_t
+  implicit none
+  private
+  public :: linear_t, misra1a_t, mgh09_t, compliance_t
+
+  !> residuals = a p - b
+  type, extends(least_squares_t) :: linear_t
+    real(rp), allocatable :: a(:, :), b(:)
+  contains
+    procedure :: evaluate => linear_evaluate
+  end type linear_t
+
+  !> y = b1 (1 - exp(-b2 x))
+  type, extends(least_squares_t) :: misra1a_t
+    real(rp) :: x(14) = 0, y(14) = 0
+  contains
+    procedure :: init => misra1a_init
+    procedure :: evaluate => misra1a_evaluate
+  end type misra1a_t
+
+  !> y = b1 (x^2 + b2 x)/(x^2 + b3 x + b4)
+  type, extends(least_squares_t) :: mgh09_t
+    real(rp) :: x(11) = 0, y(11) = 0
+  contains
+    procedure :: init => mgh09_init
+    procedure :: evaluate => mgh09_evaluate
+  end type mgh09_t
+
+  !> One reading of exp(-q), valid below some q.
+  type, extends(least_squares_t) :: compliance_t
+    real(rp) :: measured = 0, noise = 1, valid_below = huge(1.0_rp)
+  contains
+    procedure :: evaluate => compliance_evaluate
+  end type compliance_t
+
+contains
+
+  subroutine linear_evaluate(self, p, residuals, jacobian, is_valid)
+    class(linear_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    residuals = matmul(self%a, p) - self%b
+    jacobian = self%a
+    is_valid = .true.
+  end subroutine linear_evaluate
+
+  subroutine misra1a_init(self)
+    class(misra1a_t), intent(out) :: self
+    self%n_residuals = size(self%x)
+    self%y = [10.07_rp, 14.73_rp, 17.94_rp, 23.93_rp, 29.61_rp, 35.18_rp, 40.02_rp, 44.82_rp, 50.76_rp, 55.05_rp, &
+              61.01_rp, 66.40_rp, 75.47_rp, 81.78_rp]
+    self%x = [77.6_rp, 114.9_rp, 141.1_rp, 190.8_rp, 239.9_rp, 289.0_rp, 332.8_rp, 378.4_rp, 434.8_rp, 477.3_rp, &
+              536.8_rp, 593.1_rp, 689.1_rp, 760.0_rp]
+  end subroutine misra1a_init
+
+  subroutine misra1a_evaluate(self, p, residuals, jacobian, is_valid)
+    class(misra1a_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    is_valid = p(2) > -0.1_rp
+    residuals = 0
+    jacobian = 0
+    if (.not. is_valid) return
+    residuals = p(1)*(1 - exp(-p(2)*self%x)) - self%y
+    jacobian(:, 1) = 1 - exp(-p(2)*self%x)
+    jacobian(:, 2) = p(1)*self%x*exp(-p(2)*self%x)
+  end subroutine misra1a_evaluate
+
+  subroutine mgh09_init(self)
+    class(mgh09_t), intent(out) :: self
+    self%n_residuals = size(self%x)
+    self%y = [0.1957_rp, 0.1947_rp, 0.1735_rp, 0.1600_rp, 0.0844_rp, 0.0627_rp, 0.0456_rp, 0.0342_rp, 0.0323_rp, &
+              0.0235_rp, 0.0246_rp]
+    self%x = [4.0_rp, 2.0_rp, 1.0_rp, 0.5_rp, 0.25_rp, 0.167_rp, 0.125_rp, 0.1_rp, 0.0833_rp, 0.0714_rp, 0.0625_rp]
+  end subroutine mgh09_init
+
+  subroutine mgh09_evaluate(self, p, residuals, jacobian, is_valid)
+    class(mgh09_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    real(rp), dimension(size(self%x)) :: top, bottom
+    top = self%x**2 + self%x*p(2)
+    bottom = self%x**2 + self%x*p(3) + p(4)
+    is_valid = all(abs(bottom) > 1.0e-10_rp)
+    residuals = 0
+    jacobian = 0
+    if (.not. is_valid) return
+    residuals = p(1)*top/bottom - self%y
+    jacobian(:, 1) = top/bottom
+    jacobian(:, 2) = p(1)*self%x/bottom
+    jacobian(:, 3) = -p(1)*top*self%x/bottom**2
+    jacobian(:, 4) = -p(1)*top/bottom**2
+  end subroutine mgh09_evaluate
+
+  subroutine compliance_evaluate(self, p, residuals, jacobian, is_valid)
+    class(compliance_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    is_valid = p(1) < self%valid_below
+    residuals = (exp(-p(1)) - self%measured)/self%noise
+    jacobian = -exp(-p(1))/self%noise
+  end subroutine compliance_evaluate
+end module curve_problems
