@@ -102,7 +102,7 @@ contains
       call note_best(state, work, f, self%has_box)
       state%evaluations = state%evaluations + p%lambda
       if (2*n_failed > p%lambda) then
-        call repeat_generation(self%options, state)
+        call repeat_generation(self%options, p%lambda, state)
         return
       end if
       if (self%has_box) call penalise(p, state, work)
@@ -114,10 +114,11 @@ contains
     end associate
   end subroutine cmaes_tell
 
-  subroutine repeat_generation(options, state)
+  subroutine repeat_generation(options, lambda, state)
     type(cmaes_options_t), intent(in) :: options
+    integer, intent(in) :: lambda
     type(cmaes_state_t), intent(inout) :: state
-    if (state%evaluations >= options%max_evaluations) state%stop_code = MAXFEVALS
+    if (state%evaluations > options%max_evaluations - lambda) state%stop_code = MAXFEVALS
     if (state%attempt == MOST_ATTEMPTS) then
       state%stop_code = TOO_MANY_FAILED
       return

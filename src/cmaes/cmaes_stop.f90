@@ -11,9 +11,9 @@ module cmaes_stop
   private
   public :: find_stop, note_history, stop_text, stop_name
 
-  integer, parameter, public :: RUNNING = 0, FTARGET = 1, MAXFEVALS = 2, MAXITER = 3, TOLFUN = 4, &
-                           TOLFUNHIST = 5, TOLX = 6, TOLFACUPX = 7, TOLUPSIGMA = 8, STAGNATION = 9, FLAT_FITNESS = 10, &
-                                NOEFFECTAXIS = 11, NOEFFECTCOORD = 12, CONDITIONCOV = 13, TOO_MANY_FAILED = 14
+  integer, parameter, public :: RUNNING = 0, FTARGET = 1, MAXFEVALS = 2, MAXITER = 3, TOLFUN = 4, TOLFUNHIST = 5, TOLX = 6
+  integer, parameter, public :: TOLFACUPX = 7, TOLUPSIGMA = 8, STAGNATION = 9, FLAT_FITNESS = 10, NOEFFECTAXIS = 11
+  integer, parameter, public :: NOEFFECTCOORD = 12, CONDITIONCOV = 13, TOO_MANY_FAILED = 14
   integer, parameter, public :: N_STOPS = 14
   integer, parameter :: N_HISTORY = 10 ! generations that flat histories are believed after
 
@@ -23,9 +23,9 @@ contains
   pure function stop_name(code) result(name)
     integer, intent(in) :: code
     character(:), allocatable :: name
-    character(13), parameter :: NAMES(0:N_STOPS) = [character(13) :: 'running', 'ftarget', 'maxfevals', 'maxiter', &
-            'tolfun', 'tolfunhist', 'tolx', 'tolfacupx', 'tolupsigma', 'tolstagnation', 'flatfitness', 'noeffectaxis', &
-                                                                       'noeffectcoord', 'conditioncov', 'toomanyfailed']
+    character(13), parameter :: NAMES(0:N_STOPS) = [character(13) :: 'running', 'ftarget', 'maxfevals', &
+      'maxiter', 'tolfun', 'tolfunhist', 'tolx', 'tolfacupx', 'tolupsigma', 'tolstagnation', 'flatfitness', &
+      'noeffectaxis', 'noeffectcoord', 'conditioncov', 'toomanyfailed']
     name = 'unknown'
     if (code >= 0 .and. code <= N_STOPS) name = trim(NAMES(code))
   end function stop_name
@@ -40,7 +40,7 @@ contains
     case (FTARGET)
       text = 'the target was reached'
     case (MAXFEVALS)
-      text = 'all allowed evaluations are spent'
+      text = 'the allowed evaluations do not suffice for another generation'
     case (MAXITER)
       text = 'all allowed generations are spent'
     case (TOLFUN)
@@ -116,7 +116,7 @@ contains
     logical :: holds(N_STOPS)
     holds = .false.
     if (state%has_best) holds(FTARGET) = state%best_f <= options%f_target
-    holds(MAXFEVALS) = state%evaluations >= options%max_evaluations
+    holds(MAXFEVALS) = state%evaluations > options%max_evaluations - p%lambda
     holds(MAXITER) = state%generation >= p%max_iterations
     if (state%n_history >= N_HISTORY .and. state%f_scale >= 0) then
       range = recent_range(p, state)

@@ -1,0 +1,178 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The runs of bench_optimiser and the table that they are compared with.
+module bench_optimiser_runs
+  use base_errors, only: require
+  use base_kinds, only: rp, i8
+  use cmaes_optimiser, only: cmaes_t
+  use cmaes_options, only: cmaes_options_t
+  use cmaes_params, only: derive_params
+  use cmaes_ranking, only: sort_values
+  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_stop, only: RUNNING
+  use search_functions, only: value_of
+  implicit none
+  private
+  public :: evaluations_to_target, ipop_evaluations, median_of, milliseconds_per_generation, reference_median, NEVER
+
+  integer(i8), parameter :: NEVER = 1000000000_i8 !< the target was not reached
+  real(rp), parameter :: TARGET = 1.0e-10_rp
+
+contains
+
+  !> counts(s): evaluations to the target with seed 1000 + s; lambda 0 is the default, which is returned.
+  !> Start and step as in the reference; only numerical criteria stop.
+  subroutine evaluations_to_target(name, n, population, counts, lambda)
+    character(*), intent(in) :: name
+    integer, intent(in) :: n, population
+    integer(i8), intent(out) :: counts(:)
+    integer, intent(out) :: lambda
+    type(cmaes_options_t) :: options
+    type(cmaes_t) :: run
+    real(rp), allocatable :: x(:, :), f(:), mean(:)
+    integer :: s, k
+    options%lambda = population
+    options%sigma0 = merge(0.5_rp, 1.0_rp, name == 'rosen')
+    options%f_target = TARGET
+    options%tolfun = 0
+    options%tolfunhist = 0
+    options%tolx = 0
+    options%max_iterations = 100000
+    options%tolstagnation = 2000
+    allocate (mean(n))
+    mean = merge(0.0_rp, 1.0_rp, name == 'rosen')
+    do s = 1, size(counts)
+      options%seed = 1000 + s
+      call run%start(options, derive_params(options, n), mean, has_box=.false.)
+      lambda = run%params%lambda
+      if (.not. allocated(x)) allocate (x(n, lambda), f(lambda))
+      do while (run%state%stop_code == RUNNING)
+        call run%ask(x)
+        do k = 1, lambda
+          f(k) = value_of(name, x(:, k))
+        end do
+        call run%tell(f)
+        if (any(f <= TARGET)) exit
+      end do
+      counts(s) = NEVER
+      if (any(f <= TARGET)) counts(s) = run%state%evaluations - lambda + findloc_first(f)
+    end do
+  end subroutine evaluations_to_target
+
+  pure integer function findloc_first(f) result(k)
+    real(rp), intent(in) :: f(:)
+    do k = 1, size(f)
+      if (f(k) <= TARGET) return
+    end do
+  end function findloc_first
+
+  !> The same for Rastrigin's function with IPOP: starts in [-5, 5]^n, sigma0 = 2, the reference's
+  !> tolerances of f, at most 3e6 evaluations.
+  subroutine ipop_evaluations(n, counts, lambda)
+    integer, intent(in) :: n
+    integer(i8), intent(out) :: counts(:)
+    integer, intent(out) :: lambda
+    type(cmaes_options_t) :: options
+    type(cmaes_search_t) :: search
+    type(start_region_t) :: region
+    real(rp), allocatable :: x(:, :), f(:)
+    integer :: s, k
+    options%sigma0 = 2
+    options%f_target = TARGET
+    options%f_scale = 1
+    options%tolfun = 1.0e-12_rp
+    options%tolfunhist = 1.0e-12_rp
+    options%max_evaluations = 3000000
+    allocate (region%lower(n), region%upper(n))
+    region%lower = -5
+    region%upper = 5
+    do s = 1, size(counts)
+      options%seed = 1000 + s
+      call search%start(options, 'ipop', 20, region)
+      if (s == 1) lambda = search%state%lambda
+      counts(s) = NEVER
+      do while (search%state%stop_code == RUNNING)
+        call search%ask(x)
+        if (.not. allocated(f)) allocate (f(size(x, 2)))
+        if (size(f) < size(x, 2)) then
+          deallocate (f)
+          allocate (f(size(x, 2)))
+        end if
+        do k = 1, size(x, 2)
+          f(k) = value_of('rastrigin', x(:, k))
+          if (f(k) <= TARGET .and. counts(s) == NEVER) counts(s) = search%evaluations() + k
+        end do
+        call search%tell(f(:size(x, 2)))
+      end do
+    end do
+  end subroutine ipop_evaluations
+
+  !> A quantile, by the nearest rank.
+  real(rp) function median_of(counts, fraction) result(value)
+    integer(i8), intent(in) :: counts(:)
+    real(rp), intent(in) :: fraction
+    real(rp) :: values(size(counts))
+    values = real(counts, rp)
+    call sort_values(values)
+    value = values(1 + nint(fraction*(size(counts) - 1)))
+  end function median_of
+
+  !> Ask and tell on the ellipsoid, evaluations not counted: the least mean of 20 blocks of 200 generations.
+  real(rp) function milliseconds_per_generation(n, lambda) result(ms)
+    integer, intent(in) :: n, lambda
+    type(cmaes_options_t) :: options
+    type(cmaes_t) :: run
+    real(rp), allocatable :: x(:, :), f(:), mean(:)
+    integer(i8) :: begun, ended, rate, total
+    integer :: block, g, k
+    options%lambda = lambda
+    options%tolfun = 0
+    options%tolfunhist = 0
+    options%tolx = 0
+    allocate (x(n, lambda), f(lambda), mean(n))
+    mean = 1
+    ms = huge(1.0_rp)
+    do block = 1, 20
+      options%seed = block
+      call run%start(options, derive_params(options, n), mean, has_box=.false.)
+      total = 0
+      do g = 1, 200
+        call system_clock(begun, rate)
+        call run%ask(x)
+        call system_clock(ended)
+        total = total + ended - begun
+        do k = 1, lambda
+          f(k) = value_of('elli', x(:, k))
+        end do
+        call system_clock(begun)
+        call run%tell(f)
+        call system_clock(ended)
+        total = total + ended - begun
+        call require(run%state%stop_code == RUNNING, 'a run that goes on')
+      end do
+      ms = min(ms, 1.0e3_rp*real(total, rp)/rate/200)
+    end do
+  end function milliseconds_per_generation
+
+  !> The median of a variant at the target 1e-10; 1 if the table has none.
+  real(rp) function reference_median(path, variant, name, n, lambda) result(value)
+    character(*), intent(in) :: path, variant, name
+    integer, intent(in) :: n, lambda
+    character(300) :: line, key
+    integer :: unit, state, comma, i
+    value = 1
+    write (key, '(4a,i0,a,i0,a)') trim(variant), ',', trim(name), ',', n, ',', lambda, ','
+    open (newunit=unit, file=trim(path), status='old', action='read', iostat=state)
+    call require(state == 0, 'a readable table of reference medians')
+    do
+      read (unit, '(a)', iostat=state) line
+      if (state /= 0) exit
+      if (index(line, trim(key)) /= 1 .or. index(line, ',1e-10,') == 0) cycle
+      comma = index(line, ',1e-10,') + len(',1e-10,') - 1
+      do i = 1, 3 ! reached, least, first quartile
+        comma = comma + index(line(comma + 1:), ',')
+      end do
+      read (line(comma + 1:), *) value
+    end do
+    close (unit)
+  end function reference_median
+end module bench_optimiser_runs

@@ -1,0 +1,254 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A search: runs of CMA-ES one after another under one budget of evaluations.
+!>
+!> IPOP (Auger and Hansen, CEC 2005): every restart doubles lambda. BIPOP (Hansen, GECCO 2009 workshop):
+!> restarts with a doubled lambda alternate with runs of small populations and steps,
+!> lambda_s = lambda_0 (lambda_l/(2 lambda_0))^(u^2), sigma_s = sigma_0 10^(-2 v), u and v uniform, so that
+!> both kinds spend equally; a small run may spend half of what the last large one did.
+module cmaes_search
+  use base_errors, only: require
+  use base_kinds, only: rp, i8
+  use cmaes_archive, only: archive_t
+  use cmaes_optimiser, only: cmaes_t
+  use cmaes_options, only: cmaes_options_t
+  use cmaes_params, only: cmaes_params_t, derive_params
+  use cmaes_sampling, only: draw_uniforms
+  use cmaes_stop, only: RUNNING, FTARGET, MAXFEVALS, TOO_MANY_FAILED, stop_text
+  implicit none
+  private
+  public :: cmaes_search_t, cmaes_search_state_t, start_region_t, FIRST_RUN, LARGE_RUN, SMALL_RUN
+
+  integer, parameter :: FIRST_RUN = 0, LARGE_RUN = 1, SMALL_RUN = 2
+  integer, parameter :: START = 1, SCHEDULE = 2 ! purposes of random numbers
+
+  !> Where runs begin: uniformly distributed between two corners; the first one at `first`, if allocated.
+  type :: start_region_t
+    real(rp), allocatable :: lower(:), upper(:) !< of size n
+    real(rp), allocatable :: first(:)
+    logical :: is_box = .false. !< the search is confined to [0, 1]^n
+  end type start_region_t
+
+  !> What the restarts need to remember; part of a checkpoint.
+  type :: cmaes_search_state_t
+    integer :: restart = 0          !< number of the present run, from 0
+    integer :: regime = FIRST_RUN
+    integer :: n_large = 0          !< restarts with a doubled population
+    integer :: lambda = 0           !< of the present run
+    real(rp) :: sigma0 = 0          !< of the present run
+    integer(i8) :: run_limit = 0    !< evaluations that the present run may spend
+    integer(i8) :: evaluations = 0  !< of all finished runs
+    integer(i8) :: spent_large = 0, spent_small = 0, last_large = 0 !< evaluations
+    integer :: stop_code = RUNNING  !< why the search ended
+    integer :: last_stop = RUNNING  !< why the last finished run ended
+    logical :: has_best = .false.
+    real(rp) :: best_f = huge(1.0_rp) !< of finished runs
+    real(rp), allocatable :: best_x(:)
+    integer(i8) :: best_evaluation = 0 !< counted through all runs, from 1
+    real(rp) :: f_scale = -1
+  end type cmaes_search_state_t
+
+  type :: cmaes_search_t
+    type(cmaes_options_t) :: options
+    character(5) :: restarts = 'none' !< none | ipop | bipop
+    integer :: max_restarts = 9
+    type(start_region_t) :: region
+    type(cmaes_search_state_t) :: state
+    type(cmaes_t) :: run !< the present one
+  contains
+    procedure :: start => search_start
+    procedure :: ask => search_ask
+    procedure :: tell => search_tell
+    procedure :: evaluations => search_evaluations
+    procedure :: best => search_best
+    procedure :: stop_sentence => search_stop_sentence
+    procedure :: visit => search_visit
+  end type cmaes_search_t
+
+contains
+
+  !> Begins the first run. `restarts` is none, ipop or bipop; the options are without mistakes.
+  subroutine search_start(self, options, restarts, max_restarts, region)
+    class(cmaes_search_t), intent(out) :: self
+    type(cmaes_options_t), intent(in) :: options
+    character(*), intent(in) :: restarts
+    integer, intent(in) :: max_restarts
+    type(start_region_t), intent(in) :: region
+    type(cmaes_params_t) :: p
+    call require(any(restarts == [character(5) :: 'none', 'ipop', 'bipop']), 'search_start: a known kind of restarts')
+    call require(size(region%lower) == size(region%upper), 'search_start: corners of equal size')
+    self%options = options
+    self%restarts = restarts
+    self%max_restarts = max_restarts
+    self%region = region
+    p = derive_params(options, size(region%lower))
+    allocate (self%state%best_x(p%n))
+    self%state%best_x(:) = 0
+    self%state%lambda = p%lambda
+    self%state%sigma0 = p%sigma0
+    self%state%run_limit = options%max_evaluations
+    self%state%f_scale = options%f_scale
+    call begin_run(self)
+  end subroutine search_start
+
+  !> The run that the state describes.
+  subroutine begin_run(self)
+    class(cmaes_search_t), intent(inout) :: self
+    type(cmaes_options_t) :: options
+    real(rp) :: mean(size(self%region%lower))
+    options = self%options
+    options%max_evaluations = self%state%run_limit
+    options%f_scale = self%state%f_scale
+    call draw_uniforms(options%seed, self%state%restart, START, mean)
+    mean = self%region%lower + mean*(self%region%upper - self%region%lower)
+    if (self%state%restart == 0 .and. allocated(self%region%first)) mean = self%region%first
+    call self%run%start(options, derive_params(self%options, size(mean), self%state%lambda, self%state%sigma0), mean, &
+                        self%region%is_box, self%state%restart)
+  end subroutine begin_run
+
+  !> Candidates of the present generation; x(n, lambda) is reallocated when lambda has changed.
+  subroutine search_ask(self, x)
+    class(cmaes_search_t), intent(inout) :: self
+    real(rp), allocatable, intent(inout) :: x(:, :)
+    call require(self%state%stop_code == RUNNING, 'search_ask: a search that has not ended')
+    if (allocated(x)) then
+      if (size(x, 2) /= self%state%lambda .or. size(x, 1) /= self%run%params%n) deallocate (x)
+    end if
+    if (.not. allocated(x)) allocate (x(self%run%params%n, self%state%lambda))
+    call self%run%ask(x)
+  end subroutine search_ask
+
+  !> As `cmaes_t%tell`; when the run ends the next one begins, or the search ends: state%stop_code.
+  subroutine search_tell(self, f, violation, has_failed)
+    class(cmaes_search_t), intent(inout) :: self
+    real(rp), intent(in) :: f(:)
+    real(rp), intent(in), optional :: violation(:)
+    logical, intent(in), optional :: has_failed(:)
+    call self%run%tell(f, violation, has_failed)
+    if (self%run%state%stop_code == RUNNING) return
+    call finish_run(self)
+    if (self%state%stop_code == RUNNING) call begin_run(self)
+  end subroutine search_tell
+
+  !> Books a run that has ended, and chooses the next or ends the search.
+  subroutine finish_run(self)
+    class(cmaes_search_t), intent(inout) :: self
+    integer(i8) :: spent, left
+    logical :: has_best
+    real(rp) :: best_f, best_x(self%run%params%n)
+    integer(i8) :: best_evaluation
+    call self%best(has_best, best_f, best_x, best_evaluation)
+    self%state%has_best = has_best
+    self%state%best_f = best_f
+    self%state%best_x = best_x
+    self%state%best_evaluation = best_evaluation
+    spent = self%run%state%evaluations
+    self%state%evaluations = self%state%evaluations + spent
+    if (self%state%regime == LARGE_RUN) then
+      self%state%spent_large = self%state%spent_large + spent
+      self%state%last_large = spent
+    else if (self%state%regime == SMALL_RUN) then
+      self%state%spent_small = self%state%spent_small + spent
+    end if
+    self%state%f_scale = self%run%state%f_scale
+    self%state%last_stop = self%run%state%stop_code
+    left = self%options%max_evaluations - self%state%evaluations
+    if (self%state%last_stop == FTARGET .or. self%state%last_stop == TOO_MANY_FAILED .or. &
+        self%restarts == 'none' .or. self%state%restart >= self%max_restarts) then
+      self%state%stop_code = self%state%last_stop
+      return
+    end if
+    call choose_next(self, left)
+    if (self%state%lambda > left) self%state%stop_code = MAXFEVALS
+  end subroutine finish_run
+
+  !> Regime, population, step and budget of the next run.
+  subroutine choose_next(self, left)
+    class(cmaes_search_t), intent(inout) :: self
+    integer(i8), intent(in) :: left
+    type(cmaes_params_t) :: p
+    real(rp) :: u(2), ratio
+    p = derive_params(self%options, self%run%params%n)
+    associate (state => self%state)
+      state%restart = state%restart + 1
+      state%run_limit = left
+      if (self%restarts == 'bipop' .and. state%n_large > 0 .and. state%spent_small < state%spent_large) then
+        state%regime = SMALL_RUN
+        call draw_uniforms(self%options%seed, state%restart, SCHEDULE, u)
+        ratio = 0.5_rp*2.0_rp**state%n_large
+        state%lambda = max(p%lambda, int(p%lambda*ratio**(u(1)**2)))
+        state%sigma0 = p%sigma0*10.0_rp**(-2*u(2))
+        state%run_limit = min(left, max(state%last_large/2, int(state%lambda, i8)))
+      else
+        state%regime = LARGE_RUN
+        state%n_large = state%n_large + 1
+        state%lambda = p%lambda*2**state%n_large
+        state%sigma0 = p%sigma0
+      end if
+    end associate
+  end subroutine choose_next
+
+  !> Evaluations of the whole search so far.
+  pure integer(i8) function search_evaluations(self) result(n)
+    class(cmaes_search_t), intent(in) :: self
+    n = self%state%evaluations
+    if (self%state%stop_code == RUNNING) n = n + self%run%state%evaluations
+  end function search_evaluations
+
+  !> The best feasible candidate of the whole search, as it was evaluated; the first of equals.
+  subroutine search_best(self, has_best, f, x, evaluation)
+    class(cmaes_search_t), intent(in) :: self
+    logical, intent(out) :: has_best
+    real(rp), intent(out) :: f, x(:)
+    integer(i8), intent(out) :: evaluation
+    has_best = self%state%has_best
+    f = self%state%best_f
+    x = self%state%best_x
+    evaluation = self%state%best_evaluation
+    if (self%state%stop_code /= RUNNING .or. .not. self%run%state%has_best) return
+    if (has_best .and. self%run%state%best_f >= f) return
+    has_best = .true.
+    f = self%run%state%best_f
+    x = self%run%state%best_x
+    evaluation = self%state%evaluations + self%run%state%best_evaluation
+  end subroutine search_best
+
+  !> Why the search, or the last run before a restart, ended.
+  function search_stop_sentence(self) result(text)
+    class(cmaes_search_t), intent(in) :: self
+    character(:), allocatable :: text
+    text = stop_text(merge(self%state%last_stop, self%state%stop_code, self%state%stop_code == RUNNING))
+  end function search_stop_sentence
+
+  !> Stores the search in an archive or continues the one that it holds; then `start` was called with the
+  !> same options, and nothing but archive%failure is defined if that is set.
+  subroutine search_visit(self, archive)
+    class(cmaes_search_t), intent(inout) :: self
+    type(archive_t), intent(inout) :: archive
+    integer :: has_best
+    associate (state => self%state)
+      call archive%visit_default_integer('search_restart', state%restart)
+      call archive%visit_default_integer('search_regime', state%regime)
+      call archive%visit_default_integer('search_n_large', state%n_large)
+      call archive%visit_default_integer('search_lambda', state%lambda)
+      call archive%visit_real('search_sigma0', state%sigma0)
+      call archive%visit_integer('search_run_limit', state%run_limit)
+      call archive%visit_integer('search_evaluations', state%evaluations)
+      call archive%visit_integer('search_spent_large', state%spent_large)
+      call archive%visit_integer('search_spent_small', state%spent_small)
+      call archive%visit_integer('search_last_large', state%last_large)
+      call archive%visit_default_integer('search_stop_code', state%stop_code)
+      call archive%visit_default_integer('search_last_stop', state%last_stop)
+      has_best = merge(1, 0, state%has_best)
+      call archive%visit_default_integer('search_has_best', has_best)
+      state%has_best = has_best /= 0
+      call archive%visit_real('search_best_f', state%best_f)
+      call archive%visit_reals('search_best_x', state%best_x)
+      call archive%visit_integer('search_best_evaluation', state%best_evaluation)
+      call archive%visit_real('search_f_scale', state%f_scale)
+    end associate
+    if (archive%failure%failed) return
+    if (archive%is_reading) call begin_run(self)
+    call self%run%state%visit(archive)
+    if (archive%is_reading .and. .not. archive%failure%failed) call self%run%restored()
+  end subroutine search_visit
+end module cmaes_search
