@@ -6,7 +6,7 @@ module app_progress
   use base_process, only: is_terminal, wall_seconds
   implicit none
   private
-  public :: progress_t
+  public :: progress_t, duration
 
   !> Counts only the steps of this run, so that the estimate is right after a restart.
   type :: progress_t
