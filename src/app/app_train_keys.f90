@@ -91,8 +91,8 @@ contains
   subroutine register_solver(r)
     type(registry_t), intent(inout) :: r
     call r%add_section('Solver', 'path of the static solution')
-    call r%add_real('Solver', 'tolerance', 1.0e-10_rp, 'of the residual, relative to the load', min=1.0e-12_rp, &
-                    max=1.0e-3_rp)
+    call r%add_real('Solver', 'tolerance', 1.0e-8_rp, 'of the residual, relative to the load; soft wings do '// &
+                    'not reach much less', min=1.0e-12_rp, max=1.0e-3_rp)
     call r%add_real('Solver', 'step_limit', 0.025_rp, 'largest movement in one stage, relative to the wing''s size', &
                     above=0.0_rp, max=0.2_rp)
     call r%add_integer('Solver', 'factorisation_limit', 300, 'give up after so many for one load', min=1)

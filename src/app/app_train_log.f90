@@ -88,7 +88,9 @@ contains
     end if
     flush (output_unit)
     self%shown = now
-    if (self%file%is_open()) call self%file%write(trim(line), ignored)
+    if (.not. self%file%is_open()) return
+    call self%file%write(trim(line), ignored)
+    call self%file%flush(ignored)
   end subroutine log_progress
 
   !> Ends the live line.

@@ -135,6 +135,7 @@ contains
     if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%setup%asked%cross_springs = .true.
     call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, s%sought%numbers, s%options, failure)
     if (failure%failed) call errors%add(failure%reason)
+    s%setup%model = s%experiment%model
     select case (s%config%get_word('Train', 'cost'))
     case ('h')
       if (sum(s%experiment%comparisons%n_heights) == 0) &
