@@ -148,7 +148,7 @@ contains
     class(training_t), intent(inout) :: self
     character(200) :: line
     associate (o => self%search%objective, crew => self%crew)
-      write (line, '(5(a,i0),a,f0.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', o%n_redone, &
+     write (line, '(5(a,i0),a,f0.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', o%n_redone, &
         ' again cold and ', o%n_unsolved, ' without success; ', o%n_factorisations, ' factorisations; ', &
         crew%busy_seconds, ' s of all ranks in this run'
       call self%log%say(trim(line))
@@ -184,7 +184,7 @@ contains
     call write_fragment(self%settings, self%search%space, trained, self%failure)
     call write_history(self%settings, self%search%space, self%search%history, self%failure, trained)
     if (.not. self%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
-      '[include]; '//self%settings%name//'_history.h5 the search')
+                                                     '[include]; '//self%settings%name//'_history.h5 the search')
   end subroutine tell_outcome
 
   !> Rank 0: the cost of the wing as it is, or the screening of its parameters.

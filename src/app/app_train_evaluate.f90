@@ -68,7 +68,7 @@ contains
         if (e%is_solved) then
           write (unit, '(a16,es11.3,i9,f11.4,f15.4,es15.4,i9,i7,a)') load%name//repeat(' ', 16), load%force, &
             comparison%n, UM*rms, UM*largest, chi2, e%factorisations, e%snaps, &
-            trim(merge('  in an excluded zone', '                     ', .not. e%is_feasible()))
+            trim(merge('  in an excluded zone', '                     ',.not. e%is_feasible()))
         else
           write (unit, '(a16,es11.3,i9,a)') load%name//repeat(' ', 16), load%force, comparison%n, &
             '  no equilibrium found'

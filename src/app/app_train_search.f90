@@ -93,10 +93,10 @@ contains
     mark = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
     associate (e => settings%experiment, o => settings%search, s => settings%sought)
       mark = checksum_add(mark, wing_mark(e%model))
-      mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
-               real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
-            real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
-                           e%model%params%cross_springs])], 0_i8))
+     mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
+                            real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
+           real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
+                                                                                 e%model%params%cross_springs])], 0_i8))
       mark = checksum_add(mark, checksum_reals([(e%model%params%get(i), i=1, e%model%params%count())], 1000000_i8))
       do l = 1, size(e%comparisons)
         mark = checksum_add(mark, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &

@@ -24,11 +24,11 @@ program write_twin
   real(rp), parameter :: REST = 1.0e-4_rp !< [m] height of the unloaded wing
   !> x [m], y [m], force [N], in the order in which they are taken.
   real(rp), parameter :: LOADS(3, MOST) = reshape( &
-                       [0.00721_rp, -0.00032_rp, 5.5e-4_rp, 0.00405_rp, 0.00066_rp, 1.2e-2_rp, &
-                        0.00496_rp, -0.00228_rp, 2.7e-4_rp, 0.00856_rp, -0.00078_rp, 4.1e-4_rp, &
-                        0.00315_rp, -0.00078_rp, 3.4e-2_rp, 0.00676_rp, -0.00150_rp, 6.7e-4_rp, &
-                        0.00541_rp, 0.00005_rp, 6.3e-3_rp, 0.00270_rp, -0.00159_rp, 1.9e-2_rp, &
-                        0.00496_rp, -0.00111_rp, 1.1e-3_rp, 0.00225_rp, 0.00059_rp, 4.7e-2_rp], [3, MOST])
+                         [0.00721_rp, -0.00032_rp, 5.5e-4_rp, 0.00405_rp, 0.00066_rp, 1.2e-2_rp, &
+                          0.00496_rp, -0.00228_rp, 2.7e-4_rp, 0.00856_rp, -0.00078_rp, 4.1e-4_rp, &
+                          0.00315_rp, -0.00078_rp, 3.4e-2_rp, 0.00676_rp, -0.00150_rp, 6.7e-4_rp, &
+                          0.00541_rp, 0.00005_rp, 6.3e-3_rp, 0.00270_rp, -0.00159_rp, 1.9e-2_rp, &
+                          0.00496_rp, -0.00111_rp, 1.1e-3_rp, 0.00225_rp, 0.00059_rp, 4.7e-2_rp], [3, MOST])
   type(wing_t) :: wing
   type(solid_params_t) :: params
   type(static_options_t) :: options
