@@ -86,7 +86,7 @@ contains
     call coupler%advance(fluid%dt, wings, failure)
     call stop_watch(t(SOLID))
     do w = 1, size(coupler%wings)
-      if (coupler%wings(w)%owner == world%rank) t(FACTORS) = max(t(FACTORS), real(coupler%wings(w)%report%factorisations, rp))
+if (coupler%wings(w)%owner == world%rank) t(FACTORS) = max(t(FACTORS), real(coupler%wings(w)%report%factorisations, rp))
     end do
     call world%max_reals(t)
   end subroutine one_step
@@ -126,9 +126,9 @@ contains
     load_time = minval(times(LOOK, :)) + max(0.0_rp, minval(times(KEEPING, :)) - minval(times(PLAIN, :)))
     solid_time = minval(times(SOLID, :))
     step_time = minval(times(KEEPING, :)) + mask_time + minval(times(LOOK, :)) + solid_time
-    write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', world%size, &
+  write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', world%size, &
       ' ranks, ', steps, ' steps'
-    write (output_unit, '(a,5(f0.1,a))') 'a step takes ', 1e3_rp*step_time, ' ms: mask ', 1e3_rp*mask_time, ' ms, load ', &
+ write (output_unit, '(a,5(f0.1,a))') 'a step takes ', 1e3_rp*step_time, ' ms: mask ', 1e3_rp*mask_time, ' ms, load ', &
       1e3_rp*load_time, ' ms (', 1e3_rp*minval(times(LOOK, :)), ' after the pass), solid ', 1e3_rp*solid_time, ' ms'
     write (output_unit, '(a,i0,a)') 'at most ', nint(maxval(times(FACTORS, :))), ' factorisations per wing and step'
     write (output_unit, '(a,f0.2,a)') 'the fluid takes ', minval(times(PLAIN, :))/floor_time(1), ' times its floor'
