@@ -23,6 +23,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 SPARS = 2 * math.pi * 0.1**4 / 64  # moment of area of the spars of wings/filament.h5, m^4 per metre of width
 MASS, RIGIDITY, TILT = 1.5, 0.00225, 18.0
+THIN = {"thin-24-normal": "no thickness, no friction", "thin-40": "no thickness, with friction"}
 
 
 def grid(points, length=6, height=4):
@@ -45,22 +46,30 @@ CASES = {
     **{f"{n}": {**grid(n), "eps": 0.096 / n} for n in (16, 24, 32, 48, 64)},
     "16-eps": {**grid(16), "eps": 3e-3},
     "16-step": {**grid(16), "eps": 6e-3, "CFL_eta": 0.495},
-    "16-box": {**grid(16, 9, 6), "eps": 6e-3},
+    "16-box": {**grid(16, 9, 6), "eps": 6e-3, "Tmax": 17.0},
     "16-thin": {**grid(16), "eps": 6e-3, "WingThickness": "2.0*dx"},
     "16-near": {**grid(16), "eps": 6e-3, "load_distance": "3.0*dx"},
+    "16-extrapolated": {**grid(16), "eps": 6e-3, "coupling": "extrapolated"},
+    "16-strong": {**grid(16), "eps": 6e-3, "coupling": "strong", "Tmax": 18.0},
+    "16-viscous": {**grid(16), "eps": 6e-3, "load": "pressure_viscous"},
     "16-soft": {**grid(16), "eps": 6e-3, **stiffness(0.0015)},
     "32-thin": {**grid(32), "eps": 3e-3, "WingThickness": "2.0*dx"},
     "32-soft": {**grid(32), "eps": 3e-3, **stiffness(0.0015)},
     **{f"pendulum-{n}": pendulum(n) for n in (16, 24, 32, 48)},
     "pendulum-vacuum": pendulum(12, 1e-9),
-    **{f"thin-{n}": (n, RIGIDITY) for n in (24, 40, 56)},
-    "thin-40-soft": (40, 0.0015),
+    "thin-16": (16, 22.0),
+    "thin-16-normal": (16, 22.0, "--normal"),
+    "thin-24": (24, 22.0),
+    "thin-40": (40, 20.0),
+    "thin-24-normal": (24, 22.0, "--normal"),
+    "thin-40-normal": (40, 20.0, "--normal"),
 }
 
 
 def change(text, keys):
     """The input file with other values; keys that are not in it go to their section."""
-    homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing"}
+    homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing", "coupling": "Flexible_wing",
+             "load": "Flexible_wing"}
     for key, value in keys.items():
         new, count = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value};", text)
         text = new if count else text.replace(f"[{homes[key]}]", f"[{homes[key]}]\n{key} = {value};")
@@ -71,8 +80,8 @@ def run(program, folder, name):
     folder.mkdir(parents=True, exist_ok=True)
     case = CASES[name]
     if isinstance(case, tuple):
-        command = [sys.executable, str(Path(__file__).with_name("thin_filament.py")), str(case[0]), "22", "tail.txt",
-                   "--rigidity", str(case[1])]
+        command = [sys.executable, str(Path(__file__).with_name("thin_filament.py")), str(case[0]), str(case[1]),
+                   "tail.txt", "--rigidity", str(RIGIDITY), *case[2:]]
     else:
         text = (ROOT / "ini/flag.ini").read_text().replace("../wings/", f"{ROOT}/wings/")
         (folder / "run.ini").write_text(change(text, {**case, "iDoBackup": "no"}))
@@ -149,7 +158,7 @@ def table(root):
     for name, ratio in found.items():
         if name.startswith("pendulum") and name[9:].isdigit():
             theory = added_mass(4 / int(name[9:]))
-            print(f"{name:14s} period {ratio:.4f} of that in a vacuum (which is {vacuum:.4f}); added mass {theory:.4f}, "
+            print(f"{name:14s} period {ratio:.4f}, in a vacuum {vacuum:.4f}; added mass {theory:.4f}, "
                   f"difference {100 * (ratio / vacuum / theory - 1):+.2f} %")
     print(json.dumps({name: value if isinstance(value, float) else {k: round(v, 5) for k, v in value.items()}
                       for name, value in found.items()}))
@@ -163,16 +172,18 @@ def plot(root, picture):
     from _style import COLOURS, save, use_style
     use_style()
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), width_ratios=(2.2, 1))
-    names = [name for name in CASES if (name.isdigit() or name == "thin-40") and (root / name / "done").exists()]
+    names = [name for name in CASES if (name.isdigit() or name in THIN) and (root / name / "done").exists()]
     for name, colour in zip(names, COLOURS):
         t, y, z = tail(root / name, TILT)
-        label = f"L/dx = {name}, t = {4 / int(name):.3g} L" if name.isdigit() else "no thickness (immersed boundary)"
-        style = {"color": "black", "lw": 1.0, "ls": "--"} if name.startswith("thin") else {"color": colour}
+        label = f"L/dx = {name}, t = {4 / int(name):.3g} L" if name.isdigit() else THIN[name]
+        style = {"color": colour}
+        if not name.isdigit():
+            style = {"color": "black", "lw": 1.0, "ls": ":" if name.endswith("normal") else "--"}
         left.plot(t, z, label=label, **style)
         begins = zeros(t, z)
         last = (t >= begins[-2]) & (t <= begins[-1])
         right.plot(y[last], z[last], **style)
-    left.set(xlabel="t U/L", ylabel="tail across the stream / L", xlim=(0, 22), ylim=(-0.5, 0.75))
+    left.set(xlabel="t U/L", ylabel="tail across the stream / L", xlim=(0, 22), ylim=(-0.6, 0.8))
     left.legend(ncols=2, loc="upper right", fontsize=8)
     right.set(xlabel="tail along the stream / L", title="last cycle")
     save(figure, picture)

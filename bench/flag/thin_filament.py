@@ -10,9 +10,10 @@ F = K (Y - X) + C (dY/dt - dX/dt) per length, hold them together and drive the f
 10.1063/1.2734674, and the feedback forcing of Huang et al.). Adams-Bashforth with exact viscosity for the flow, BDF2
 with Newton's method for the filament. Box, sponge and start are those of flag.py.
 
-usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ]
+usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ] [--normal]
 
-POINTS per length of the filament; FILE gets time and place of the tail, relative to the root.
+POINTS per length of the filament; FILE gets time and place of the tail, relative to the root. With --normal the
+filament does not feel the friction of the flow along it, as a wing under pressure alone.
 """
 import argparse
 
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.fft import irfft2, rfft2
 
 NU, MASS, GRAVITY, TILT = 1 / 200, 1.5, 0.5, 0.1 * np.pi
-STRETCH, SPRING, DAMPER = 1.0e3, 5.0e3, 10.0
+STRETCH, SPRING, DAMPER = 1.0e3, 2.5e3, 8.0
 SPONGE_TIME = 0.05
 
 
@@ -128,12 +129,12 @@ class Filament:
         self.old, self.y, self.old_v, self.v = self.y, y, self.v, v
 
 
-def run(points, end, rigidity, box):
-    dt = 0.032 / points
+def run(points, end, rigidity, box, normal):
+    """Yields records of time, place of the tail, largest |Y - X| and the force along the stream."""
+    dt = 0.064 / points
     flow = Flow(points, box, dt)
     filament = Filament(max(32, points), np.array([box[0] / 3, box[1] / 2]), rigidity, dt)
     markers = filament.y.copy()
-    records = []
     for step in range(int(end / dt + 0.5)):
         velocity = flow.velocity()
         index_y, index_z, weights = flow.stencil(markers)
@@ -142,13 +143,15 @@ def run(points, end, rigidity, box):
         spread = np.zeros_like(velocity)
         for c in (0, 1):
             np.add.at(spread[c], (index_y, index_z), weights * force[:, c, None, None] / flow.h**2)
-        if step % 20 == 0:
-            records.append([step * dt, *(filament.y[-1] - filament.y[0]), np.abs(filament.y - markers).max(),
-                            -force.sum(0)[0]])
+        if step % 10 == 0:
+            yield step * dt, *(filament.y[-1] - filament.y[0]), np.abs(filament.y - markers).max(), -force.sum(0)[0]
         flow.step(velocity, spread)
+        if normal:
+            along = np.gradient(filament.y, axis=0)
+            along /= np.sqrt((along**2).sum(1))[:, None]
+            force = force - (force * along).sum(1)[:, None] * along
         filament.step(-force)
         markers = markers + dt * local
-    return np.array(records)
 
 
 def main():
@@ -158,9 +161,12 @@ def main():
     parser.add_argument("file", metavar="FILE")
     parser.add_argument("--rigidity", type=float, default=0.0015, metavar="EI", help="over rho U^2 L^3 (0.0015)")
     parser.add_argument("--box", type=float, nargs=2, default=(6.0, 4.0), metavar=("LY", "LZ"))
+    parser.add_argument("--normal", action="store_true", help="no friction on the filament")
     options = parser.parse_args()
-    records = run(options.points, options.end, options.rigidity, options.box)
-    np.savetxt(options.file, records, header="time y_tail z_tail largest|Y-X| F_y")
+    with open(options.file, "w", buffering=1) as file:
+        file.write("# time y_tail z_tail largest|Y-X| F_y\n")
+        for record in run(options.points, options.end, options.rigidity, options.box, options.normal):
+            file.write(" ".join(f"{x:.8e}" for x in record) + "\n")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ module app_keys
   use app_flusi_keys, only: register_flusi_legacy
   use app_solid_keys, only: write_solid_reference
   use app_static_keys, only: write_static_reference
+  use app_train_keys, only: write_train_reference
   use base_kinds, only: rp
   use fluid_keys, only: register_fluid_keys
   use fsi_flight_params, only: register_flight_keys
@@ -51,6 +52,7 @@ contains
     call registry%write_markdown(unit)
     call write_static_reference(unit)
     call write_solid_reference(unit)
+    call write_train_reference(unit)
   end subroutine write_reference
 
   subroutine register_units(r)

@@ -2,7 +2,7 @@
 !> The communicator of a run and the few reductions that everybody needs.
 module parallel_world
   use base_kinds, only: rp, i8
-  use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_Init, MPI_Finalize, MPI_Initialized, &
+  use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_COMM_SELF, MPI_Init, MPI_Finalize, MPI_Initialized, &
                      MPI_Comm_rank, MPI_Comm_size, MPI_Allreduce, MPI_Bcast, MPI_Barrier, MPI_IN_PLACE, &
                      MPI_DOUBLE_PRECISION, MPI_INTEGER8, MPI_INTEGER, MPI_SUM, MPI_MAX, MPI_MIN, &
                      MPI_CHARACTER
@@ -20,6 +20,7 @@ module parallel_world
     procedure :: start => world_start
     procedure :: stop => world_stop
     procedure :: adopt => world_adopt
+    procedure :: isolate => world_isolate
     procedure :: sum_reals => world_sum_reals
     procedure :: max_reals => world_max_reals
     procedure :: min_reals => world_min_reals
@@ -59,6 +60,12 @@ contains
     call MPI_Comm_size(comm, self%size)
     self%is_root = self%rank == 0
   end subroutine world_adopt
+
+  !> A world of the calling process alone, for files that it writes while others do something else.
+  subroutine world_isolate(self)
+    class(world_t), intent(inout) :: self
+    call self%adopt(MPI_COMM_SELF)
+  end subroutine world_isolate
 
   !> Replaces `values` by their sums over the ranks. Collective.
   subroutine world_sum_reals(self, values)

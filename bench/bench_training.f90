@@ -1,0 +1,65 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How well, how surely and at which cost wings are trained (docs/training-results.md).
+!>
+!> usage: bench_training WING.h5 [--seed S | --starts N | --coverage N [FIRST] | --budget GENERATIONS], a wing with ten joints
+!>
+!> Without options or with --seed one start of the paper's validation; its last line is a JSON record.
+program training
+  use base_constants, only: EXIT_NUMERICAL, EXIT_USER
+  use base_kinds, only: rp
+  use base_text, only: parse_integer
+  use bench_places, only: wing_of_argument
+  use bench_twin, only: N_UNKNOWNS, twin_t
+  use bench_validation, only: NOISE, predict_sd, validate, validation_truth
+  use measurement_experiment, only: experiment_t
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  implicit none
+  type(twin_t) :: twin
+  type(experiment_t), target :: experiment
+  real(rp) :: truth(N_UNKNOWNS), sd(N_UNKNOWNS)
+  character(20) :: mode
+  integer :: number, first, i, n_met
+  logical :: is_done, is_met
+
+  call twin%init(wing_of_argument())
+  mode = '--seed'
+  if (command_argument_count() > 1) call get_command_argument(2, mode)
+  number = whole_argument(3)
+  first = whole_argument(4)
+  select case (mode)
+  case ('--seed', '--starts')
+    truth = validation_truth(twin)
+    call twin%measure(truth, NOISE, experiment, is_done)
+    if (.not. is_done) stop EXIT_NUMERICAL
+    sd = predict_sd(experiment, truth)
+    if (mode == '--seed') then
+      call validate(twin, experiment, truth, sd, number, is_met)
+    else
+      n_met = 0
+      do i = 1, number
+        call validate(twin, experiment, truth, sd, first + i - 1, is_met)
+        if (is_met) n_met = n_met + 1
+      end do
+      write (output_unit, '(a,i0,a,i0,a)') '{"starts":', number, ',"starts_within_all_bars":', n_met, '}'
+    end if
+  case default
+    write (error_unit, '(a)') 'bench_training: unknown option '//trim(mode)
+    stop EXIT_USER
+  end select
+
+contains
+
+  !> Argument number i, 1 if there is none.
+  integer function whole_argument(i)
+    integer, intent(in) :: i
+    character(:), allocatable :: problem
+    character(20) :: text
+    whole_argument = 1
+    if (command_argument_count() < i) return
+    call get_command_argument(i, text)
+    call parse_integer(trim(text), whole_argument, problem)
+    if (.not. allocated(problem)) return
+    write (error_unit, '(a)') 'bench_training: '//trim(text)//': '//problem
+    stop EXIT_USER
+  end function whole_argument
+end program training

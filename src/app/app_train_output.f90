@@ -1,0 +1,185 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The files of a training: NAME.ini, the trained wing as a fragment that parameter files include, and
+!> NAME_history.h5, all that was computed. Both get their names when they are complete.
+module app_train_output
+  use app_train_history, only: train_history_t
+  use app_train_polish, only: trained_t
+  use app_train_settings, only: train_settings_t
+  use app_train_space, only: search_space_t
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_errors, only: failure_t
+  use base_kinds, only: i8, rp
+  use base_text, only: number_text
+  use base_text_file, only: write_text
+  use io_attributes, only: put_attribute
+  use io_datasets, only: write_slab
+  use io_hdf5, only: hdf5_file_t
+  use measurement_profile, only: profile_sentence
+  use solid_params, only: membrane_note, parameter_t, solid_params_t, N_COMMON
+  implicit none
+  private
+  public :: write_fragment, write_history, outcome_lines
+
+  character(*), parameter :: NL = new_line('a')
+
+contains
+
+  !> Writes the fragment with the trained values and all others of the model that they belong to.
+  subroutine write_fragment(settings, space, trained, failure)
+    type(train_settings_t), intent(in) :: settings
+    type(search_space_t), intent(in) :: space
+    type(trained_t), intent(in) :: trained
+    type(failure_t), intent(inout) :: failure
+    type(solid_params_t) :: p
+    type(parameter_t) :: known
+    character(:), allocatable :: text, list, note
+    logical :: is_soft, ok
+    integer :: i
+    p = settings%experiment%params(trained%coordinates)
+    call membrane_note(p, note, is_soft)
+    text = '; Stiffness of '//settings%setup%path//', trained on '//settings%measurement_path//NL// &
+           '; by msm_train '//BUILD_VERSION//' ('//BUILD_COMMIT//').'//NL//';'//NL// &
+           outcome_lines(settings, space, trained, '; ')// &
+           '; These values of E and joints belong to the '//note//'.'//NL// &
+           '; [include] file = '//settings%result//NL//NL//'[Wing]'//NL// &
+           'E = '//number_text(p%young)//'; Pa'//NL//'D = '//number_text(p%plate)//'; N m'//NL// &
+           'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL
+    list = ''
+    do i = 1, p%count()
+      known = p%describe(i)
+      if (any(known%name == [character(9) :: 'E', 'D', 'thickness'])) cycle
+      if (i > N_COMMON .and. i <= N_COMMON + size(p%vein_factor) .and. abs(p%get(i) - 1) <= 0) cycle
+      list = list//', '//known%name//' '//number_text(p%get(i))
+    end do
+    text = text//'parameters = '//list(3:)//'; N m/rad of joints, N/m of springs, factors'//NL
+    call write_text(settings%result, text, ok)
+    if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
+  end subroutine write_fragment
+
+  !> The outcome in sentences, each behind `prefix`.
+  function outcome_lines(settings, space, trained, prefix) result(text)
+    type(train_settings_t), intent(in) :: settings
+    type(search_space_t), intent(in) :: space
+    type(trained_t), intent(in) :: trained
+    character(*), intent(in) :: prefix
+    character(:), allocatable :: text
+    character(160) :: line
+    integer :: i, n
+    n = settings%experiment%count_residuals(0)
+    write (line, '(a,es11.4,a,es11.4,a,i0,a)') 'h = ', trained%h, ' m; chi^2 = ', trained%chi2, ' of ', n, ' residuals'
+    text = prefix//trim(line)//NL
+    do i = 1, size(trained%values)
+      if (trained%has_intervals) then
+        text = text//prefix//profile_sentence(trim(space%names(i)), trim(space%units(i)), space%is_log(i), &
+                                              trained%intervals(i))//NL
+      else if (trained%is_polished) then
+        write (line, '(es13.6,a,es9.2)') trained%values(i), ' '//trim(space%units(i))//', predicted sd '// &
+          trim(merge('of the logarithm', '                ', space%is_log(i))), trained%posterior%sd(i)
+        text = text//prefix//trim(space%names(i))//': '//trim(adjustl(line))//NL
+      else
+        text = text//prefix//trim(space%names(i))//': '//number_text(trained%values(i))//' '//trim(space%units(i))// &
+               ', how well the data determine it was not asked'//NL
+      end if
+    end do
+  end function outcome_lines
+
+  !> Writes the history, and the outcome if there is one.
+  subroutine write_history(settings, space, history, failure, trained)
+    type(train_settings_t), intent(in) :: settings
+    type(search_space_t), intent(in) :: space
+    type(train_history_t), intent(in) :: history
+    type(failure_t), intent(inout) :: failure
+    type(trained_t), intent(in), optional :: trained
+    type(hdf5_file_t) :: file
+    character(:), allocatable :: names, units, path
+    integer :: i
+    path = settings%name//'_history.h5'
+    names = ''
+    units = ''
+    do i = 1, size(space%names)
+      names = names//' '//trim(space%names(i))
+      units = units//' '//trim(space%units(i))
+    end do
+    call file%create_serial(path//'.part', failure)
+    call put_attribute(file, '/', 'schema', 'flusi-msm training history', failure)
+    call put_attribute(file, '/', 'version', 1, failure)
+    call put_attribute(file, '/', 'unknowns', names(2:), failure)
+    call put_attribute(file, '/', 'units', units(2:), failure)
+    call put_attribute(file, '/', 'cost', trim(merge('chi2', 'h   ', settings%use_chi2)), failure)
+    call put_attribute(file, '/', 'wing', settings%setup%path, failure)
+    call put_attribute(file, '/', 'measurement', settings%measurement_path, failure)
+    call put_attribute(file, '/', 'lower', space%box%lower, failure)
+    call put_attribute(file, '/', 'upper', space%box%upper, failure)
+    call history%write_tables(file, names(2:), failure)
+    if (present(trained)) call write_outcome(file, settings, space, trained, failure)
+    call file%publish(path, .false., failure)
+  end subroutine write_history
+
+  subroutine write_outcome(file, settings, space, trained, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(train_settings_t), intent(in) :: settings
+    type(search_space_t), intent(in) :: space
+    type(trained_t), intent(in) :: trained
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: ends(:, :)
+    integer :: i, l
+    call file%make_group('/outcome', failure)
+    call put_attribute(file, '/outcome', 'values', trained%values, failure)
+    call put_attribute(file, '/outcome', 'h', trained%h, failure)
+    call put_attribute(file, '/outcome', 'chi2', trained%chi2, failure)
+    call put_attribute(file, '/outcome', 'cold_difference', trained%cold_difference, failure)
+    if (trained%is_polished) then
+      call put_attribute(file, '/outcome', 'sd', trained%posterior%sd, failure)
+      call put_attribute(file, '/outcome', 'singular_values', trained%posterior%singular_values, failure)
+      call put_table(file, '/outcome/covariance', trained%posterior%covariance, failure)
+    end if
+    if (trained%has_intervals) then
+      allocate (ends(5, size(trained%values)))
+      do i = 1, size(trained%values)
+        associate (one => trained%intervals(i))
+          ends(:, i) = [one%lower, one%best, one%upper, merge([1.0_rp, 1.0_rp], [0.0_rp, 0.0_rp], &
+                                                              [one%has_lower, one%has_upper])]
+        end associate
+        if (space%is_log(i)) ends(:3, i) = exp(ends(:3, i))
+      end do
+      call put_table(file, '/outcome/intervals', ends, failure)
+      call put_attribute(file, '/outcome/intervals', 'columns', 'lower best upper has_lower has_upper', failure)
+    end if
+    call file%make_group('/loads', failure)
+    do l = 1, size(trained%evaluations)
+      call write_load(file, settings, l, trained%evaluations(l)%residuals, failure)
+    end do
+  end subroutine write_outcome
+
+  !> Rows x, y, measured and computed deformation [m] at every height of the load.
+  subroutine write_load(file, settings, l, residuals, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(train_settings_t), intent(in) :: settings
+    integer, intent(in) :: l
+    real(rp), intent(in) :: residuals(:)
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: rows(:, :)
+    integer :: k
+    associate (comparison => settings%experiment%comparisons(l), m => settings%experiment%measurement)
+      if (comparison%n_heights == 0) return
+      allocate (rows(4, comparison%n_heights))
+      do k = 1, comparison%n_heights
+        rows(:, k) = [m%x(comparison%node(1, k)), m%y(comparison%node(2, k)), comparison%measured(k), &
+                      comparison%measured(k) + residuals(k)]
+      end do
+      call put_table(file, '/loads/'//m%loads(l)%name, rows, failure)
+      call put_attribute(file, '/loads/'//m%loads(l)%name, 'columns', 'x y measured computed', failure)
+      call put_attribute(file, '/loads/'//m%loads(l)%name, 'units', 'm', failure)
+      call put_attribute(file, '/loads/'//m%loads(l)%name, 'point', m%loads(l)%point, failure)
+      call put_attribute(file, '/loads/'//m%loads(l)%name, 'force', m%loads(l)%force, failure)
+    end associate
+  end subroutine write_load
+
+  subroutine put_table(file, name, table, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: table(:, :)
+    type(failure_t), intent(inout) :: failure
+    call write_slab(file, name, int(shape(table), i8), [0_i8, 0_i8], int(shape(table), i8), [table], .false., failure)
+  end subroutine put_table
+end module app_train_output

@@ -1,0 +1,171 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Behind the search: least squares with exact derivatives, what the data say about every parameter, and the cold
+!> solution of the final point. On rank 0; the others serve the crew.
+module app_train_polish
+  use app_train_crew, only: train_crew_t
+  use app_train_log, only: train_log_t
+  use app_train_objective, only: full_results, train_objective_t
+  use app_train_settings, only: train_settings_t
+  use app_train_space, only: search_space_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use measurement_evaluation, only: evaluation_t
+  use measurement_experiment, only: experiment_t
+  use measurement_fit, only: fit, fit_report_t
+  use measurement_least_squares, only: unknowns_t
+  use measurement_posterior, only: find_posterior, posterior_t
+  use measurement_problem, only: wing_problem_t, wing_unknowns
+  use measurement_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
+  implicit none
+  private
+  public :: crew_problem_t, trained_t, polish_point, make_unknowns
+
+  !> The problem of least squares whose loads are solved by the crew.
+  type, extends(wing_problem_t) :: crew_problem_t
+    type(train_crew_t), pointer :: crew => null()
+  contains
+    procedure :: run => problem_run
+  end type crew_problem_t
+
+  !> The outcome of a training.
+  type :: trained_t
+    real(rp), allocatable :: coordinates(:)  !< of the experiment
+    real(rp), allocatable :: values(:)       !< of the unknowns, in their units
+    logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
+    character(:), allocatable :: reason      !< why least squares ended
+    type(posterior_t) :: posterior
+    logical :: has_intervals = .false.
+    type(interval_t), allocatable :: intervals(:)
+    logical :: is_solved = .false.           !< all shapes were found cold, and lie in no excluded zone
+    type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the cold solution
+    real(rp) :: h = 0                        !< [m] of the cold solution
+    real(rp) :: chi2 = 0
+    real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solution
+    integer :: n_evaluations = 0             !< points at which all loads were solved
+  end type trained_t
+
+contains
+
+  !> See `wing_problem_t`.
+  subroutine problem_run(self, p)
+    class(crew_problem_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: shapes(:, :, :)
+    call full_results(self%experiment, self%crew, p, self%is_start, self%shapes, evaluations, shapes)
+    call move_alloc(evaluations, self%evaluations)
+    call move_alloc(shapes, self%tried)
+  end subroutine problem_run
+
+  !> The box and the priors about the values of [Wing], as coordinates of the experiment.
+  function make_unknowns(settings, space) result(unknowns)
+    type(train_settings_t), intent(in) :: settings
+    type(search_space_t), intent(in) :: space
+    type(unknowns_t) :: unknowns
+    real(rp) :: lower(size(space%is_log)), upper(size(space%is_log))
+    lower = space%box%lower
+    upper = space%box%upper
+    where (space%is_log)
+      lower = log(merge(lower, 1.0_rp, space%is_log))
+      upper = log(merge(upper, 1.0_rp, space%is_log))
+    end where
+    unknowns = wing_unknowns(settings%experiment, max(lower, min(upper, settings%experiment%start())), &
+                             settings%prior_decades)
+    unknowns%lower = lower
+    unknowns%upper = upper
+  end function make_unknowns
+
+  !> From the point `u` of the search to the outcome. If the crew is stopped afterwards it is not complete.
+  subroutine polish_point(settings, crew, space, objective, u, log, trained)
+    type(train_settings_t), intent(in), target :: settings
+    type(train_crew_t), intent(inout), target :: crew
+    type(search_space_t), intent(in) :: space
+    type(train_objective_t), intent(in) :: objective
+    real(rp), intent(in) :: u(:)
+    type(train_log_t), intent(inout) :: log
+    type(trained_t), intent(out) :: trained
+    type(crew_problem_t) :: problem
+    type(fit_report_t) :: report
+    type(unknowns_t) :: unknowns
+    call problem%init(settings%experiment)
+    problem%crew => crew
+    unknowns = make_unknowns(settings, space)
+    trained%coordinates = space%coordinates(u)
+    if (settings%polish) then
+      call fit(problem, unknowns, trained%coordinates, settings%fit, report)
+      if (crew%is_stopped) return
+      trained%n_evaluations = report%n_evaluations
+      trained%reason = report%reason
+      trained%is_polished = report%is_converged .or. report%n_accepted > 0
+      call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
+                   number_text(report%n_accepted)//' steps; '//report%reason)
+    end if
+    if (trained%is_polished) then
+      trained%coordinates = report%p
+      trained%posterior = find_posterior(unknowns, report)
+    else ! the search's own solution, warm from its mean
+      problem%shapes = objective%shapes
+      problem%is_start = objective%is_start
+      call problem%run(trained%coordinates)
+      call problem%accept()
+    end if
+    call solve_cold(problem, trained)
+    if (crew%is_stopped) return
+    trained%values = trained%coordinates
+    where (space%is_log) trained%values = exp(merge(trained%coordinates, 0.0_rp, space%is_log))
+    if (trained%is_polished .and. settings%intervals) &
+      call find_intervals(settings, crew, problem, unknowns, space, log, trained)
+    call problem%free()
+  end subroutine polish_point
+
+  !> The final point without any warm start.
+  subroutine solve_cold(problem, trained)
+    type(crew_problem_t), intent(inout) :: problem
+    type(trained_t), intent(inout) :: trained
+    real(rp), allocatable :: residuals(:)
+    integer :: l
+    call problem%cold_difference(trained%coordinates, trained%cold_difference)
+    trained%n_evaluations = trained%n_evaluations + 1
+    trained%evaluations = problem%evaluations
+    trained%is_solved = .true.
+    allocate (residuals(0))
+    do l = 1, size(trained%evaluations)
+      associate (evaluation => trained%evaluations(l))
+        trained%is_solved = trained%is_solved .and. evaluation%is_feasible()
+        residuals = [residuals, evaluation%residuals]
+        trained%chi2 = trained%chi2 + sum((evaluation%residuals/problem%experiment%comparisons(l)%sigma)**2)
+      end associate
+    end do
+    trained%h = problem%experiment%cost(residuals)
+    ! Profiles go on from the shapes where the fit stands, cold where it had no start.
+    call problem%accept()
+  end subroutine solve_cold
+
+  !> 90 % intervals of all unknowns. A profile may find a lower sum of squares, which is said.
+  subroutine find_intervals(settings, crew, problem, unknowns, space, log, trained)
+    type(train_settings_t), intent(in) :: settings
+    type(train_crew_t), intent(in) :: crew
+    type(crew_problem_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    type(search_space_t), intent(in) :: space
+    type(train_log_t), intent(inout) :: log
+    type(trained_t), intent(inout) :: trained
+    real(rp), allocatable :: shapes(:, :, :)
+    logical, allocatable :: is_start(:)
+    integer :: i
+    shapes = problem%shapes
+    is_start = problem%is_start
+    allocate (trained%intervals(size(trained%coordinates)))
+    do i = 1, size(trained%coordinates)
+      problem%shapes = shapes
+      problem%is_start = is_start
+      call profile_interval(problem, unknowns, trained%coordinates, i, trained%posterior%sd(i), THRESHOLD_90, &
+                            settings%fit, trained%intervals(i))
+      if (crew%is_stopped) return
+      trained%n_evaluations = trained%n_evaluations + trained%intervals(i)%n_evaluations
+      call log%say('          '//profile_sentence(trim(space%names(i)), trim(space%units(i)), space%is_log(i), &
+                                                  trained%intervals(i)))
+    end do
+    trained%has_intervals = .true.
+  end subroutine find_intervals
+end module app_train_polish

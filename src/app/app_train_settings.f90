@@ -1,0 +1,210 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What `msm_train` is to do: from the ini file, the wing file and the measurement file to an experiment and the
+!> choices of search and fit. Whatever a user can do wrong is found here. SI units.
+module app_train_settings
+  use app_settings, only: output_params_t
+  use app_train_keys, only: register_train_keys
+  use app_train_parameters, only: read_sought, sought_t
+  use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
+  use base_errors, only: failure_t, message_list_t
+  use base_files, only: real_path
+  use base_kinds, only: i8, rp
+  use base_text, only: number_text
+  use cmaes_options, only: cmaes_options_t, option_problem
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_shared_text, only: read_shared_text
+  use measurement_data, only: measurement_t
+  use measurement_experiment, only: experiment_t
+  use measurement_fit, only: fit_options_t
+  use measurement_share, only: load_measurement
+  use parallel_world, only: world_t
+  use solid_params, only: N_COMMON, PARAM_YOUNG
+  use solid_statics, only: static_options_t
+  implicit none
+  private
+  public :: train_settings_t, load_train_settings
+
+  integer, parameter :: UNLIMITED = 1000000000 !< generations
+
+  type :: train_settings_t
+    type(config_t) :: config
+    type(wing_settings_t) :: setup
+    type(sought_t) :: sought
+    type(measurement_t) :: measurement
+    character(:), allocatable :: measurement_path
+    type(experiment_t) :: experiment        !< with the parameters that are sought
+    type(static_options_t) :: options
+    type(cmaes_options_t) :: search
+    character(:), allocatable :: restarts
+    integer :: max_restarts = 0
+    logical :: is_paper = .false., starts_at_wing = .false., use_chi2 = .false.
+    integer :: n_stages = 1
+    logical :: polish = .true., intervals = .true.
+    real(rp) :: prior_decades = 1
+    type(fit_options_t) :: fit
+    character(:), allocatable :: name       !< first part of the names of the files to write
+    character(:), allocatable :: result     !< the fragment to write
+    integer :: checkpoint_every = 1
+    type(output_params_t) :: output         !< when to stop
+  end type train_settings_t
+
+contains
+
+  !> Reads the ini file `path` and what it names on all ranks; all mistakes go to `errors`, remarks to `notices`.
+  !> Collective.
+  subroutine load_train_settings(path, world, s, errors, notices)
+    character(*), intent(in) :: path
+    type(world_t), intent(in) :: world
+    type(train_settings_t), intent(out) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    type(registry_t) :: registry
+    character(:), allocatable :: text, problem, scale
+    logical :: found
+    call register_train_keys(registry)
+    call read_shared_text(path, text, problem, world)
+    if (allocated(problem)) then
+      call errors%add(problem)
+      return
+    end if
+    call s%config%load_text(text, path, registry, errors, notices, .false., world)
+    s%is_paper = s%config%get_word('Train', 'preset') == 'paper'
+    call read_options(s, path, errors)
+    call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
+    if (.not. found) return
+    scale = s%config%get_word('Train', 'scale')
+    call read_sought(s%config, s%setup%asked, scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), &
+                     s%sought, errors)
+    call read_measurement_file(s, path, world, errors)
+    if (errors%count() > 0) return
+    call make_experiment(s, errors)
+    if (errors%count() > 0) return
+    call read_search(s, errors)
+    call add_notices(s, notices)
+  end subroutine load_train_settings
+
+  subroutine read_options(s, ini, errors)
+    type(train_settings_t), intent(inout) :: s
+    character(*), intent(in) :: ini
+    type(message_list_t), intent(inout) :: errors
+    associate (c => s%config)
+      s%options%tolerance = c%get_real('Solver', 'tolerance')
+      s%options%step_limit = c%get_real('Solver', 'step_limit')
+      s%options%factorisation_limit = c%get_integer('Solver', 'factorisation_limit')
+      s%starts_at_wing = c%get_word('Train', 'start') == 'wing'
+      s%n_stages = 1
+      if (c%get_word('Train', 'stages') == '2' .or. (c%get_word('Train', 'stages') == 'preset' .and. s%is_paper)) &
+        s%n_stages = 2
+      s%polish = c%get_word('Polish', 'polish') == 'yes' .or. &
+                 (c%get_word('Polish', 'polish') == 'preset' .and. .not. s%is_paper)
+      s%intervals = c%get_switch('Polish', 'intervals')
+      s%prior_decades = c%get_real('Polish', 'prior_decades')
+      s%fit%most_iterations = c%get_integer('Polish', 'iterations')
+      s%name = c%get_text('Saving', 'name')
+      s%result = c%get_text('Saving', 'result')
+      call check_name(c, s%name, errors)
+      if (s%result == '') call c%complain(errors, 'Saving', 'result', 'must be the name of a file')
+      if (real_path(s%result) == real_path(ini)) &
+        call c%complain(errors, 'Saving', 'result', 'would overwrite the parameter file')
+      s%checkpoint_every = c%get_integer('Saving', 'checkpoint_every')
+      s%output%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+      s%output%job_end_margin = c%get_real('Saving', 'job_end_margin')
+      s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
+    end associate
+  end subroutine read_options
+
+  subroutine read_measurement_file(s, ini, world, errors)
+    type(train_settings_t), intent(inout) :: s
+    character(*), intent(in) :: ini
+    type(world_t), intent(in) :: world
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: problem
+    if (.not. s%config%is_given('Measurement', 'file')) return
+    call find_beside(ini, s%config%get_text('Measurement', 'file'), s%measurement_path, problem, world)
+    if (allocated(problem)) then
+      call s%config%complain(errors, 'Measurement', 'file', problem)
+    else
+      call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
+    end if
+  end subroutine read_measurement_file
+
+  subroutine make_experiment(s, errors)
+    type(train_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    type(failure_t) :: failure
+    if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%setup%asked%cross_springs = .true.
+    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, s%sought%numbers, s%options, failure)
+    if (failure%failed) call errors%add(failure%reason)
+    s%setup%model = s%experiment%model
+    select case (s%config%get_word('Train', 'cost'))
+    case ('h')
+      if (sum(s%experiment%comparisons%n_heights) == 0) &
+        call s%config%complain(errors, 'Train', 'cost', 'h compares heights, of which this measurement has none')
+    case ('chi2')
+      s%use_chi2 = .true.
+    case default
+      s%use_chi2 = size(s%measurement%observations) > 0
+    end select
+    if (s%n_stages == 2 .and. .not. (any(s%sought%numbers == PARAM_YOUNG) .and. s%sought%count() > 1)) &
+     call s%config%complain(errors, 'Train', 'stages', 'the second stage fixes E, and must have something left to seek')
+  end subroutine make_experiment
+
+  subroutine read_search(s, errors)
+    type(train_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: problem
+    integer :: n
+    n = s%experiment%count()
+    associate (c => s%config, o => s%search)
+      o%seed = int(c%get_integer('Train', 'seed'), i8)
+      o%lambda = c%get_integer('CMAES', 'lambda')
+      if (o%lambda == 0 .and. s%is_paper) o%lambda = 16
+      o%sigma0 = c%get_real('CMAES', 'sigma0')
+      o%weights = preset_word(s, 'weights', 'active')
+      o%constants = preset_word(s, 'constants', 'tutorial')
+      s%restarts = c%get_word('CMAES', 'restarts')
+      s%max_restarts = c%get_integer('CMAES', 'max_restarts')
+      o%max_iterations = c%get_integer('CMAES', 'max_generations')
+      if (o%max_iterations == 0) o%max_iterations = merge(100, UNLIMITED, s%is_paper)
+      if (c%get_integer('CMAES', 'max_evaluations') > 0) then
+        o%max_evaluations = c%get_integer('CMAES', 'max_evaluations')
+      else if (.not. s%is_paper) then
+        o%max_evaluations = 40*n
+      end if
+      o%f_target = c%get_real('CMAES', 'target')
+      if (o%f_target < 0) o%f_target = merge(1.0e-6_rp, -1.0_rp, s%is_paper .and. .not. s%use_chi2)
+      o%tolfun = c%get_real('CMAES', 'tolfun')
+      if (s%is_paper .and. .not. c%is_given('CMAES', 'tolfun')) o%tolfun = 1.0e-11_rp
+      o%tolfunhist = c%get_real('CMAES', 'tolfunhist')
+      o%tolx = c%get_real('CMAES', 'tolx')
+      o%tolstagnation = c%get_integer('CMAES', 'tolstagnation')
+      o%condition_limit = c%get_real('CMAES', 'condition_limit')
+      problem = option_problem(o, n)
+      if (problem /= '') call c%complain(errors, 'CMAES', 'lambda', problem)
+    end associate
+  end subroutine read_search
+
+  function preset_word(s, key, usual) result(word)
+    type(train_settings_t), intent(in) :: s
+    character(*), intent(in) :: key, usual
+    character(:), allocatable :: word
+    word = s%config%get_word('CMAES', key)
+    if (word /= 'preset') return
+    word = usual
+    if (s%is_paper) word = 'paper'
+  end function preset_word
+
+  !> A joint that is not sought but was never set stays as stiff as a vein of the E of [Wing], also if E is sought.
+  subroutine add_notices(s, notices)
+    type(train_settings_t), intent(in) :: s
+    type(message_list_t), intent(inout) :: notices
+    integer :: i, number
+    if (.not. any(s%sought%numbers == PARAM_YOUNG)) return
+    do i = 1, size(s%setup%asked%joint)
+      number = N_COMMON + size(s%setup%asked%vein_factor) + i
+      if (s%setup%asked%joint(i) < 0 .and. .not. any(s%sought%numbers == number)) &
+       call notices%add('joint:'//trim(s%setup%asked%joint_names(i))//' is not sought and keeps the stiffness of a '// &
+                         'vein of the E of [Wing], '//number_text(s%experiment%model%params%joint(i))//' N m/rad')
+    end do
+  end subroutine add_notices
+end module app_train_settings

@@ -1,0 +1,55 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> msm_train: finds the stiffness of a wing from bending tests.
+program msm_train
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use app_command_line, only: print_version
+  use app_train, only: training_t
+  use app_train_command, only: parse_train_command, print_train_usage, train_command_t, TRAIN_CHECK, &
+                               TRAIN_HELP, TRAIN_PARAMETERS, TRAIN_RUN, TRAIN_VERSION
+  use app_train_keys, only: write_train_reference
+  use base_constants, only: EXIT_OK, EXIT_USER
+  use base_errors, only: message_list_t
+  use base_process, only: exit_with, launched_rank
+  use parallel_world, only: world_t
+  implicit none
+  type(train_command_t) :: command
+  type(message_list_t) :: errors
+  type(training_t), target :: training
+  type(world_t) :: world
+
+  call parse_train_command(command, errors)
+  ! Whatever runs without MPI is said once, also behind a launcher.
+  if (errors%count() > 0 .or. any(command%action == [TRAIN_HELP, TRAIN_VERSION, TRAIN_PARAMETERS])) then
+    if (launched_rank() > 0) call exit_with(EXIT_OK)
+    select case (merge(0, command%action, errors%count() > 0))
+    case (TRAIN_HELP)
+      call print_train_usage(output_unit)
+    case (TRAIN_VERSION)
+      call print_version(output_unit)
+    case (TRAIN_PARAMETERS)
+      call write_train_reference(output_unit)
+    case default
+      call errors%print(error_unit, 'msm_train: ')
+      call print_train_usage(error_unit)
+    end select
+    call exit_with(merge(EXIT_USER, EXIT_OK, errors%count() > 0))
+  end if
+
+  call world%start()
+  call training%load(command, world)
+  if (training%code == EXIT_OK .and. command%action == TRAIN_CHECK) then
+    if (world%is_root) call training%settings%config%print_effective(output_unit)
+  else if (training%code == EXIT_OK) then
+    call training%begin(command)
+    if (world%is_root) then
+      if (command%action == TRAIN_RUN) call training%lead(command)
+      if (command%action /= TRAIN_RUN) call training%evaluate(command)
+      call training%crew%dismiss()
+    else
+      call training%crew%serve()
+    end if
+    call training%finish()
+  end if
+  call world%stop()
+  call exit_with(training%code)
+end program msm_train
