@@ -42,7 +42,8 @@ program bench_coupling
   if (allocated(problem)) error stop 'bench_coupling: the input file cannot be read'
   call load_settings(text, trim(argument), .false., settings, errors, notices, world)
   if (errors%count() > 0 .or. .not. settings%flexible) error stop 'bench_coupling: flexible wings are expected'
-  call fluid%init(world, settings%fluid, settings%coupler%needs_fields(), failure, .true., settings%coupler%needs_trials())
+  call fluid%init(world, settings%fluid, settings%coupler%needs_fields(), failure, .true., &
+                  settings%coupler%needs_trials())
   call wings%init(settings%flight, settings%fluid%grid, fluid%transform%block)
   call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
   call fluid%start(failure)
