@@ -4,7 +4,7 @@
 !>
 !> mask: placing and drawing the wings. load: what the pass takes longer if it keeps the pressure, its inverse
 !> transform and the sampling. solid: all wings over the step. The rest of the step is the fluid. Every part is the
-!> median over the steps of the CPU time of the slowest rank.
+!> least over the steps of the CPU time of the slowest rank.
 program bench_coupling
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_settings, only: load_settings, settings_t
@@ -42,7 +42,8 @@ program bench_coupling
   if (allocated(problem)) error stop 'bench_coupling: the input file cannot be read'
   call load_settings(text, trim(argument), .false., settings, errors, notices, world)
   if (errors%count() > 0 .or. .not. settings%flexible) error stop 'bench_coupling: flexible wings are expected'
-  call fluid%init(world, settings%fluid, settings%coupler%needs_fields(), failure, .true., settings%coupler%needs_trials())
+  call fluid%init(world, settings%fluid, settings%coupler%needs_fields(), failure, .true., &
+                  settings%coupler%needs_trials())
   call wings%init(settings%flight, settings%fluid%grid, fluid%transform%block)
   call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
   call fluid%start(failure)
@@ -63,15 +64,22 @@ program bench_coupling
 
 contains
 
-  !> A step of the fluid alone and a coupled step, in parts.
+  !> Two steps of the fluid alone and two that keep the pressure, the last of which is coupled, in parts.
   subroutine one_step(t)
     real(rp), intent(out) :: t(:)
     type(request_t) :: nothing, pressure
+    real(rp) :: pass
     integer :: w
     pressure%pressure = .true.
     t = 0
-    call fluid_step(nothing, t(PLAIN), t(MASK))
-    call fluid_step(pressure, t(KEEPING), t(MASK))
+    t(PLAIN) = huge(1.0_rp)
+    t(KEEPING) = huge(1.0_rp)
+    do w = 1, 2
+      call fluid_step(nothing, pass, t(MASK))
+      t(PLAIN) = min(t(PLAIN), pass)
+      call fluid_step(pressure, pass, t(MASK))
+      t(KEEPING) = min(t(KEEPING), pass)
+    end do
     call start_watch(t(LOOK))
     call coupler%look(fluid, wings)
     call stop_watch(t(LOOK))
@@ -79,7 +87,7 @@ contains
     call coupler%advance(fluid%dt, wings, failure)
     call stop_watch(t(SOLID))
     do w = 1, size(coupler%wings)
-      if (coupler%wings(w)%owner == world%rank) t(FACTORS) = max(t(FACTORS), real(coupler%wings(w)%report%factorisations, rp))
+if (coupler%wings(w)%owner == world%rank) t(FACTORS) = max(t(FACTORS), real(coupler%wings(w)%report%factorisations, rp))
     end do
     call world%max_reals(t)
   end subroutine one_step
@@ -115,30 +123,21 @@ contains
     floor_time = least
     call world%max_reals(floor_time)
     if (.not. world%is_root) return
-    mask_time = median(times(MASK, :))
-    load_time = median(times(LOOK, :)) + median(times(KEEPING, :) - times(PLAIN, :))
-    solid_time = median(times(SOLID, :))
-    step_time = median(times(KEEPING, :)) + mask_time + median(times(LOOK, :)) + solid_time
-    write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', world%size, &
+    mask_time = minval(times(MASK, :))
+    load_time = minval(times(LOOK, :)) + max(0.0_rp, minval(times(KEEPING, :)) - minval(times(PLAIN, :)))
+    solid_time = minval(times(SOLID, :))
+    step_time = minval(times(KEEPING, :)) + mask_time + minval(times(LOOK, :)) + solid_time
+  write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', world%size, &
       ' ranks, ', steps, ' steps'
-    write (output_unit, '(a,5(f0.1,a))') 'a step takes ', 1e3_rp*step_time, ' ms: mask ', 1e3_rp*mask_time, ' ms, load ', &
-      1e3_rp*load_time, ' ms (', 1e3_rp*median(times(LOOK, :)), ' after the pass), solid ', 1e3_rp*solid_time, ' ms'
+ write (output_unit, '(a,5(f0.1,a))') 'a step takes ', 1e3_rp*step_time, ' ms: mask ', 1e3_rp*mask_time, ' ms, load ', &
+      1e3_rp*load_time, ' ms (', 1e3_rp*minval(times(LOOK, :)), ' after the pass), solid ', 1e3_rp*solid_time, ' ms'
     write (output_unit, '(a,i0,a)') 'at most ', nint(maxval(times(FACTORS, :))), ' factorisations per wing and step'
-    write (output_unit, '(a,f0.2,a)') 'the fluid takes ', median(times(PLAIN, :))/floor_time(1), ' times its floor'
+    write (output_unit, '(a,f0.2,a)') 'the fluid takes ', minval(times(PLAIN, :))/floor_time(1), ' times its floor'
     write (output_unit, '(20a)') '{"coupling_share":', number((mask_time + load_time + solid_time)/step_time), &
       ',"mask":', number(mask_time/step_time), ',"load":', number(load_time/step_time), ',"solid":', &
       number(solid_time/step_time), ',"factorisations":', number(maxval(times(FACTORS, :))), ',"fluid_to_floor":', &
-      number(median(times(PLAIN, :))/floor_time(1))//'}'
+      number(minval(times(PLAIN, :))/floor_time(1))//'}'
   end subroutine report
-
-  real(rp) function median(x)
-    real(rp), intent(in) :: x(:)
-    integer :: k
-    median = 0
-    do k = 1, size(x)
-      if (count(x < x(k)) <= (size(x) - 1)/2 .and. count(x <= x(k)) > (size(x) - 1)/2) median = x(k)
-    end do
-  end function median
 
   !> A number as JSON wants it: with a digit before the point.
   function number(x) result(text)

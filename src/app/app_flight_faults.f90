@@ -37,7 +37,7 @@ contains
     other = 'the '//trim(wings%params%wings(gap%second)%side)//' wing'
     if (gap%is_image) other = other//' beyond a side of the periodic box'
     call failure%raise('at t = '//number_text(wings%time)//' the '//trim(wings%params%wings(gap%first)%side)// &
-                       ' wing touches '//other//': '//number_text(gap%distance)//' L are between them, and wings are '// &
+                     ' wing touches '//other//': '//number_text(gap%distance)//' L are between them, and wings are '// &
                        number_text(thickness)//' L thick')
   end subroutine check_gaps
 

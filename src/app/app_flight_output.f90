@@ -123,7 +123,7 @@ contains
       call put_vectors('displacement', 'L', displacement)
       call put_vectors('load', 'rho L^2/T^2', force)
       associate (jump => coupler%surfaces(i)%jump)
-        call write_slab(file, 'pressure_jump', shape(jump, kind=i8), [0_i8], shape(jump, kind=i8), jump, .false., failure)
+      call write_slab(file, 'pressure_jump', shape(jump, kind=i8), [0_i8], shape(jump, kind=i8), jump, .false., failure)
       end associate
       call put_attribute(file, 'pressure_jump', 'units', 'rho L^2/T^2', failure)
     end subroutine put_bending

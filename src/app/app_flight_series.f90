@@ -118,7 +118,7 @@ contains
                     'kinetic, in the frame [rho L^5/T^2]']
     columns(11:12) = [character(40) :: 'elastic energy [J]', 'tip |u| [m]']
     columns(22:26) = [character(40) :: 'kinetic energy, in space [rho L^5/T^2]', 'power of the hinge [rho L^5/T^3]', &
-                      'power of the load [rho L^5/T^3]', 'damping power [rho L^5/T^3]', 'energy imbalance [rho L^5/T^2]']
+                     'power of the load [rho L^5/T^3]', 'damping power [rho L^5/T^3]', 'energy imbalance [rho L^5/T^2]']
     do c = 1, 3
       columns(26 + c) = 'F'//XYZ(c:c)//' pressure - penalty [rho L^4/T^2]'
     end do

@@ -163,10 +163,9 @@ contains
     logical, intent(out) :: converged
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
-    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r, before
+    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r
     integer :: iteration
-    real(rp), parameter :: CLOSE = 1.0e-2_rp ! Newton's method converges quadratically below such a reduction
-    logical :: is_spd, is_close
+    logical :: is_spd
 
     r = 0
     if (state%old_step > 0) r = h/state%old_step
@@ -184,7 +183,6 @@ contains
     floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(h)*hinge_forces(model)
     report%residuals = 0
-    before = 0
     converged = .false.
     do iteration = 0, options%iterations
       self%v = q*(self%u - self%bu)
@@ -206,18 +204,13 @@ contains
       if (iteration >= 3) then
         if (size_r > report%residuals(max(0, min(iteration, HISTORY) - 2))) exit
       end if
-      ! Close to the solution the last Jacobian serves once more: its error is of the order of the last correction.
-      is_close = iteration > 1 .and. size_r < CLOSE*before
-      before = size_r
-      if (.not. is_close) then
-        call factorise(self, model, inertia, frame, q, .false., is_spd)
+      call factorise(self, model, inertia, frame, q, .false., is_spd)
+      report%factorisations = report%factorisations + 1
+      if (.not. is_spd) then
+        call factorise(self, model, inertia, frame, q, .true., is_spd)
         report%factorisations = report%factorisations + 1
-        if (.not. is_spd) then
-          call factorise(self, model, inertia, frame, q, .true., is_spd)
-          report%factorisations = report%factorisations + 1
-        end if
-        if (.not. is_spd) exit
       end if
+      if (.not. is_spd) exit
       call solve(self, model, inertia, frame, q)
       call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%axial, self%x)
       self%u = self%u + self%x

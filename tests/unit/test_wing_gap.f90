@@ -27,7 +27,7 @@ program test_wing_gap
   call put(2, [1.3_rp, 1.1_rp, 1.07_rp])
   gap = smallest_gap(wings, 0.1_rp, BOX)
   call kit%check_close('plates above each other', gap%distance, 0.07_rp, rtol=1.0e-13_rp)
-  call kit%check('are two', gap%first == 1 .and. gap%second == 2 .and..not. gap%is_image)
+  call kit%check('are two', gap%first == 1 .and. gap%second == 2 .and. .not. gap%is_image)
   gap = smallest_gap(wings, 0.06_rp, BOX)
   call kit%check('and not closer than asked for', gap%first == 0 .and. gap%distance > 1)
 
