@@ -21,6 +21,7 @@ module bench_coverage
   public :: cover
 
   real(rp), parameter :: NOISE = 1.0e-5_rp !< [m] of every deformation
+  real(rp), parameter :: RESOLVED = 1.0e-3_rp !< of the sum of squares, whose threshold is 2.7
   real(rp), parameter :: NEAR = 0.2_rp     !< sd of the start about the truth, of a logarithm
 
   !> Intervals by how many ends they have, and those of them that hold the truth.
@@ -99,6 +100,7 @@ contains
     integer :: i, n_ends
     call problem%init(experiment)
     unknowns = wing_unknowns(experiment, centre, 1.0_rp)
+    options%reduction_tolerance = RESOLVED/problem%n_residuals
     call fit(problem, unknowns, start, options, report)
     if (.not. report%is_converged) then
       tally%n_failed = tally%n_failed + 1
