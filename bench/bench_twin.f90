@@ -45,7 +45,7 @@ contains
     integer :: i
     call require(size(wing%joints) == N_JOINTS, 'a wing with ten joints is needed')
     self%wing = wing
-    self%options%tolerance = 1.0e-10_rp
+    self%options%tolerance = 1.0e-8_rp
     self%params = default_params(wing)
     self%params%cross_springs = .true.
     call model%init(wing, self%params, failure)
