@@ -21,7 +21,7 @@ program prepazy
   use solid_wing_file, only: read_wing
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none
-  !> [N/m] of a segment: the beam of some 100 of them grows longer by 0.1 mm under 35 N along it, which no reading shows.
+  !> [N/m] of a segment: the beam of some 100 of them grows longer by 0.1 mm under 35 N along it: no reading shows it.
   real(rp), parameter :: EXTENSION = 3.0e7_rp
   !> [Pa] where the fit begins: a beam so stiff that no load bends it far.
   real(rp), parameter :: STIFF = 1.0e11_rp
@@ -77,8 +77,8 @@ program prepazy
       trim(merge(' : value and ends of the 90 % interval', ' : not determined                     ', &
                  interval%has_lower .and. interval%has_upper .and. interval%is_complete))
   end do
-  write (output_unit, '(a,es17.9,a,i0,a,i0,a)') '% chi2 ', report%chi2, ' of ', size(report%residuals), ' readings with ', &
-    experiment%count(), ' unknowns'
+  write (output_unit, '(a,es17.9,a,i0,a,i0,a)') '% chi2 ', report%chi2, ' of ', size(report%residuals), &
+    ' readings with ', experiment%count(), ' unknowns'
   write (output_unit, '(a)') '% loading force [N] reading [m] computed [m] sd [m]'
   call problem%run(report%p)
   do l = 1, size(m%observations)

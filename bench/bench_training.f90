@@ -1,13 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> How well, how surely and at which cost wings are trained (docs/training-results.md).
 !>
-!> usage: bench_training WING.h5 [--seed S | --starts N | --coverage N [FIRST] | --budget GENERATIONS], a wing with ten joints
+!> usage: bench_training WING.h5 [--seed S | --starts N [FIRST] | --coverage N [FIRST] | --budget GENERATIONS],
+!> a wing with ten joints
 !>
 !> Without options or with --seed one start of the paper's validation; its last line is a JSON record.
 program training
   use base_constants, only: EXIT_NUMERICAL, EXIT_USER
   use base_kinds, only: rp
   use base_text, only: parse_integer
+  use bench_budget, only: measure_budget
+  use bench_coverage, only: cover
   use bench_places, only: wing_of_argument
   use bench_twin, only: N_UNKNOWNS, twin_t
   use bench_validation, only: NOISE, predict_sd, validate, validation_truth
@@ -42,6 +45,10 @@ program training
       end do
       write (output_unit, '(a,i0,a,i0,a)') '{"starts":', number, ',"starts_within_all_bars":', n_met, '}'
     end if
+  case ('--coverage')
+    call cover(twin, number, first)
+  case ('--budget')
+    call measure_budget(twin, number)
   case default
     write (error_unit, '(a)') 'bench_training: unknown option '//trim(mode)
     stop EXIT_USER

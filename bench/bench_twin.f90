@@ -45,7 +45,7 @@ contains
     integer :: i
     call require(size(wing%joints) == N_JOINTS, 'a wing with ten joints is needed')
     self%wing = wing
-    self%options%tolerance = 1.0e-10_rp
+    self%options%tolerance = 1.0e-8_rp
     self%params = default_params(wing)
     self%params%cross_springs = .true.
     call model%init(wing, self%params, failure)
@@ -62,9 +62,9 @@ contains
     coordinates = [(log(self%params%get(self%numbers(i))), i=1, N_UNKNOWNS)]
   end function twin_defaults
 
-  !> `experiment` is what a wing with the unknowns truth(:) shows without any error, with `sigma` [m] as declared sd of
-  !> every deformation. Forces grow with E, so that deflections do not. Not `is_done` if a shape is not found, lies in an
-  !> excluded zone, or is reached by a snap.
+  !> `experiment` is what a wing with the unknowns truth(:) shows without any error, with `sigma` [m] as declared
+  !> sd of every deformation. Forces grow with E, so that deflections do not. Not `is_done` if a shape is not found,
+  !> lies in an excluded zone, or is reached by a snap.
   subroutine twin_measure(self, truth, sigma, experiment, is_done)
     class(twin_t), intent(in) :: self
     real(rp), intent(in) :: truth(N_UNKNOWNS), sigma
@@ -90,7 +90,8 @@ contains
       is_done = is_done .and. evaluation%is_feasible() .and. evaluation%snaps == 0
       associate (comparison => blank%comparisons(l))
         do k = 1, comparison%n_heights
-          m%loads(l)%height(comparison%node(1, k) + self%n_grid(1)*(comparison%node(2, k) - 1)) = evaluation%residuals(k)
+          m%loads(l)%height(comparison%node(1, k) + self%n_grid(1)*(comparison%node(2, k) - 1)) = &
+            evaluation%residuals(k)
         end do
       end associate
     end do

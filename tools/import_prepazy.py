@@ -44,7 +44,8 @@ def read_loadings(path):
     if not len(begins) or begins[0] != 0:
         raise InputError(f"{path}: the first line must be the reading without a mass")
     if len(begins) > len(NAMES) or (rows[:, 0] < 0).any() or np.abs(rows[:, 1]).max() > LENGTH:
-        raise InputError(f"{path}: masses must be positive [kg], readings below {LENGTH} m, loadings at most {len(NAMES)}")
+        raise InputError(f"{path}: masses must be positive [kg], readings below {LENGTH} m, loadings at most "
+                         f"{len(NAMES)}")
     return np.split(rows, begins[1:])
 
 

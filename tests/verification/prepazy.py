@@ -37,8 +37,8 @@ def check(condition, sentence):
 def run(program, folder, sd_mm):
     with tempfile.TemporaryDirectory() as place:
         wing, measurement, fit, picture = (Path(place) / name for name in ("w.h5", "m.h5", "fit.txt", "fit.png"))
-        subprocess.run([sys.executable, "-B", SOURCE / "tools/import_prepazy.py", folder, "--wing", wing, "-o", measurement,
-                        "--sd", repr(sd_mm)], check=True)
+        subprocess.run([sys.executable, "-B", SOURCE / "tools/import_prepazy.py", folder, "--wing", wing,
+                        "-o", measurement, "--sd", repr(sd_mm)], check=True)
         fit.write_text(subprocess.run([program, wing, measurement], check=True, capture_output=True, text=True).stdout)
         subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_prepazy.py", fit, "-o", picture], check=True)
         check(picture.stat().st_size > 10000, "the picture is drawn")
@@ -78,7 +78,7 @@ def measured(program):
     # The profile is a parabola to a few per cent, for the stiffness is known to one.
     check(abs((high - low) / (2 * SQRT_THRESHOLD * deviation) - 1) < 0.03, "the interval is as wide as the linear one")
     for name, zero in zip(found, zeros):
-        check(abs(unknowns[f"zero:{name}"][0] - zero) < ZERO_MODEL, f"the zero of the {name} loading is that of the elastica")
+        check(abs(unknowns[f"zero:{name}"][0] - zero) < ZERO_MODEL, f"the {name} zero is that of the elastica")
     chi2 = sum((((part[:, 1] - part[:, 2]) / part[:, 3])**2).sum() for part in found.values())
     check(abs(chi2 / squares - 1) < 0.05, f"so is the sum of squares: {chi2:.2f} of {len(rows)} readings")
 

@@ -1,0 +1,150 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How often 90 % intervals hold the truth: wings drawn at random, measured with white noise, fitted from near
+!> the truth, intervals by profile likelihood.
+!>
+!> Truths are log-uniform within a factor of ten of the defaults, the centre of the fit's priors. Random numbers are
+!>  the compiler's, of a seed for each wing; nothing of the optimiser draws them.
+module bench_coverage
+  use base_constants, only: PI
+  use base_kinds, only: rp
+  use bench_twin, only: N_UNKNOWNS, twin_t
+  use measurement_experiment, only: experiment_t
+  use measurement_fit, only: fit, fit_options_t, fit_report_t
+  use measurement_least_squares, only: unknowns_t
+  use measurement_posterior, only: find_posterior, posterior_t
+  use measurement_problem, only: ONE_DECADE, wing_problem_t, wing_unknowns
+  use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use solid_params, only: parameter_t
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  implicit none
+  private
+  public :: cover
+
+  real(rp), parameter :: NOISE = 1.0e-5_rp !< [m] of every deformation
+  real(rp), parameter :: RESOLVED = 1.0e-3_rp !< of the sum of squares, whose threshold is 2.7
+  real(rp), parameter :: NEAR = 0.2_rp     !< sd of the start about the truth, of a logarithm
+
+  !> Intervals by how many ends they have, and those of them that hold the truth.
+  type :: tally_t
+    integer :: n(0:2) = 0, n_hit(0:2) = 0
+    integer :: n_incomplete = 0 !< the search of an end was given up; not counted otherwise
+    integer :: n_failed = 0     !< wings whose fit did not converge
+    integer :: n_redrawn = 0    !< truths with a shape that is not found, excluded or reached by a snap
+  end type tally_t
+
+contains
+
+  !> Wings number `first` and following; the last line is a JSON record.
+  subroutine cover(twin, n_wings, first)
+    type(twin_t), intent(in) :: twin
+    integer, intent(in) :: n_wings, first
+    type(tally_t) :: tally
+    real(rp) :: cpu, cpu_end, share, every
+    integer :: w
+    call cpu_time(cpu)
+    do w = first, first + n_wings - 1
+      call cover_wing(twin, w, tally)
+      call cpu_time(cpu_end)
+      write (output_unit, '(a,i0,3(a,i0),a,i0,a,f0.1,a)') 'wing ', w, ': so far ', tally%n_hit(2), ' of ', tally%n(2), &
+        ' intervals hold the truth; with one end ', tally%n(1), ', without ', tally%n(0), '; ', cpu_end - cpu, ' s'
+      flush (output_unit)
+    end do
+    share = real(tally%n_hit(2), rp)/max(1, tally%n(2))
+    every = real(sum(tally%n_hit), rp)/max(1, sum(tally%n))
+    write (output_unit, '(7(a,i0),2(a,f6.4),5(a,i0),a,f0.1,a)') '{"wings":', n_wings, ',"first":', first, &
+      ',"intervals":', tally%n(2), ',"covered":', tally%n_hit(2), ',"one_end":', tally%n(1), ',"one_end_covered":', &
+      tally%n_hit(1), ',"no_end":', tally%n(0), ',"coverage":', share, ',"binomial_sd":', &
+      sqrt(0.09_rp/max(1, tally%n(2))), ',"all":', sum(tally%n), ',"all_covered_percent":', nint(100*every), &
+      ',"incomplete":', tally%n_incomplete, ',"failed_fits":', tally%n_failed, ',"redrawn":', tally%n_redrawn, &
+      ',"cpu_s":', cpu_end - cpu, '}'
+  end subroutine cover
+
+  subroutine cover_wing(twin, w, tally)
+    type(twin_t), intent(in) :: twin
+    integer, intent(in) :: w
+    type(tally_t), intent(inout) :: tally
+    type(experiment_t), target :: experiment
+    real(rp) :: truth(N_UNKNOWNS), u(N_UNKNOWNS)
+    integer :: l
+    logical :: is_done
+    call seed_numbers(w)
+    do
+      call random_number(u)
+      truth = twin%defaults() + ONE_DECADE*(2*u - 1)
+      call twin%measure(truth, NOISE, experiment, is_done)
+      if (is_done) exit
+      tally%n_redrawn = tally%n_redrawn + 1
+    end do
+    do l = 1, size(experiment%comparisons)
+      associate (measured => experiment%comparisons(l)%measured)
+        measured = measured + NOISE*normals(size(measured))
+      end associate
+    end do
+    call fit_wing(experiment, twin%defaults(), truth, truth + NEAR*normals(N_UNKNOWNS), tally)
+  end subroutine cover_wing
+
+  subroutine fit_wing(experiment, centre, truth, start, tally)
+    type(experiment_t), intent(in), target :: experiment
+    real(rp), intent(in) :: centre(:), truth(:), start(:)
+    type(tally_t), intent(inout) :: tally
+    type(wing_problem_t) :: problem
+    type(unknowns_t) :: unknowns
+    type(fit_options_t) :: options
+    type(fit_report_t) :: report
+    type(posterior_t) :: posterior
+    type(interval_t) :: interval
+    type(parameter_t) :: parameter
+    real(rp), allocatable :: shapes(:, :, :)
+    logical, allocatable :: is_start(:)
+    logical :: is_hit
+    integer :: i, n_ends
+    call problem%init(experiment)
+    unknowns = wing_unknowns(experiment, centre, 1.0_rp)
+    options%reduction_tolerance = RESOLVED/problem%n_residuals
+    call fit(problem, unknowns, start, options, report)
+    if (.not. report%is_converged) then
+      tally%n_failed = tally%n_failed + 1
+      call problem%free()
+      return
+    end if
+    posterior = find_posterior(unknowns, report)
+    shapes = problem%shapes
+    is_start = problem%is_start
+    do i = 1, N_UNKNOWNS
+      problem%shapes = shapes
+      problem%is_start = is_start
+      call profile_interval(problem, unknowns, report%p, i, posterior%sd(i), THRESHOLD_90, options, interval)
+      if (.not. interval%is_complete) then
+        tally%n_incomplete = tally%n_incomplete + 1
+        cycle
+      end if
+      n_ends = count([interval%has_lower, interval%has_upper])
+      is_hit = truth(i) >= interval%lower .and. truth(i) <= interval%upper
+      tally%n(n_ends) = tally%n(n_ends) + 1
+      if (is_hit) then
+        tally%n_hit(n_ends) = tally%n_hit(n_ends) + 1
+      else
+        parameter = experiment%describe(i)
+        write (output_unit, '(2x,a24,a,es11.4,a,es11.4,a,es11.4)') parameter%name, ' truth', exp(truth(i)), &
+          ' outside', exp(interval%lower), ' to', exp(interval%upper)
+      end if
+    end do
+    call problem%free()
+  end subroutine fit_wing
+
+  !> A sequence for every wing.
+  subroutine seed_numbers(w)
+    integer, intent(in) :: w
+    integer :: n, i
+    call random_seed(size=n)
+    call random_seed(put=[(7919*w + 104729*i, i=1, n)])
+  end subroutine seed_numbers
+
+  !> n independent normal numbers (Box and Muller).
+  function normals(n) result(z)
+    integer, intent(in) :: n
+    real(rp) :: z(n), u(2, n)
+    call random_number(u)
+    z = sqrt(-2*log(1 - u(1, :)))*cos(2*PI*u(2, :))
+  end function normals
+end module bench_coverage
