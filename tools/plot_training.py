@@ -25,18 +25,21 @@ EVALUATIONS, BEST, GENERATION_BEST, MEDIAN, SIGMA, CONDITION = 4, 5, 6, 7, 8, 9
 SCHEMA = "flusi-msm training history"
 
 
+def text(value):
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
 def words(value):
-    return (value.decode() if isinstance(value, bytes) else str(value)).split()
+    return text(value).split()
 
 
 def read_history(path):
     """Everything of the file, by name; the outcome and the loads only if the training reached its end."""
     try:
         with h5py.File(path) as file:
-            schema = file.attrs.get("schema", b"")
-            if (schema.decode() if isinstance(schema, bytes) else schema) != SCHEMA:
+            if text(file.attrs.get("schema", "")) != SCHEMA:
                 raise InputError(f"{path}: is not the history of a training")
-            history = {"names": words(file.attrs["unknowns"]), "units": words(file.attrs["units"]),
+            history = {"names": words(file.attrs["unknowns"]), "units": text(file.attrs["units"]).split(", "),
                        "cost": words(file.attrs["cost"])[0], "lower": np.atleast_1d(file.attrs["lower"]),
                        "upper": np.atleast_1d(file.attrs["upper"]), "outcome": None, "loads": {}}
             if "generations" not in file:
@@ -153,9 +156,9 @@ def main():
     parser.add_argument("-o", "--output", type=Path, default=Path("report.html"))
     options = parser.parse_args()
     use_style()
-    text = page(read_history(options.history), options.history)
+    report = page(read_history(options.history), options.history)
     try:
-        options.output.write_text(text, encoding="utf-8")
+        options.output.write_text(report, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{options.output}: cannot be written: {error.strerror}") from None
     print(options.output)
