@@ -66,7 +66,7 @@ contains
     call r%add_word('CMAES', 'restarts', 'none', 'none|ipop|bipop', 'what follows a run that ends before its target')
     call r%add_integer('CMAES', 'max_restarts', 9, 'at most', min=0, max=1000)
     call r%add_integer('CMAES', 'max_generations', 0, 'of a run; 0: without limit, paper: 100', min=0)
-  call r%add_integer('CMAES', 'max_evaluations', 0, 'of candidates in a search, restarts included; 0: 40 for every '// &
+  call r%add_integer('CMAES', 'max_evaluations', 0, 'of candidates in a search, restarts included; 0: 15 for every '// &
                        'parameter, the polish does the rest, paper: without limit', min=0)
     call r%add_real('CMAES', 'target', -1.0_rp, 'the search ends at a cost below; -1: none, paper: 1e-6 m', min=-1.0_rp)
    call r%add_real('CMAES', 'tolfun', 1.0e-3_rp, 'the run ends when costs of a generation and best costs of recent '// &

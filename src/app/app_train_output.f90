@@ -98,13 +98,13 @@ contains
     units = ''
     do i = 1, size(space%names)
       names = names//' '//trim(space%names(i))
-      units = units//' '//trim(space%units(i))
+      units = units//', '//trim(space%units(i))
     end do
     call file%create_serial(path//'.part', failure)
     call put_attribute(file, '/', 'schema', 'flusi-msm training history', failure)
     call put_attribute(file, '/', 'version', 1, failure)
     call put_attribute(file, '/', 'unknowns', names(2:), failure)
-    call put_attribute(file, '/', 'units', units(2:), failure)
+    call put_attribute(file, '/', 'units', units(3:), failure)
     call put_attribute(file, '/', 'cost', trim(merge('chi2', 'h   ', settings%use_chi2)), failure)
     call put_attribute(file, '/', 'wing', settings%setup%path, failure)
     call put_attribute(file, '/', 'measurement', settings%measurement_path, failure)

@@ -135,6 +135,8 @@ def test_kill(case):
     done = killed.run("train.ini", "--restart", ranks=2)
     check("restart   after" in done.out, done.out)
     same_outcome(whole, killed)
+    killed.run("train.ini", "--restart", ranks=0)  # nothing is left to search
+    same_outcome(whole, killed)
     killed.write("other.ini", merged(ini, {"Train": {"seed": 2}}))
     done = killed.run("other.ini", "--restart", ranks=0, code=EXIT_USER)
     check("belongs to another" in done.err, done.err)
