@@ -151,8 +151,9 @@ contains
       call together%evaluate(x, costs)
       call single%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]))
       call single%evaluate(x, costs_single)
-      is_same = is_same .and. all(abs(costs%f - costs_single%f) <= 0) .and. all(costs%has_failed .eqv. costs_single%has_failed) &
-                .and. all(abs(costs%violation - costs_single%violation) <= 0)
+      is_same = is_same .and. all(abs(costs%f - costs_single%f) <= 0) .and. &
+                all(costs%has_failed .eqv. costs_single%has_failed) .and. &
+                all(abs(costs%violation - costs_single%violation) <= 0)
       do k = 1, LAMBDA
         has_failure = .false.
         do l = 1, N_LOADS
