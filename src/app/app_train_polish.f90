@@ -55,7 +55,8 @@ contains
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
     call self%crew%look()
-    call full_results(self%experiment, self%crew, p, self%is_start .and. .not. self%is_cold, self%shapes, evaluations, shapes)
+    call full_results(self%experiment, self%crew, p, self%is_start .and. .not. self%is_cold, self%shapes, &
+                      evaluations, shapes)
     call move_alloc(evaluations, self%evaluations)
     call move_alloc(shapes, self%tried)
   end subroutine problem_run
@@ -79,8 +80,8 @@ contains
   end function make_unknowns
 
   !> From points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome.
-  !> Others than the first are tried only if what was found does not fit within the errors. If the crew is stopped afterwards the
-  !> outcome is not complete.
+  !> Others than the first are tried only if what was found does not fit within the errors. If the crew is stopped
+  !> afterwards the outcome is not complete.
   subroutine polish_points(settings, crew, space, objective, starts, log, trained)
     type(train_settings_t), intent(in), target :: settings
     type(train_crew_t), intent(inout), target :: crew
