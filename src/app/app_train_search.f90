@@ -5,13 +5,14 @@ module app_train_search
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
   use app_train_log, only: train_log_t
-  use app_train_objective, only: candidate_costs_t, train_objective_t
+  use app_train_mark, only: mark_of
+  use app_train_objective, only: candidate_costs_t, full_results, train_objective_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
-  use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_errors, only: failure_t
   use base_files, only: folder_of, join_path, name_of
   use base_kinds, only: i8, rp
+  use base_random, only: random_uniforms
   use base_text, only: number_text
   use cmaes_archive, only: archive_t
   use cmaes_options, only: cmaes_options_t
@@ -19,14 +20,16 @@ module app_train_search
   use cmaes_stop, only: RUNNING
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
+  use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
   use solid_params, only: PARAM_YOUNG
-  use solid_restart, only: wing_mark
   implicit none
   private
   public :: train_search_t
 
   character(*), parameter :: SCHEMA = 'flusi-msm training'
+  integer, parameter :: MOST_DRAWS = 20 !< of random starts
+  integer(i8), parameter :: DRAWS = 2_i8**62 !< stream of random numbers that the optimiser does not use
   character(*), parameter :: PREFIX = 'search_of_' !< of what the optimiser stores
 
   type :: train_search_t
@@ -44,9 +47,11 @@ module app_train_search
   contains
     procedure :: init => search_init
     procedure :: restore => search_restore
+    procedure :: choose_start => search_choose_start
     procedure :: run => search_run
     procedure :: back_up => search_back_up
     procedure :: best => search_best
+    procedure :: starts => search_starts
     procedure :: evaluations => search_evaluations
   end type train_search_t
 
@@ -67,9 +72,45 @@ contains
     call begin_stage(self, settings)
   end subroutine search_init
 
-  subroutine begin_stage(self, settings)
+  !> Begins at a random point of the box where the wing can bear all loads: elsewhere every candidate may fail, at great
+  !> cost. After MOST_DRAWS draws any point will do. A search that has begun, or begins at [Wing], stays as it is.
+  subroutine search_choose_start(self, settings, crew, log)
     class(train_search_t), intent(inout) :: self
     type(train_settings_t), intent(in) :: settings
+    type(train_crew_t), intent(inout) :: crew
+    type(train_log_t), intent(inout) :: log
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: shapes(:, :, :)
+    real(rp) :: u(size(self%space%free)), pair(2)
+    logical :: is_feasible, is_start(size(settings%experiment%loads))
+    integer :: draw, i, l
+    if (settings%starts_at_wing .or. self%history%n_generations > 0 .or. self%stage > 1) return
+    is_start = .false.
+    do draw = 1, MOST_DRAWS
+      do i = 1, size(u)
+        pair = random_uniforms(settings%search%seed, DRAWS, int(draw, i8)*1000000_i8 + i)
+        u(i) = pair(1)
+      end do
+      call full_results(settings%experiment, crew, self%space%coordinates(u), is_start, self%objective%shapes, &
+                        evaluations, shapes)
+      if (crew%is_stopped) return
+      is_feasible = .true.
+      do l = 1, size(evaluations)
+        is_feasible = is_feasible .and. evaluations(l)%is_feasible()
+      end do
+      if (is_feasible) exit
+    end do
+    call log%say('start     random point '//number_text(min(draw, MOST_DRAWS))// &
+                 trim(merge(', the first that bears all loads   ', ', though it does not bear all loads', &
+                            is_feasible)))
+    call begin_stage(self, settings, u)
+  end subroutine search_choose_start
+
+  !> The first generation of the present stage; `first` is where it begins.
+  subroutine begin_stage(self, settings, first)
+    class(train_search_t), intent(inout) :: self
+    type(train_settings_t), intent(in) :: settings
+    real(rp), intent(in), optional :: first(:)
     type(start_region_t) :: region
     type(cmaes_options_t) :: options
     integer :: n
@@ -80,30 +121,12 @@ contains
     if (settings%starts_at_wing .and. self%stage == 1) &
       region%first = self%space%place(settings%experiment%start())
     if (self%stage > 1) region%first = self%space%fixed(self%space%free)
+    if (present(first)) region%first = first
     options = settings%search
     options%seed = options%seed + (self%stage - 1)
     call self%search%start(options, settings%restarts, settings%max_restarts, region)
     call self%objective%forget()
   end subroutine begin_stage
-
-  !> What determines the search, but not how long it goes on.
-  integer(i8) function mark_of(settings) result(mark)
-    type(train_settings_t), intent(in) :: settings
-    integer :: i, l
-    mark = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
-    associate (e => settings%experiment, o => settings%search, s => settings%sought)
-      mark = checksum_add(mark, wing_mark(e%model))
-     mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
-                            real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
-           real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
-                                                                                 e%model%params%cross_springs])], 0_i8))
-      mark = checksum_add(mark, checksum_reals([(e%model%params%get(i), i=1, e%model%params%count())], 1000000_i8))
-      do l = 1, size(e%comparisons)
-        mark = checksum_add(mark, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &
-                                                  e%measurement%loads(l)%force], l*10000000_i8))
-      end do
-    end associate
-  end function mark_of
 
   !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty.
   subroutine search_restore(self, settings, path, log, failure)
@@ -206,7 +229,7 @@ contains
       if (self%since_checkpoint >= settings%checkpoint_every .or. self%is_done) call self%back_up()
       if (self%failure%failed) return
     end do
-    if (self%since_checkpoint > 0) call self%back_up()
+    if (self%since_checkpoint > 0 .or. self%history%n_generations == 0) call self%back_up()
   end subroutine search_run
 
   !> One generation; if the crew is stopped on the way, everything is as before.
@@ -319,6 +342,20 @@ contains
     allocate (u(size(self%space%free)))
     call self%search%best(has_best, cost, u, ignored)
   end subroutine search_best
+
+  !> Where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.
+  subroutine search_starts(self, settings, u, starts)
+    class(train_search_t), intent(in) :: self
+    type(train_settings_t), intent(in) :: settings
+    real(rp), intent(in) :: u(:)
+    real(rp), allocatable, intent(out) :: starts(:, :)
+    integer :: i
+    call self%history%best_candidates(settings%polish_starts, 0.5_rp, starts)
+    do i = 1, size(starts, 2)
+      where (self%space%is_log) starts(:, i) = log(starts(:, i))
+    end do
+  if (self%stage > 1 .or. size(starts, 2) == 0) starts = reshape(self%space%coordinates(u), [size(self%space%fixed), 1])
+  end subroutine search_starts
 
   !> Writes the next of the two alternating checkpoints.
   subroutine search_back_up(self)

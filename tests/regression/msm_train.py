@@ -161,7 +161,7 @@ def test_paper(case):
 def test_infeasible(case):
     """Nothing is feasible: the program says so."""
     twin(case)
-    case.write("train.ini", quick(Train={"parameters": "E 1e8 1.01e8"}, CMAES={"max_generations": 1, "lambda": 3},
+    case.write("train.ini", quick(Train={"parameters": "E 1e8 1.01e8", "start": "wing"}, CMAES={"max_generations": 1, "lambda": 3},
                                   Solver={"factorisation_limit": 3}))
     done = case.run("train.ini", ranks=0, code=EXIT_NUMERICAL)
     check("no candidate was feasible" in done.out, done.out)
