@@ -33,6 +33,7 @@ module app_train_polish
     real(rp), allocatable :: values(:)       !< of the unknowns, in their units
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
     character(:), allocatable :: reason      !< why least squares ended
+    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_report_t
     type(posterior_t) :: posterior
     logical :: has_intervals = .false.
     type(interval_t), allocatable :: intervals(:)
@@ -96,6 +97,7 @@ contains
       if (crew%is_stopped) return
       trained%n_evaluations = report%n_evaluations
       trained%reason = report%reason
+      trained%path = report%path
       trained%is_polished = report%is_converged .or. report%n_accepted > 0
       call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
                    number_text(report%n_accepted)//' steps; '//report%reason)
