@@ -59,7 +59,7 @@ contains
     done = max(time/t_max, real(step, rp)/max_steps)
     left = steps_left*self%seconds_per_step
     write (line, '(a,i8,a,es10.3,a,es9.2,a,f7.3,a,es9.2,a,f6.1,a)') 'step', step, '  t', time, '  dt', dt, &
-      '  '//self%quantity, min(u_max, 999.0_rp), '  s/step', self%seconds_per_step, '  ', 100*done, ' %  ETA '//duration(left)
+'  '//self%quantity, min(u_max, 999.0_rp), '  s/step', self%seconds_per_step, '  ', 100*done, ' %  ETA '//duration(left)
     if (self%live) then
       write (output_unit, '(a)', advance='no') achar(13)//trim(line)//'   '
     else

@@ -2,18 +2,19 @@
 !> A training from beginning to end: search, polish, files. Rank 0 leads, all ranks solve.
 module app_train
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use app_train_command, only: train_command_t, TRAIN_CHECK, TRAIN_EVALUATE, TRAIN_SCREEN
+  use app_train_command, only: train_command_t, TRAIN_CHECK, TRAIN_RUN, TRAIN_SCREEN
   use app_train_crew, only: train_crew_t
   use app_train_evaluate, only: evaluate_wing, print_loads
   use app_train_log, only: train_log_t
   use app_train_output, only: outcome_lines, write_fragment, write_history
   use app_train_polish, only: polish_point, trained_t
+  use app_train_screen, only: prepare_screen, screen_wing
   use app_train_search, only: train_search_t
   use app_train_settings, only: load_train_settings, train_settings_t
   use app_train_task, only: train_runner_t
   use app_wing_report, only: print_wing
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER
-  use base_errors, only: failure_t, message_list_t
+  use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: i8, rp
   use base_text, only: number_text
   use parallel_world, only: world_t
@@ -62,12 +63,15 @@ contains
   subroutine training_begin(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
+    type(failure_t) :: failure
+    if (command%action == TRAIN_SCREEN) call prepare_screen(self%settings, failure)
+    call require(.not. failure%failed, 'training_begin: the model of the settings')
     call self%runner%init(self%settings%experiment)
     call self%crew%init(self%world, self%settings%experiment, self%runner, self%settings%output)
-    if (self%world%is_root .and. command%action /= TRAIN_SCREEN) &
-      call print_wing(output_unit, trim(merge('its loads solved cold                  ', &
-                                              'training by CMA-ES and least squares   ', &
-                                              command%action == TRAIN_EVALUATE)), self%settings%setup)
+    if (self%world%is_root) &
+      call print_wing(output_unit, trim(merge('training by CMA-ES and least squares', &
+                                              'every load from the unloaded wing   ', &
+                                              command%action == TRAIN_RUN)), self%settings%setup)
   end subroutine training_begin
 
   !> Rank 0: searches, polishes, writes.
@@ -133,7 +137,7 @@ contains
       do i = 1, size(space%names)
         call self%log%say('sought    '//trim(space%names(i))//' from '//number_text(space%box%lower(i))//' to '// &
                           number_text(space%box%upper(i))//' '//trim(space%units(i))// &
-                          merge(', logarithmic', ', linear     ', space%box%is_log(i)))
+                          trim(merge(', logarithmic', ', linear     ', space%box%is_log(i))))
       end do
       call self%log%say('search    CMA-ES, '//number_text(self%search%search%run%params%lambda)// &
                         ' candidates, weights '//trim(s%search%weights)//', seed '//number_text(int(s%search%seed)))
@@ -144,7 +148,7 @@ contains
     class(training_t), intent(inout) :: self
     character(200) :: line
     associate (o => self%search%objective, crew => self%crew)
-      write (line, '(5(a,i0),a,f0.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', o%n_redone, &
+     write (line, '(5(a,i0),a,f0.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', o%n_redone, &
         ' again cold and ', o%n_unsolved, ' without success; ', o%n_factorisations, ' factorisations; ', &
         crew%busy_seconds, ' s of all ranks in this run'
       call self%log%say(trim(line))
@@ -175,19 +179,24 @@ contains
     write (line, '(a,es9.2,a)') 'the cold solution of the final point differs from the warm one by at most ', &
       trained%cold_difference, ' m'
     call self%log%say(trim(line))
-    call self%log%say('evaluations '//number_text(int(self%search%search%evaluations()) + trained%n_evaluations)// &
+    call self%log%say('evaluations '//number_text(int(self%search%evaluations()) + trained%n_evaluations)// &
                       ' in all')
     call write_fragment(self%settings, self%search%space, trained, self%failure)
     call write_history(self%settings, self%search%space, self%search%history, self%failure, trained)
     if (.not. self%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
-      '[include]; '//self%settings%name//'_history.h5 the search')
+                                                     '[include]; '//self%settings%name//'_history.h5 the search')
   end subroutine tell_outcome
 
-  !> Rank 0: the cost of the wing as it is.
-  subroutine training_evaluate(self)
+  !> Rank 0: the cost of the wing as it is, or the screening of its parameters.
+  subroutine training_evaluate(self, command)
     class(training_t), intent(inout) :: self
+    type(train_command_t), intent(in) :: command
     logical :: ok
-    call evaluate_wing(self%settings, self%crew, ok)
+    if (command%action == TRAIN_SCREEN) then
+      call screen_wing(self%settings, self%crew, ok)
+    else
+      call evaluate_wing(self%settings, self%crew, ok)
+    end if
     if (.not. ok) self%code = EXIT_NUMERICAL
   end subroutine training_evaluate
 

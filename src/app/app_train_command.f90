@@ -91,13 +91,13 @@ contains
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
                                             '  --evaluate          print the cost of the wing as [Wing] has it', &
-                             '  --screen            rank veins and joints by their effect on the measured loads', &
+                                  '  --screen            rank veins and joints by their effect on the measured loads', &
                                             '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &
                                             '', &
-                                'exit codes: 0 the training reached its end     3 numerical failure, backup kept', &
+                                    'exit codes: 0 the training reached its end     3 numerical failure, backup kept', &
                                      '            1 defect of program or machine  4 stopped early with a checkpoint:', &
                                            '            2 mistake in the input            start again with --restart', &
                                             '', &

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `msm_train --evaluate`: the cost of the wing as [Wing] has it, load by load, all solved cold; and the screening of
-!> `msm_train --screen`. On rank 0; the others serve the crew.
+!> `msm_train --evaluate`: the cost of the wing as [Wing] has it, load by load, all solved cold. On rank 0; the others
+!> serve the crew.
 module app_train_evaluate
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_train_crew, only: train_crew_t
@@ -68,9 +68,10 @@ contains
         if (e%is_solved) then
           write (unit, '(a16,es11.3,i9,f11.4,f15.4,es15.4,i9,i7,a)') load%name//repeat(' ', 16), load%force, &
             comparison%n, UM*rms, UM*largest, chi2, e%factorisations, e%snaps, &
-            trim(merge('  in an excluded zone', '                     ', .not. e%is_feasible()))
+            trim(merge('  in an excluded zone', '                     ',.not. e%is_feasible()))
         else
-          write (unit, '(a16,es11.3,i9,a)') load%name//repeat(' ', 16), load%force, comparison%n, '  no equilibrium found'
+          write (unit, '(a16,es11.3,i9,a)') load%name//repeat(' ', 16), load%force, comparison%n, &
+            '  no equilibrium found'
         end if
       end associate
     end do

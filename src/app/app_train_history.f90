@@ -16,9 +16,9 @@ module app_train_history
 
   integer, parameter, public :: N_GENERATION = 12, N_CANDIDATE = 6
   character(*), parameter :: GENERATION_COLUMNS = 'stage run generation lambda evaluations best generation_best '// &
-                                                  'generation_median sigma condition infeasible failed, then the mean'
-  character(*), parameter :: CANDIDATE_COLUMNS = 'stage run generation class(1: feasible, 2: infeasible, 3: failed) '// &
-                                                 'cost violation, then the values'
+                             'generation_median sigma condition infeasible failed, then the mean'
+ character(*), parameter :: CANDIDATE_COLUMNS = 'stage run generation class(1: feasible, 2: infeasible, 3: failed) '// &
+                             'cost violation, then the values'
 
   type :: train_history_t
     integer :: n_unknowns = 0
@@ -57,14 +57,14 @@ contains
     logical :: is_infeasible(size(costs%f))
     nothing = ieee_value(nothing, ieee_quiet_nan)
     is_infeasible = .not. costs%has_failed .and. costs%violation > 0
-    feasible = pack(costs%f, .not. costs%has_failed .and. .not. is_infeasible)
+    feasible = pack(costs%f,.not. costs%has_failed .and. .not. is_infeasible)
     middle = nothing
     if (size(feasible) > 0) middle = median(feasible)
     call make_room(self%generations, self%n_generations + 1)
     self%n_generations = self%n_generations + 1
     self%generations(:, self%n_generations) = [real(counts, rp), merge(best, nothing, best < huge(best)), &
                                                merge(minval([feasible, huge(best)]), nothing, size(feasible) > 0), &
-                                             middle, sigma, condition, real(count(is_infeasible), rp), &
+                                               middle, sigma, condition, real(count(is_infeasible), rp), &
                                                real(count(costs%has_failed), rp), mean]
   end subroutine history_add_generation
 

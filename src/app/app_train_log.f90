@@ -79,7 +79,7 @@ contains
     if (now - self%shown < merge(0.2_rp, self%interval, self%is_live)) return
     left = (now - self%begun)*evaluations_left/max(1_i8, evaluations - self%first_evaluations)
     write (line, '(a,i6,a,i9,a,es11.4,a,es9.2,a,es9.2,a)') 'generation', generation, '  evaluations', evaluations, &
-      '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, '  at most '//duration(left)//' left'
+     '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, '  at most '//duration(left)//' left'
     if (self%is_live) then
       write (output_unit, '(a)', advance='no') achar(13)//trim(line)//'   '
       self%is_line_open = .true.
@@ -88,7 +88,9 @@ contains
     end if
     flush (output_unit)
     self%shown = now
-    if (self%file%is_open()) call self%file%write(trim(line), ignored)
+    if (.not. self%file%is_open()) return
+    call self%file%write(trim(line), ignored)
+    call self%file%flush(ignored)
   end subroutine log_progress
 
   !> Ends the live line.

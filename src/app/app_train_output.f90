@@ -72,6 +72,10 @@ contains
       if (trained%has_intervals) then
         text = text//prefix//profile_sentence(trim(space%names(i)), trim(space%units(i)), space%is_log(i), &
                                               trained%intervals(i))//NL
+      else if (trained%is_polished) then
+        write (line, '(es13.6,a,es9.2)') trained%values(i), ' '//trim(space%units(i))//', predicted sd '// &
+          trim(merge('of the logarithm', '                ', space%is_log(i))), trained%posterior%sd(i)
+        text = text//prefix//trim(space%names(i))//': '//trim(adjustl(line))//NL
       else
         text = text//prefix//trim(space%names(i))//': '//number_text(trained%values(i))//' '//trim(space%units(i))// &
                ', how well the data determine it was not asked'//NL

@@ -35,6 +35,7 @@ module app_train_search
     type(train_objective_t) :: objective
     type(train_history_t) :: history
     integer :: stage = 1
+    integer(i8) :: spent = 0               !< evaluations of finished stages
     logical :: is_done = .false.
     type(failure_t) :: failure             !< of files
     type(checkpoint_slots_t), private :: slots
@@ -46,6 +47,7 @@ module app_train_search
     procedure :: run => search_run
     procedure :: back_up => search_back_up
     procedure :: best => search_best
+    procedure :: evaluations => search_evaluations
   end type train_search_t
 
 contains
@@ -91,10 +93,10 @@ contains
     mark = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
     associate (e => settings%experiment, o => settings%search, s => settings%sought)
       mark = checksum_add(mark, wing_mark(e%model))
-      mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
-               real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
-            real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
-                           e%model%params%cross_springs])], 0_i8))
+     mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
+                            real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
+           real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
+                                                                                 e%model%params%cross_springs])], 0_i8))
       mark = checksum_add(mark, checksum_reals([(e%model%params%get(i), i=1, e%model%params%count())], 1000000_i8))
       do l = 1, size(e%comparisons)
         mark = checksum_add(mark, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &
@@ -137,7 +139,7 @@ contains
     if (.not. failure%failed) call load_state(self, settings, reader, failure)
     call reader%close(failure)
     call self%slots%came_from(name)
-    if (.not. failure%failed) call log%say('restart   after '//number_text(int(self%search%evaluations()))// &
+    if (.not. failure%failed) call log%say('restart   after '//number_text(int(self%evaluations()))// &
                                            ' evaluations from '//name)
   end subroutine search_restore
 
@@ -155,6 +157,7 @@ contains
       call reader%get_reals('fixed', numbers, failure)
       if (.not. failure%failed) call fix_young(self, settings, numbers)
     end if
+    call reader%get_integer('spent', self%spent, failure)
     if (failure%failed) return
     call self%search%visit(names)
     do i = 1, size(names%fields)
@@ -241,7 +244,7 @@ contains
     end if
     call self%search%tell(costs%f, costs%violation, costs%has_failed)
     call self%search%best(has_best, best, best_x, ignored)
-    counts(5) = self%search%evaluations()
+    counts(5) = self%evaluations()
     call self%history%add_generation(counts, best, sigma, condition, costs, mean)
     call self%history%add_candidates(counts, costs, values)
     call log%progress(int(counts(3)), counts(5), evaluations_left(self), best, sigma, condition)
@@ -270,7 +273,7 @@ contains
     real(rp) :: best
     logical :: has_best
     call self%best(has_best, best, u)
-    call log%say('search    ended after '//number_text(int(self%search%evaluations()))//' evaluations; '// &
+    call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; '// &
                  self%search%stop_sentence())
     self%is_done = self%stage == settings%n_stages .or. .not. has_best
     if (self%is_done) return
@@ -296,8 +299,15 @@ contains
       if (settings%sought%numbers(i) == PARAM_YOUNG) call self%space%fix(i, u)
     end do
     self%stage = 2
+    self%spent = self%search%evaluations()
     call begin_stage(self, settings)
   end subroutine fix_young
+
+  !> Evaluations of candidates in all stages.
+  pure integer(i8) function search_evaluations(self) result(n)
+    class(train_search_t), intent(in) :: self
+    n = self%spent + self%search%evaluations()
+  end function search_evaluations
 
   !> The best feasible point of the present stage.
   subroutine search_best(self, has_best, cost, u)
@@ -321,6 +331,7 @@ contains
     call writer%put_text('schema', SCHEMA)
     call writer%put_integer('mark', self%mark)
     call writer%put_integer('stage', int(self%stage, i8))
+    call writer%put_integer('spent', self%spent)
     call writer%put_reals('fixed', self%space%fixed)
     do i = 1, size(archive%fields)
       associate (field => archive%fields(i))

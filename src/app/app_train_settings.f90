@@ -135,6 +135,7 @@ contains
     if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%setup%asked%cross_springs = .true.
     call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, s%sought%numbers, s%options, failure)
     if (failure%failed) call errors%add(failure%reason)
+    s%setup%model = s%experiment%model
     select case (s%config%get_word('Train', 'cost'))
     case ('h')
       if (sum(s%experiment%comparisons%n_heights) == 0) &
@@ -145,7 +146,7 @@ contains
       s%use_chi2 = size(s%measurement%observations) > 0
     end select
     if (s%n_stages == 2 .and. .not. (any(s%sought%numbers == PARAM_YOUNG) .and. s%sought%count() > 1)) &
-      call s%config%complain(errors, 'Train', 'stages', 'the second stage fixes E, and must have something left to seek')
+     call s%config%complain(errors, 'Train', 'stages', 'the second stage fixes E, and must have something left to seek')
   end subroutine make_experiment
 
   subroutine read_search(s, errors)
@@ -168,7 +169,7 @@ contains
       if (c%get_integer('CMAES', 'max_evaluations') > 0) then
         o%max_evaluations = c%get_integer('CMAES', 'max_evaluations')
       else if (.not. s%is_paper) then
-        o%max_evaluations = 200*n
+        o%max_evaluations = 40*n
       end if
       o%f_target = c%get_real('CMAES', 'target')
       if (o%f_target < 0) o%f_target = merge(1.0e-6_rp, -1.0_rp, s%is_paper .and. .not. s%use_chi2)
@@ -202,7 +203,7 @@ contains
     do i = 1, size(s%setup%asked%joint)
       number = N_COMMON + size(s%setup%asked%vein_factor) + i
       if (s%setup%asked%joint(i) < 0 .and. .not. any(s%sought%numbers == number)) &
-        call notices%add('joint:'//trim(s%setup%asked%joint_names(i))//' is not sought and keeps the stiffness of a '// &
+       call notices%add('joint:'//trim(s%setup%asked%joint_names(i))//' is not sought and keeps the stiffness of a '// &
                          'vein of the E of [Wing], '//number_text(s%experiment%model%params%joint(i))//' N m/rad')
     end do
   end subroutine add_notices

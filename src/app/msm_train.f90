@@ -4,8 +4,8 @@ program msm_train
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: print_version
   use app_train, only: training_t
-  use app_train_command, only: parse_train_command, print_train_usage, train_command_t, TRAIN_CHECK, TRAIN_EVALUATE, &
-                               TRAIN_HELP, TRAIN_PARAMETERS, TRAIN_RUN, TRAIN_SCREEN, TRAIN_VERSION
+  use app_train_command, only: parse_train_command, print_train_usage, train_command_t, TRAIN_CHECK, &
+                               TRAIN_HELP, TRAIN_PARAMETERS, TRAIN_RUN, TRAIN_VERSION
   use app_train_keys, only: write_train_reference
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
@@ -43,8 +43,7 @@ program msm_train
     call training%begin(command)
     if (world%is_root) then
       if (command%action == TRAIN_RUN) call training%lead(command)
-      if (command%action == TRAIN_EVALUATE) call training%evaluate()
-      if (command%action == TRAIN_SCREEN) call training%evaluate()
+      if (command%action /= TRAIN_RUN) call training%evaluate(command)
       call training%crew%dismiss()
     else
       call training%crew%serve()

@@ -22,9 +22,10 @@ EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED = range(5)
 CRASH_MARKS = ("Backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
                "internal error", "AddressSanitizer", "runtime error:")
 
-# Where the keys of `flusi --static` and `flusi --solid` begin in the reference of parameters.
+# Where the keys of `flusi --static`, `flusi --solid` and `msm_train` begin in the reference of parameters.
 STATIC_REFERENCE = "# Parameters of `flusi --static`"
 SOLID_REFERENCE = "# Parameters of `flusi --solid`"
+TRAIN_REFERENCE = "# Parameters of `msm_train`"
 
 Finished = namedtuple("Finished", "code out err")
 Series = namedtuple("Series", "header lines rows")

@@ -5,7 +5,7 @@
 !>     write_twin WING.h5 MEASUREMENT.h5 N_LOADS SIGMA NX NY [NAME VALUE ...]
 !>
 !> Loads are spread over the list; SIGMA [m] is what is declared as the error of the heights; the pairs are
-!> parameters of the wing.
+!> parameters of the wing, or `force` and a factor on all forces.
 program write_twin
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: failure_t, message_list_t, require
@@ -24,11 +24,11 @@ program write_twin
   real(rp), parameter :: REST = 1.0e-4_rp !< [m] height of the unloaded wing
   !> x [m], y [m], force [N], in the order in which they are taken.
   real(rp), parameter :: LOADS(3, MOST) = reshape( &
-                       [0.00721_rp, -0.00032_rp, 5.5e-4_rp, 0.00405_rp, 0.00066_rp, 1.2e-2_rp, &
-                        0.00496_rp, -0.00228_rp, 2.7e-4_rp, 0.00856_rp, -0.00078_rp, 4.1e-4_rp, &
-                        0.00315_rp, -0.00078_rp, 3.4e-2_rp, 0.00676_rp, -0.00150_rp, 6.7e-4_rp, &
-                        0.00541_rp, 0.00005_rp, 6.3e-3_rp, 0.00270_rp, -0.00159_rp, 1.9e-2_rp, &
-                        0.00496_rp, -0.00111_rp, 1.1e-3_rp, 0.00225_rp, 0.00059_rp, 4.7e-2_rp], [3, MOST])
+                         [0.00721_rp, -0.00032_rp, 5.5e-4_rp, 0.00405_rp, 0.00066_rp, 1.2e-2_rp, &
+                          0.00496_rp, -0.00228_rp, 2.7e-4_rp, 0.00856_rp, -0.00078_rp, 4.1e-4_rp, &
+                          0.00315_rp, -0.00078_rp, 3.4e-2_rp, 0.00676_rp, -0.00150_rp, 6.7e-4_rp, &
+                          0.00541_rp, 0.00005_rp, 6.3e-3_rp, 0.00270_rp, -0.00159_rp, 1.9e-2_rp, &
+                          0.00496_rp, -0.00111_rp, 1.1e-3_rp, 0.00225_rp, 0.00059_rp, 4.7e-2_rp], [3, MOST])
   type(wing_t) :: wing
   type(solid_params_t) :: params
   type(static_options_t) :: options
@@ -38,12 +38,18 @@ program write_twin
   type(failure_t) :: failure
   type(message_list_t) :: messages
   integer :: i, n, nx, ny, l
+  real(rp) :: factor
 
   call read_wing(argument(1), wing, messages)
   call messages%print(error_unit, 'write_twin: ')
   if (messages%count() > 0) error stop 2
   params = default_params(wing)
+  factor = 1
   do i = 7, command_argument_count() - 1, 2
+    if (argument(i) == 'force') then
+      factor = real_argument(i + 1)
+      cycle
+    end if
     n = params%find(argument(i))
     call require(n > 0, 'write_twin: a parameter of the wing, not '//argument(i))
     call params%set(n, real_argument(i + 1))
@@ -78,7 +84,7 @@ contains
     do l = 1, n
       associate (load => m%loads(l))
         load%name = 'load_'//achar(iachar('a') + l - 1)
-        load%force = LOADS(3, l)
+        load%force = factor*LOADS(3, l)
         load%direction = [0.0_rp, 0.0_rp, 1.0_rp]
         load%point = LOADS(:2, l)
         load%node = reshape([((i, j, i=1, nx), j=1, ny)], [2, nx*ny])

@@ -1,0 +1,234 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""msm_train: finds what is known, on any number of ranks the same, after a kill the same; refuses mistakes.
+
+usage: msm_train.py <msm_train> <h5dump> <write_twin> [tests]
+"""
+import math
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+from whole_program import (EXIT_NUMERICAL, EXIT_STOPPED, EXIT_USER, SOURCE, TRAIN_REFERENCE, check, live_keys,
+                           main, merged)
+
+TWIN = sys.argv.pop(3)
+WING = SOURCE / "wings/calliphora_small.h5"
+TRUTH = {"E": 8e9, "joint:R4+5_base": 3e-5, "joint:R1_Rs": 2e-4}
+OTHERS = 1e-4  # stiffness of the joints that are not sought
+JOINTS = ("A1+CuA2_CuA2", "C_Sc", "C_h", "CuA1_base", "M1+2_bend", "M1+2_bm-cu", "R1_Rs", "R2+3_base", "R4+5_base",
+          "R4+5_r-m")
+SIGMA = 1e-7  # m, declared
+
+
+def twin(case, name="twin.h5"):
+    """Three loads on the wing with the true parameters."""
+    pairs = {**{f"joint:{joint}": OTHERS for joint in JOINTS}, **TRUTH, "force": 0.3}
+    words = [str(word) for pair in pairs.items() for word in pair]
+    subprocess.run([TWIN, WING, case.folder / name, "3", str(SIGMA), "30", "15", *words], check=True)
+
+
+def training(**sections):
+    """Three parameters; `sections` add keys or replace them."""
+    return merged({"Wing": {"file": WING, "joint_stiffness": OTHERS}, "Measurement": {"file": "twin.h5"},
+                   "Train": {"parameters": "E 4e9 3e10, joint:R4+5_base 1e-5 1e-3, joint:R1_Rs 1e-5 1e-3"},
+                   "CMAES": {"max_generations": 6}, "Saving": {"progress_interval": 0}}, sections)
+
+
+def quick(**sections):
+    """A search without a polish."""
+    return training(**merged({"Polish": {"polish": "no"}}, sections))
+
+
+def number(pattern, text):
+    found = re.search(pattern, text)
+    check(found is not None, f"'{pattern}' is told:\n{text}")
+    return float(found.group(1))
+
+
+def same_outcome(one, two):
+    """The same history and the same wing, to the bit."""
+    a, b = one.contents("train_history.h5"), two.contents("train_history.h5")
+    check(a.keys() == b.keys() and len(a) > 10, f"the histories hold the same things: {sorted(a)}")
+    for key in a:
+        check(a[key] == b[key], f"{key} is the same to the bit")
+    check(without_comments(one) == without_comments(two), "the wing is the same to the bit")
+
+
+def without_comments(case):
+    return [line for line in (case.folder / "trained.ini").read_text().splitlines() if not line.startswith(";")]
+
+
+def test_recovers(case):
+    """Search and polish find the truth; the fragment holds it, and gives the same cost."""
+    twin(case)
+    case.write("train.ini", training())
+    done = case.run("train.ini", ranks=0)
+    text = (case.folder / "trained.ini").read_text()
+    found = {"E": number(r"\nE = (\S+);", text)}
+    for name in ("joint:R4+5_base", "joint:R1_Rs"):
+        found[name] = number(re.escape(name) + r" ([^,;]+)[,;]", text)
+    # The prior of one decade draws by its distance (up to ln 3.3) times the square of the ratio of the standard
+    # deviations (0.5 % at most over ln 10): 6e-6.
+    for name, value in TRUTH.items():
+        check(abs(math.log(found[name] / value)) < 1e-5, f"{name} is {value}, not {found[name]}")
+        check(re.search(re.escape(name) + r": \S+ .*with 90 % confidence between", text), f"{name} has an interval")
+    check("not measured" in text and "D = 2e-7; N m" in text and "cross_springs = no" in text, "D is quoted with E")
+    h = number(r"; h = +(\S+) m", text)
+    check(h < 1e-10, f"nothing is left: {h}")
+    check(number(r"differs from the warm one by at most +(\S+) m", done.out) < 1e-12, "warm and cold are the same")
+    check((case.folder / "train.log").read_text().count("generation") >= 5, "the log tells the generations")
+    contents = case.contents("train_history.h5")
+    check(any("covariance" in key for key in contents) and any("load_a" in key for key in contents), "all is saved")
+    case.write("again.ini", {"include": {"file": "trained.ini"}, "Wing": {"file": WING},
+                             "Measurement": {"file": "twin.h5"}})
+    again = case.run("again.ini", "--evaluate", ranks=2)
+    check(abs(number(r"\nh = +(\S+) m", again.out) - h) < 1e-4 * h + 1e-15, f"the same cost:\n{again.out}")
+    far = case.write("far.ini", {"Wing": {"file": WING}, "Measurement": {"file": "twin.h5"}})
+    check(number(r"\nh = +(\S+) m", case.run(far, "--evaluate", ranks=0).out) > 1e-5, "which is not that of any wing")
+
+
+def test_ranks(case):
+    """1, 2 and 3 ranks do the same to the bit, with a polish."""
+    runs = []
+    for ranks in (1, 2, 3):
+        runs.append(case.sub(f"ranks{ranks}"))
+        twin(runs[-1])
+        runs[-1].write("train.ini", training(CMAES={"max_generations": 4}, Polish={"intervals": "no"}))
+        runs[-1].run("train.ini", ranks=ranks)
+    same_outcome(runs[0], runs[1])
+    same_outcome(runs[0], runs[2])
+
+
+def wait_for_generations(case, n):
+    """Waits until the run that `start` began tells of generation n."""
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        if re.search(rf"^generation +{n} ", case.out.read_text(), re.M):
+            return
+        check(case.process.poll() is None, f"the run ended too early: {case.out.read_text()}{case.err.read_text()}")
+        time.sleep(0.01)
+    raise AssertionError("no progress")
+
+
+def test_kill(case):
+    """Killed, and stopped by a signal: the restarted runs are the undisturbed one to the bit."""
+    whole, killed = case.sub("whole"), case.sub("killed")
+    ini = quick(CMAES={"max_generations": 9, "restarts": "ipop", "max_restarts": 1, "lambda": 5, "max_evaluations": 90})
+    for one in (whole, killed):
+        twin(one)
+        one.write("train.ini", ini)
+    whole.run("train.ini", ranks=0)
+    killed.start("train.ini")
+    wait_for_generations(killed, 4)
+    os.kill(killed.process.pid, signal.SIGKILL)
+    killed.wait()
+    killed.start("train.ini", "--restart")
+    wait_for_generations(killed, 7)
+    os.kill(killed.process.pid, signal.SIGTERM)
+    done = killed.wait()
+    check(done.code == EXIT_STOPPED and "go on with --restart" in done.out, f"stopped: {done}")
+    check("trained.ini" not in killed.files(), "an unfinished training leaves no wing")
+    done = killed.run("train.ini", "--restart", ranks=2)
+    check("restart   after" in done.out, done.out)
+    same_outcome(whole, killed)
+    killed.write("other.ini", merged(ini, {"Train": {"seed": 2}}))
+    done = killed.run("other.ini", "--restart", ranks=0, code=EXIT_USER)
+    check("belongs to another" in done.err, done.err)
+
+
+def test_paper(case):
+    """The preset: linear box, population 16, two stages of which the second keeps E, cross-springs."""
+    twin(case)
+    case.write("train.ini", training(Train={"preset": "paper"}, CMAES={"max_generations": 2}))
+    done = case.run("train.ini", ranks=0)
+    for word in ("16 candidates, weights paper", "linear", "stage 2", "cross-springs yes", "maxiter"):
+        check(word in done.out, f"'{word}' is told:\n{done.out}")
+    check("polish" not in done.out and "logarithmic" not in done.out, f"no polish:\n{done.out}")
+    text = (case.folder / "trained.ini").read_text()
+    check("cross_springs = yes" in text and "how well the data determine it was not asked" in text, text)
+    rows = [float(x) for x in next(v for k, v in case.contents("train_history.h5").items() if "generations" in k
+                                   and len(v) == 4 * 15)]
+    check([rows[15 * i] for i in range(4)] == [1, 1, 2, 2], "two generations in both stages")
+    check(rows[15 * 2 + 12] == rows[15 * 3 + 12] and rows[12] != rows[15 + 12], "E stands still in the second")
+
+
+def test_infeasible(case):
+    """Nothing is feasible: the program says so."""
+    twin(case)
+    case.write("train.ini", quick(Train={"parameters": "E 1e8 1.01e8"}, CMAES={"max_generations": 1, "lambda": 3},
+                                  Solver={"factorisation_limit": 3}))
+    done = case.run("train.ini", ranks=0, code=EXIT_NUMERICAL)
+    check("no candidate was feasible" in done.out, done.out)
+
+
+def test_screen(case):
+    """Veins and joints are ranked; what is proposed can be sought."""
+    twin(case)
+    case.write("train.ini", training())
+    done = case.run("train.ini", "--screen", ranks=2)
+    ranked = re.findall(r"^ +(\d+)  (\S+) .*(yes|no)$", done.out, re.M)
+    check(len(ranked) == 1 + 14 + 10 and ranked[0][1] == "E" and ranked[0][2] == "yes", f"25 parameters:\n{done.out}")
+    # E and the factors of all veins are one too many.
+    check(done.out.count("infinite") >= 1 and ranked[-1][2] == "no", f"one is not determined:\n{done.out}")
+    proposed = re.search(r"parameters = (.*)", done.out).group(1)
+    case.write("next.ini", training(Train={"parameters": proposed}))
+    case.run("next.ini", "--check", ranks=0)
+
+
+def test_mistakes(case):
+    """All mistakes are told together, with file, line and what is valid; nothing is written."""
+    twin(case)
+    ini = training(Train={"parameters": "E 4e9, joint:R1_RS, E 3e9 1e9, joint:C_h 0 1 log, D, D, E:C 1 2 cubic",
+                          "preset": "papier"}, CMAES={"lambda": -1}, Polish={"prior_decades": 0})
+    case.write("train.ini", ini)
+    done = case.run("train.ini", ranks=2, code=EXIT_USER)
+    for sentence in ("'E 4e9' is not NAME", "'joint:R1_RS' is unknown", "did you mean 'joint:R1_Rs'?",
+                     "'E': the upper bound must exceed", "'joint:C_h': a logarithmic scale needs positive bounds",
+                     "'D' stands twice", "'cubic' is no scale", "did you mean 'paper'?", "[CMAES] lambda",
+                     "[Polish] prior_decades"):
+        check(done.err.count(sentence) == 1, f"'{sentence}' once:\n{done.err}")
+    check("train.ini:" in done.err, "with the line")
+    check(case.files() == ["train.ini", "twin.h5"], f"nothing is written: {case.files()}")
+    for changed, sentence in (({"Measurement": {"file": "none.h5"}}, "'none.h5' does not exist"),
+                              ({"Measurement": {"file": str(WING)}}, "schema"),
+                              ({"CMAES": {"lambda": 2}}, "lambda must be at least 3"),
+                              ({"Saving": {"result": "train.ini"}}, "would overwrite the parameter file"),
+                              ({"Train": {"parameters": "joint:*", "stages": 2}}, "second stage fixes E"),
+                              ({"Train": {"parameters": "D, thickness"}}, "are one parameter"),
+                              ({"Train": {"parameters": ","}}, "nothing is sought")):
+        case.write("train.ini", training(**changed))
+        done = case.run("train.ini", ranks=0, code=EXIT_USER)
+        check(sentence in done.err, f"{sentence}:\n{done.err}")
+    for words, sentence in ((["--restart"], "missing"), (["train.ini", "--chek"], "unknown argument"),
+                            (["train.ini", "--check", "--screen"], "contradicts"),
+                            (["train.ini", "--check", "--restart"], "goes with a run")):
+        check(sentence in case.run(*words, ranks=0, code=EXIT_USER).err, sentence)
+    case.write("train.ini", training())
+    done = case.run("train.ini", "--restart", ranks=0, code=EXIT_USER)
+    check("no valid backup" in done.err, done.err)
+
+
+def test_check(case):
+    """--check prints every documented key; the shipped case is valid."""
+    twin(case)
+    case.write("train.ini", training())
+    done = case.run("train.ini", "--check", ranks=2)
+    reference = case.run("--parameters", ranks=0).out
+    known = live_keys(reference)
+    known.discard(("include", "file"))
+    check(TRAIN_REFERENCE in reference and len(known) > 30, "the reference has keys")
+    section, printed = "", set()
+    for line in done.out.splitlines():
+        section = line.strip("[]") if line.startswith("[") else section
+        found = re.match(r"  (\S+) = ", line)
+        if found:
+            printed.add((section, found.group(1)))
+    check(printed == known, f"every key: {printed ^ known}")
+    check(case.run("--help", ranks=2).out.count("usage:") == 1, "help is said once")
+
+
+main(globals())

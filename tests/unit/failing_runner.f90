@@ -1,0 +1,36 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Does the tasks of a training, but fails a share of them: those whose input says so.
+module failing_runner
+  use app_train_task, only: train_runner_t, NOT_SOLVED
+  use base_checksum, only: checksum_reals
+  use base_kinds, only: i8, rp
+  implicit none
+  private
+  public :: failing_runner_t, is_to_fail
+
+  type, extends(train_runner_t) :: failing_runner_t
+    integer :: one_of = 0 !< every so many-th task fails; 0: none
+  contains
+    procedure :: run_task => failing_run_task
+  end type failing_runner_t
+
+contains
+
+  !> Whether the task with this input fails: as good as random, and always the same.
+  pure logical function is_to_fail(input, one_of)
+    real(rp), intent(in) :: input(:)
+    integer, intent(in) :: one_of
+    is_to_fail = .false.
+    if (one_of > 0) is_to_fail = modulo(checksum_reals(input, 0_i8), int(one_of, i8)) == 0
+  end function is_to_fail
+
+  !> As a solver that gives up: no numbers, only the status.
+  subroutine failing_run_task(self, input, output, status)
+    class(failing_runner_t), intent(inout) :: self
+    real(rp), intent(in) :: input(:)
+    real(rp), intent(inout) :: output(:)
+    integer, intent(out) :: status
+    status = NOT_SOLVED
+    if (.not. is_to_fail(input, self%one_of)) call self%train_runner_t%run_task(input, output, status)
+  end subroutine failing_run_task
+end module failing_runner

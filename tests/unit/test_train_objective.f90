@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Costs of candidates for a training of the wing in the file that the first argument names: the same to the bit on any
+!> number of ranks, failed tasks are failed candidates, and a search in which every fifth candidate fails finds the truth.
+program test_train_objective
+  use app_settings, only: output_params_t
+  use app_train_crew, only: train_crew_t
+  use app_train_objective, only: candidate_costs_t, train_objective_t
+  use app_train_task, only: task_input
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: i8, rp
+  use base_random, only: random_uniforms
+  use cmaes_options, only: cmaes_options_t
+  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_stop, only: RUNNING
+  use failing_runner, only: failing_runner_t, is_to_fail
+  use measurement_data, only: measurement_t
+  use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
+  use measurement_experiment, only: experiment_t
+  use parallel_world, only: world_t
+  use solid_params, only: default_params, solid_params_t
+  use solid_statics, only: static_options_t
+  use solid_wing, only: wing_t
+  use solid_wing_file, only: read_wing
+  use testkit, only: testkit_t
+  implicit none
+  integer, parameter :: N_LOADS = 2, NX = 24, NY = 12, LAMBDA = 9
+  integer, parameter :: ONE_OF = 10 ! failing tasks: with two loads every fifth candidate
+  real(rp), parameter :: PLACES(2, N_LOADS) = reshape([0.00721_rp, -0.00032_rp, 0.00496_rp, -0.00111_rp], [2, N_LOADS])
+  real(rp), parameter :: FORCES(N_LOADS) = [2.0e-4_rp, 4.0e-4_rp]
+  real(rp), parameter :: HALF(2) = log([2.5_rp, 2.5_rp]) ! of the box, E and the vein
+  type(testkit_t) :: t
+  type(wing_t) :: wing
+  type(experiment_t), target :: experiment
+  type(failing_runner_t), target :: runner, runner_alone
+  type(train_crew_t), target :: crew, alone
+  type(world_t) :: world_alone
+  type(output_params_t) :: output
+  real(rp), allocatable :: truth(:)
+  ! What rank 0 found while the others served.
+  logical :: is_same = .true., is_right = .true., is_warm = .true., is_fifth = .true.
+  real(rp) :: error = 0
+
+  call t%start(parallel=.true.)
+  call make_experiment()
+  output%stop_seconds = 1.0e6_rp
+  call runner%init(experiment)
+  runner%one_of = ONE_OF
+  call crew%init(t%world, experiment, runner, output)
+  if (t%world%is_root) then
+    call world_alone%isolate()
+    call runner_alone%init(experiment)
+    runner_alone%one_of = ONE_OF
+    call alone%init(world_alone, experiment, runner_alone, output)
+    call test_costs()
+    if (t%world%size == 3) call test_search() ! the others would find the same
+    call crew%dismiss()
+  else
+    call crew%serve()
+  end if
+  call t%check('all ranks compute what one computes, to the bit', is_same)
+  call t%check('candidates fail whose tasks fail', is_right)
+  call t%check('solutions are warm, or cold where the mean failed', is_warm)
+  call t%check('in the search every fifth candidate failed', is_fifth)
+  call t%check_below('it finds the truth all the same', error, 3.0e-2_rp)
+  call t%finish()
+
+contains
+
+  !> A measurement of the model itself.
+  subroutine make_experiment()
+    type(measurement_t) :: m
+    type(message_list_t) :: messages
+    type(solid_params_t) :: params
+    type(static_options_t) :: options
+    type(evaluation_work_t) :: work
+    type(evaluation_t) :: evaluation
+    type(failure_t) :: failure
+    real(rp), allocatable :: u(:, :)
+    character(:), allocatable :: path
+    integer, allocatable :: numbers(:)
+    integer :: length, i, j, k, l
+    call get_command_argument(1, length=length)
+    allocate (character(length) :: path)
+    call get_command_argument(1, path)
+    call read_wing(path, wing, messages)
+    params = default_params(wing)
+    options%tolerance = 1.0e-10_rp
+    allocate (m%x(NX), m%y(NY), m%unloaded(NX, NY), m%unloaded_sigma(NX, NY), m%has_unloaded(NX, NY), &
+              m%loads(N_LOADS), m%observations(0), m%zeros(0))
+    m%x = [(0.4e-3_rp*i, i=1, NX)]
+    m%y = [(-3.0e-3_rp + 0.35e-3_rp*j, j=1, NY)]
+    m%unloaded = 0
+    m%unloaded_sigma = 1.0e-6_rp
+    m%has_unloaded = .true.
+    do l = 1, N_LOADS
+      associate (load => m%loads(l))
+        load%name = 'load_'//achar(iachar('0') + l)
+        load%force = FORCES(l)
+        load%direction = [0.0_rp, 0.0_rp, 1.0_rp]
+        load%point = PLACES(:, l)
+        load%node = reshape([((i, j, i=1, NX), j=1, NY)], [2, NX*NY])
+        allocate (load%height(NX*NY), load%sigma(NX*NY))
+        load%height = 0
+        load%sigma = 1.0e-6_rp
+      end associate
+    end do
+    numbers = [params%find('E'), params%find('E:R1')]
+    call experiment%init(m, wing, params, numbers, options, failure)
+    call t%check('the experiment is made',.not. failure%failed .and. messages%count() == 0)
+    truth = experiment%start()
+    call work%init(experiment)
+    allocate (u(3, experiment%model%n_all))
+    do l = 1, N_LOADS
+      call evaluation%init(experiment, l, .false.)
+      call evaluate(experiment, work, truth, l, .false., u, evaluation)
+      call t%check('the truth is feasible', evaluation%is_feasible())
+      do k = 1, experiment%comparisons(l)%n_heights
+        associate (node => experiment%comparisons(l)%node(:, k))
+          m%loads(l)%height(node(1) + NX*(node(2) - 1)) = evaluation%residuals(k)
+        end associate
+      end do
+    end do
+    call work%free()
+    call experiment%init(m, wing, params, numbers, options, failure)
+  end subroutine make_experiment
+
+  !> u in [0, 1] is the box about the truth.
+  pure function coordinates(u)
+    real(rp), intent(in) :: u(:)
+    real(rp) :: coordinates(size(u))
+    coordinates = truth + HALF*(2*u - 1) + 0.2_rp ! the truth is not its middle
+  end function coordinates
+
+  !> Two generations, the second warm from another mean, by all ranks and by one.
+  subroutine test_costs()
+    type(train_objective_t) :: together, single
+    type(candidate_costs_t) :: costs, costs_single
+    real(rp) :: x(2, LAMBDA)
+    integer :: k, l, pass
+    logical :: has_failure
+    call together%init(experiment, crew, .false.)
+    call single%init(experiment, alone, .false.)
+    do pass = 1, 2
+      do k = 1, LAMBDA
+        x(:, k) = coordinates(random_uniforms(5_i8, int(pass, i8), int(k, i8)))
+      end do
+      call together%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]))
+      call together%evaluate(x, costs)
+      call single%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]))
+      call single%evaluate(x, costs_single)
+      is_same = is_same .and. all(abs(costs%f - costs_single%f) <= 0) .and. all(costs%has_failed .eqv. costs_single%has_failed) &
+                .and. all(abs(costs%violation - costs_single%violation) <= 0)
+      do k = 1, LAMBDA
+        has_failure = .false.
+        do l = 1, N_LOADS
+          has_failure = has_failure .or. is_to_fail(task_input(x(:, k), l, single%is_start(l), .false.), ONE_OF)
+        end do
+        is_right = is_right .and. (has_failure .eqv. costs%has_failed(k))
+      end do
+    end do
+    is_warm = together%n_warm + together%n_cold == 2*LAMBDA*N_LOADS .and. together%n_warm > 0
+  end subroutine test_costs
+
+  !> The box is 0.92 wide to both sides; 30 generations make it 30 times smaller.
+  subroutine test_search()
+    type(train_objective_t) :: objective
+    type(candidate_costs_t) :: costs
+    type(cmaes_search_t) :: search
+    type(start_region_t) :: region
+    type(cmaes_options_t) :: options
+    real(rp), allocatable :: x(:, :), at(:, :)
+    real(rp) :: best(2), f
+    integer(i8) :: number
+    integer :: k, n_failed
+    logical :: has_best
+    call objective%init(experiment, crew, .false.)
+    allocate (region%lower(2), region%upper(2))
+    region%lower = 0
+    region%upper = 1
+    region%is_box = .true.
+    options%max_iterations = 30
+    options%seed = 3
+    call search%start(options, 'none', 0, region)
+    n_failed = 0
+    do while (search%state%stop_code == RUNNING)
+      call search%ask(x)
+      at = x
+      do k = 1, size(x, 2)
+        at(:, k) = coordinates(x(:, k))
+      end do
+      call objective%solve_mean(coordinates(search%run%state%mean))
+      call objective%evaluate(at, costs)
+      n_failed = n_failed + count(costs%has_failed)
+      call search%tell(costs%f, costs%violation, costs%has_failed)
+    end do
+    call search%best(has_best, f, best, number)
+    is_fifth = abs(real(n_failed, rp)/search%evaluations() - 0.19_rp) < 0.1_rp
+    error = maxval(abs(coordinates(best) - truth))
+  end subroutine test_search
+end program test_train_objective
