@@ -4,7 +4,7 @@ measured, what the trained wing does, and the difference."""
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator
+from matplotlib.ticker import LogFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 from _style import COLOURS
 from _training_run import in_words, prefix_of
@@ -72,10 +72,14 @@ def draw_convergence(training):
     panels[3].legend(loc="upper right", ncols=2, borderaxespad=0)
     panels[3].set_xlabel("candidates tried")
     panels[0].set_xlim(0, None)
+    low, high = panels[0].get_ylim()
+    if low > 0.5 and high < 2e4:  # plain numbers
+        panels[0].yaxis.set_major_formatter(LogFormatter())
+        panels[0].yaxis.set_minor_formatter(LogFormatter())
     panels[0].legend(loc="best")
     panels[0].set_title("global search (CMA-ES)", loc="left")
     if has_polish:
-        draw_polish(training, figure.add_subplot(grid[0, 1]))
+        draw_polish(training, figure.add_subplot(grid[:2, 1]))
     figure.align_ylabels(panels)
     return figure
 
@@ -87,8 +91,8 @@ def mark_restart(panels, g, part, before, count):
         axes.axvline(at, color="0.45", lw=0.9, ls=(0, (4, 3)), zorder=0)
     is_stage = g["stage"][part.start] != g["stage"][before.start]
     text = f"stage {g['stage'][part.start]:.0f}" if is_stage else f"restart, λ = {g['lambda'][part.start]:.0f}"
-    panels[0].text(at, 1.0, " " + text, transform=panels[0].get_xaxis_transform(), fontsize=8, color="0.3", va="bottom",
-                   ha="left")
+    panels[0].text(at, 0.98, " " + text, transform=panels[0].get_xaxis_transform(), fontsize=8, color="0.3", va="top",
+                   ha="left", rotation=90)
 
 
 def mark_outcome(training, axes, factor, last):
@@ -107,7 +111,8 @@ def draw_polish(training, axes):
     n, data, prior = training.polish.T
     axes.plot(n, data + prior, "o-", color=COLOURS[1], ms=4.5, label="with the priors")
     axes.plot(n, data, ".", color=INK, ms=4, label="of the measurements")
-    axes.set_yscale("log")
+    if (data + prior).max() > 5 * data.min():
+        axes.set_yscale("log")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(axis="y", color="0.92", lw=0.6)
     axes.set_xlabel("evaluations of all loads")
@@ -394,6 +399,7 @@ def draw_readings(training):
         below.axhline(0, color="0.5", lw=0.8)
         below.vlines(n, 0, (rows[:, 2] - rows[:, 1]) / rows[:, 3], color=COLOURS[1], lw=2)
         below.set_ylabel("difference [sd]")
+        below.set_xlim(0.4, len(n) + 0.6)
         below.set_xlabel("reading" if len(n) > 30 else "")
         if len(n) <= 30:
             names = [one for one, is_of in zip(training.readings.names, mask) if is_of]
