@@ -66,7 +66,9 @@ def draw_convergence(training):
         axes.grid(axis="y", color="0.92", lw=0.6)
         axes.set_axisbelow(True)
         if axes is not panels[3]:
-            axes.set_yscale("log")
+            low, high = axes.dataLim.intervaly
+            if axes is panels[0] or high > 5 * low:
+                axes.set_yscale("log")
             axes.tick_params(labelbottom=False)
     panels[3].set_ylim(0, max(20.0, min(100.0, 1.15 * np.max(100 * (g["infeasible"] + g["failed"]) / g["lambda"]))))
     panels[3].legend(loc="upper right", ncols=2, borderaxespad=0)
@@ -223,8 +225,9 @@ def draw_profile(axes, p):
     ends = factor * one.lower, factor * one.upper
     axes.axvspan(*ends, color=colour, alpha=0.13, lw=0)
     axes.axhline(THRESHOLD_90, color="0.4", lw=0.8, ls=(0, (4, 3)))
-    axes.plot(x, y, "o-", color=colour, ms=3.6, lw=1.2)
-    axes.set_ylim(0, 2.3 * THRESHOLD_90)
+    axes.plot(x, y, "o", color=colour, ms=3.6, zorder=3)
+    axes.plot(*between_points(x, y, factor * one.best, p.is_log), color=colour, lw=1.2)
+    axes.set_ylim(-0.15, 2.3 * THRESHOLD_90)
     if p.is_log and ends[1] / ends[0] > 4:
         axes.set_xscale("log")
         room = (ends[1] / ends[0])**0.12
@@ -240,6 +243,15 @@ def draw_profile(axes, p):
         axes.ticklabel_format(axis="x", useOffset=False, style="plain")
     axes.set_xlabel(f"[{unit}]" if unit else "[–]", labelpad=1)
     axes.set_title(p.label, loc="left", fontsize=9)
+
+
+def between_points(x, y, best, is_log):
+    """A profile between its points: the root of the sum of squares, which is straight for linear problems, runs straight
+    from one to the next."""
+    at = np.log(x) if is_log else x
+    fine = np.unique(np.concatenate([np.linspace(at[0], at[-1], 400), at]))
+    root = np.interp(fine, at, np.where(x < best, -1, 1) * np.sqrt(np.maximum(y, 0)))
+    return np.exp(fine) if is_log else fine, root**2
 
 
 # ---- loads ---------------------------------------------------------------------------------------

@@ -158,11 +158,18 @@ class PlotTraining(unittest.TestCase):
         def other_branch(file):
             file["outcome"].attrs["cold_difference"] = np.array([1e-5])
 
+        def failing(file):
+            file["generations"][:, 11] = 0.3 * file["generations"][:, 3]
+
+        def folded(file):
+            file["loads/load_1"].attrs["violation"] = [0.0, 0.1]
+
         usual = self.warnings()
         self.assertIn("joint base and E of all veins are determined only together (correlation -0.97)", usual)
         for change, sentence in ((scaled(2.5), "differ 3 times as much"), (scaled(0.25), "3.3 times less"),
                                  (at_bound, "E of all veins lies at a bound"), (unsolved, "Load load_2: no equilibrium"),
-                                 (other_branch, "the shapes differ by 10.0 µm")):
+                                 (other_branch, "the shapes differ by 10.0 µm"), (failing, "30 % of the candidates had"),
+                                 (folded, "Load load_1: the final shape lies")):
             with self.subTest(sentence):
                 self.assertNotIn(sentence, usual)
                 self.assertIn(sentence, self.warnings(change))
