@@ -107,6 +107,9 @@ def check_details(contents):
     n, chi2 = (float(next(v[0] for k, v in contents.items() if k.split("/")[-1] == name)) for name in ("residuals", "chi2"))
     check(abs(path[-1][1] - chi2) < 1e-5 * (2 * math.sqrt(n * max(chi2, path[-1][1])) + n * 1e-5),
           f"and ends at the outcome: {path[-1]}, {chi2}")
+    # One decade about the values of [Wing]; parameters are known to 1e-5.
+    prior = sum(math.log10(value / (12.58e9 if name == "E" else OTHERS))**2 for name, value in TRUTH.items())
+    check(abs(path[-1][2] - prior) < 1e-5, f"the priors are counted: {path[-1][2]}, not {prior}")
     intervals = rows_of(contents, "intervals", 5)
     check(len(intervals) == len(TRUTH), "an interval of every parameter")
     for (lower, best, upper, *has), name in zip(intervals, ("E", "joint:R4+5_base", "joint:R1_Rs")):
