@@ -8,7 +8,8 @@ import numpy as np
 from _training_run import error_ratio, in_words, warnings_of
 
 WORDS = {"determined": "determined", "roughly": "roughly known", "lower": "only a lower limit",
-         "upper": "only an upper limit", "open": "not determined", "unknown": "not examined"}
+         "upper": "only an upper limit", "open": "not determined", "failed": "interval not found",
+         "unknown": "not examined"}
 STYLE = """
 :root { color-scheme: light; }
 body { font: 16px/1.55 system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif; color: #262019;
@@ -26,7 +27,8 @@ td.number, th.number { text-align: right; white-space: nowrap; font-variant-nume
 td.name { white-space: nowrap; font-weight: 600; }
 .verdict { display: inline-block; border-radius: 1rem; padding: .05rem .65rem; font-size: .82rem; white-space: nowrap; }
 .determined { background: #0072B2; color: #fff; } .roughly { background: #E69F00; color: #2b1e00; }
-.lower, .upper, .open { background: #e4e1dc; color: #4a443c; } .unknown { background: #fff; border: 1px solid #8c8478; }
+.lower, .upper, .open, .failed { background: #e4e1dc; color: #4a443c; }
+.unknown { background: #fff; border: 1px solid #8c8478; }
 .warnings { border-left: 4px solid #D55E00; background: #fdf3ec; padding: .6rem 1rem; margin: 1.2rem 0; }
 .warnings ul { margin: .3rem 0; padding-left: 1.1rem; }
 .fine { border-left: 4px solid #009E73; background: #eef8f4; padding: .6rem 1rem; margin: 1.2rem 0; }
@@ -58,7 +60,7 @@ def numbers_of(training):
     boxes.append((f"{training.evaluations + behind}", text))
     ratio = error_ratio(training)
     if np.isfinite(ratio):
-        boxes.append((f"{ratio:.2g}", "difference in units of the declared errors; 1 is as it should be"))
+        boxes.append((f"{ratio:.3g}", "difference in units of the declared errors; 1 is as it should be"))
     return boxes
 
 

@@ -73,11 +73,13 @@ class Parameter:
 
     @property
     def verdict(self):
-        """determined | roughly | lower | upper | open | unknown"""
+        """determined | roughly | lower | upper | open | failed | unknown"""
         one = self.interval
         if not np.isfinite(self.value) or one is None:
             return "unknown"
         if not (one.has_lower and one.has_upper):
+            if not (one.has_lower or one.has_upper or self.is_complete):
+                return "failed"
             return "lower" if one.has_lower else "upper" if one.has_upper else "open"
         if self.is_log and one.upper / one.lower > ROUGHLY**2:
             return "roughly"
@@ -96,7 +98,7 @@ class Parameter:
         if verdict in ("determined", "roughly"):
             return self.text(one.best)
         return {"lower": "> " + self.text(one.lower) if one else "", "upper": "< " + self.text(one.upper) if one else "",
-                "open": "not determined", "unknown": self.text() if np.isfinite(self.value) else "–"}[verdict]
+                "open": "not determined", "failed": "–", "unknown": self.text() if np.isfinite(self.value) else "–"}[verdict]
 
     def interval_text(self):
         if self.verdict not in ("determined", "roughly"):
@@ -125,8 +127,7 @@ class Parameter:
         if verdict == "determined":
             text = f"The measurements determine it: {self.text(one.best)}, {self.uncertainty()}."
         elif verdict == "roughly":
-            text = (f"Known roughly: about {self.text(one.best)}, and 90 % sure to lie between {self.text(one.lower)} and "
-                    f"{self.text(one.upper)}.")
+            text = f"Known roughly: about {self.text(one.best)}, and with 90 % confidence {self.interval_text()}."
         elif verdict == "lower":
             text = f"Not determined by these loads; only that it is {'stiffer' if joint else 'larger'} than " \
                    f"{self.text(one.lower)} can be said."
@@ -136,6 +137,9 @@ class Parameter:
         elif verdict == "open":
             text = f"Not determined by these loads: every value from {self.text(self.low)} to {self.text(self.high)} " \
                    "fits the measurements equally well."
+        elif verdict == "failed":
+            return "Nothing can be said: the search for its interval did not come to its end. Fewer parameters or more " \
+                   "steps ([Polish] iterations) may help."
         elif np.isfinite(self.value):
             text = "How well the measurements determine it was not asked: take the number as one that fits, not as known."
         else:
@@ -281,6 +285,8 @@ def read_outcome(file, training):
         for parameter, row in zip(training.parameters, group["intervals"][:]):
             parameter.interval = Interval(*map(float, row[:3]), *(row[3:5] > 0.5))
     for parameter in training.parameters:
+        if "profiles" in file:
+            parameter.is_complete = False
         if f"profiles/{parameter.name}" in file:
             made = file[f"profiles/{parameter.name}"]
             parameter.profile = made[:]

@@ -20,14 +20,15 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 from _flusi_io import InputError, run_tool  # noqa: E402
 from _style import use_style  # noqa: E402
-from _training_plots import draw_convergence, draw_loads, draw_parameters, draw_profiles, draw_readings  # noqa: E402
+from _training_maps import draw_loads  # noqa: E402
+from _training_plots import draw_convergence, draw_parameters, draw_profiles, draw_readings  # noqa: E402
 from _training_report import page  # noqa: E402
 from _training_run import find_history, read_training  # noqa: E402
 from _wing_file import read_wing  # noqa: E402
 
 CAPTIONS = {
     "loads": "Measured, simulated, and their difference, for every load. The dot marks where the force acts, on the unloaded "
-             "wing; white lines are lines of equal deformation, the same in both maps; white areas were not measured. "
+             "wing; white lines are lines of equal deformation, the same in both maps; grey areas were not measured. "
              "A difference without structure is noise; structure tells what the wing model cannot do.",
     "parameters": "Grey: the range that was searched. Blue: 90 % intervals of parameters that the measurements determine, "
                   "orange: of those known only roughly. Arrows: parameters for which the measurements set no end on that "

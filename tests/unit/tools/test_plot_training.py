@@ -16,7 +16,8 @@ sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
 import synthetic_training as made  # noqa: E402
 from synthetic import picture, run_tool  # noqa: E402
 import plot_training  # noqa: E402,F401  (chooses the backend)
-from _training_plots import draw_parameters, edges_of, grid_of, runs_of  # noqa: E402
+from _training_maps import edges_of, grid_of  # noqa: E402
+from _training_plots import draw_parameters, runs_of  # noqa: E402
 from _training_report import page  # noqa: E402
 from _training_run import in_words, read_training, warnings_of  # noqa: E402
 
@@ -114,6 +115,18 @@ class PlotTraining(unittest.TestCase):
         rows = self.text_page().tables["verdicts"]
         for row, number in zip(rows[3:6], ("77", "4.4", "55")):
             self.assertNotIn(number, " ".join(row))
+
+    def test_search_of_an_interval_that_failed(self):
+        """Neither end was found because the search broke off: that is not "every value is as good"."""
+        def change(file):
+            file["profiles/joint:free"].attrs["is_complete"] = np.array([0], "i4")
+
+        row = self.text_page(changes=[change]).tables["verdicts"][5]
+        self.assertEqual(row[1:4], ["–", "–", "interval not found"])
+        self.assertIn("did not come to its end", row[4])
+        figure = draw_parameters(read_training(made.write_training(self.folder, changes=[change])))
+        arrows = [text for axes in figure.axes for text in axes.texts if getattr(text, "arrow_patch", None)]
+        self.assertEqual(len(arrows), 2, "no arrow for it")
 
     def test_numbers_of_the_run(self):
         done = self.text_page()
