@@ -97,6 +97,7 @@ contains
     end if
     call self%crew%stop_rules%listen(self%world)
     call tell_what(self)
+    if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%crew, self%log)
     call self%search%run(self%settings, self%crew, self%log)
     if (take_failure(self)) return
     call write_history(self%settings, self%search%space, self%search%history, self%failure)

@@ -24,6 +24,7 @@ contains
     real(rp), allocatable :: residuals(:)
     integer :: l
     call solve_all_cold(settings%experiment, crew, settings%experiment%start(), evaluations)
+    call fit_offsets(settings%experiment, evaluations)
     call print_loads(output_unit, settings%experiment, evaluations)
     allocate (residuals(0))
     ok = .true.
@@ -34,6 +35,32 @@ contains
     if (.not. ok) return
     write (output_unit, '(a,es23.15,a)') 'h = ', settings%experiment%cost(residuals), ' m'
   end subroutine evaluate_wing
+
+  !> Unknown offsets of observations are no property of the wing: they are given the values that suit best, and said.
+  subroutine fit_offsets(experiment, evaluations)
+    type(experiment_t), intent(in) :: experiment
+    type(evaluation_t), intent(inout) :: evaluations(:)
+    real(rp) :: slope, square, offset
+    integer :: i, l
+    do i = size(experiment%numbers) + 1, experiment%count()
+      slope = 0
+      square = 0
+      do l = 1, size(evaluations)
+        if (.not. evaluations(l)%is_solved) cycle
+        associate (column => evaluations(l)%jacobian(:, i), sigma => experiment%comparisons(l)%sigma)
+          slope = slope + sum(column*evaluations(l)%residuals/sigma**2)
+          square = square + sum((column/sigma)**2)
+        end associate
+      end do
+      if (.not. square > 0) cycle
+      offset = -slope/square
+      do l = 1, size(evaluations)
+        evaluations(l)%residuals = evaluations(l)%residuals + offset*evaluations(l)%jacobian(:, i)
+      end do
+      write (output_unit, '(a,es14.6,a)') 'zero:'//trim(experiment%measurement%zeros(i - size(experiment%numbers)))// &
+        ' is taken as', offset, ' m'
+    end do
+  end subroutine fit_offsets
 
   !> All loads at these coordinates, without warm starts.
   subroutine solve_all_cold(experiment, crew, coordinates, evaluations)

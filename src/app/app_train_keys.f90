@@ -47,10 +47,12 @@ contains
                    'UPPER log|linear, separated by commas; names as in [Wing] parameters, or E, D; joint:* and E:* '// &
                     'mean all joints and all veins')
     call r%add_word('Train', 'scale', 'preset', 'preset|log|linear', 'of bounds that do not say it; paper: linear')
-  call r%add_word('Train', 'cost', 'auto', 'auto|h|chi2', 'what the search makes small: h [m] of the paper, or the '// &
+    call r%add_word('Train', 'cost', 'auto', 'auto|h|chi2', &
+                    'what the search makes small: h [m] of the paper, or the '// &
                     'sum of squares in units of the declared errors; auto: h unless there are scalar observations')
-   call r%add_word('Train', 'start', 'random', 'random|wing', 'where the first run begins: anywhere in the box, or '// &
-                    'at the values of [Wing]')
+    call r%add_word('Train', 'start', 'random', 'random|wing', &
+                  'where the first run begins: at a random point of the box that bears all loads, or at the values '// &
+                    'of [Wing]')
     call r%add_integer('Train', 'seed', 1, 'of all random numbers', min=0)
     call r%add_word('Train', 'stages', 'preset', 'preset|1|2', '2: a second search with E fixed follows, as in the '// &
                     'paper')
@@ -66,10 +68,12 @@ contains
     call r%add_word('CMAES', 'restarts', 'none', 'none|ipop|bipop', 'what follows a run that ends before its target')
     call r%add_integer('CMAES', 'max_restarts', 9, 'at most', min=0, max=1000)
     call r%add_integer('CMAES', 'max_generations', 0, 'of a run; 0: without limit, paper: 100', min=0)
-  call r%add_integer('CMAES', 'max_evaluations', 0, 'of candidates in a search, restarts included; 0: 40 for every '// &
+    call r%add_integer('CMAES', 'max_evaluations', 0, &
+                       'of candidates in a search, restarts included; 0: 15 for every '// &
                        'parameter, the polish does the rest, paper: without limit', min=0)
     call r%add_real('CMAES', 'target', -1.0_rp, 'the search ends at a cost below; -1: none, paper: 1e-6 m', min=-1.0_rp)
-   call r%add_real('CMAES', 'tolfun', 1.0e-3_rp, 'the run ends when costs of a generation and best costs of recent '// &
+    call r%add_real('CMAES', 'tolfun', 1.0e-3_rp, &
+                    'the run ends when costs of a generation and best costs of recent '// &
                     'ones differ less, relative to the first; the polish does the rest. Paper: 1e-11', min=0.0_rp)
     call r%add_real('CMAES', 'tolfunhist', 1.0e-12_rp, 'the same of the best costs alone', min=0.0_rp)
     call r%add_real('CMAES', 'tolx', 1.0e-11_rp, 'the run ends when the step is shorter, over sigma0', min=0.0_rp)

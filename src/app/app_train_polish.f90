@@ -53,6 +53,7 @@ contains
     real(rp), intent(in) :: p(:)
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
+    call self%crew%look()
     call full_results(self%experiment, self%crew, p, self%is_start, self%shapes, evaluations, shapes)
     call move_alloc(evaluations, self%evaluations)
     call move_alloc(shapes, self%tried)

@@ -5,13 +5,14 @@ module app_train_search
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
   use app_train_log, only: train_log_t
-  use app_train_objective, only: candidate_costs_t, train_objective_t
+  use app_train_objective, only: candidate_costs_t, full_results, train_objective_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_errors, only: failure_t
   use base_files, only: folder_of, join_path, name_of
   use base_kinds, only: i8, rp
+  use base_random, only: random_uniforms
   use base_text, only: number_text
   use cmaes_archive, only: archive_t
   use cmaes_options, only: cmaes_options_t
@@ -19,6 +20,7 @@ module app_train_search
   use cmaes_stop, only: RUNNING
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
+  use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
   use solid_params, only: PARAM_YOUNG
   use solid_restart, only: wing_mark
@@ -27,6 +29,8 @@ module app_train_search
   public :: train_search_t
 
   character(*), parameter :: SCHEMA = 'flusi-msm training'
+  integer, parameter :: MOST_DRAWS = 20 !< of random starts
+  integer(i8), parameter :: DRAWS = 2_i8**62 !< stream of random numbers that the optimiser does not use
   character(*), parameter :: PREFIX = 'search_of_' !< of what the optimiser stores
 
   type :: train_search_t
@@ -44,6 +48,7 @@ module app_train_search
   contains
     procedure :: init => search_init
     procedure :: restore => search_restore
+    procedure :: choose_start => search_choose_start
     procedure :: run => search_run
     procedure :: back_up => search_back_up
     procedure :: best => search_best
@@ -67,9 +72,45 @@ contains
     call begin_stage(self, settings)
   end subroutine search_init
 
-  subroutine begin_stage(self, settings)
+  !> Begins at a random point of the box where the wing can bear all loads: elsewhere every candidate may fail, at great
+  !> cost. After MOST_DRAWS draws any point will do. A search that has begun, or begins at [Wing], stays as it is.
+  subroutine search_choose_start(self, settings, crew, log)
     class(train_search_t), intent(inout) :: self
     type(train_settings_t), intent(in) :: settings
+    type(train_crew_t), intent(inout) :: crew
+    type(train_log_t), intent(inout) :: log
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: shapes(:, :, :)
+    real(rp) :: u(size(self%space%free)), pair(2)
+    logical :: is_feasible, is_start(size(settings%experiment%loads))
+    integer :: draw, i, l
+    if (settings%starts_at_wing .or. self%history%n_generations > 0 .or. self%stage > 1) return
+    is_start = .false.
+    do draw = 1, MOST_DRAWS
+      do i = 1, size(u)
+        pair = random_uniforms(settings%search%seed, DRAWS, int(draw, i8)*1000000_i8 + i)
+        u(i) = pair(1)
+      end do
+      call full_results(settings%experiment, crew, self%space%coordinates(u), is_start, self%objective%shapes, &
+                        evaluations, shapes)
+      if (crew%is_stopped) return
+      is_feasible = .true.
+      do l = 1, size(evaluations)
+        is_feasible = is_feasible .and. evaluations(l)%is_feasible()
+      end do
+      if (is_feasible) exit
+    end do
+    call log%say('start     random point '//number_text(min(draw, MOST_DRAWS))// &
+                 trim(merge(', the first that bears all loads   ', ', though it does not bear all loads', &
+                            is_feasible)))
+    call begin_stage(self, settings, u)
+  end subroutine search_choose_start
+
+  !> The first generation of the present stage; `first` is where it begins.
+  subroutine begin_stage(self, settings, first)
+    class(train_search_t), intent(inout) :: self
+    type(train_settings_t), intent(in) :: settings
+    real(rp), intent(in), optional :: first(:)
     type(start_region_t) :: region
     type(cmaes_options_t) :: options
     integer :: n
@@ -80,6 +121,7 @@ contains
     if (settings%starts_at_wing .and. self%stage == 1) &
       region%first = self%space%place(settings%experiment%start())
     if (self%stage > 1) region%first = self%space%fixed(self%space%free)
+    if (present(first)) region%first = first
     options = settings%search
     options%seed = options%seed + (self%stage - 1)
     call self%search%start(options, settings%restarts, settings%max_restarts, region)
@@ -206,7 +248,7 @@ contains
       if (self%since_checkpoint >= settings%checkpoint_every .or. self%is_done) call self%back_up()
       if (self%failure%failed) return
     end do
-    if (self%since_checkpoint > 0) call self%back_up()
+    if (self%since_checkpoint > 0 .or. self%history%n_generations == 0) call self%back_up()
   end subroutine search_run
 
   !> One generation; if the crew is stopped on the way, everything is as before.

@@ -169,7 +169,7 @@ contains
       if (c%get_integer('CMAES', 'max_evaluations') > 0) then
         o%max_evaluations = c%get_integer('CMAES', 'max_evaluations')
       else if (.not. s%is_paper) then
-        o%max_evaluations = 40*n
+        o%max_evaluations = 15*n
       end if
       o%f_target = c%get_real('CMAES', 'target')
       if (o%f_target < 0) o%f_target = merge(1.0e-6_rp, -1.0_rp, s%is_paper .and. .not. s%use_chi2)

@@ -167,6 +167,8 @@ def test_kill(case):
     done = killed.run("train.ini", "--restart", ranks=2)
     check("restart   after" in done.out, done.out)
     same_outcome(whole, killed)
+    killed.run("train.ini", "--restart", ranks=0)  # nothing is left to search
+    same_outcome(whole, killed)
     killed.write("other.ini", merged(ini, {"Train": {"seed": 2}}))
     done = killed.run("other.ini", "--restart", ranks=0, code=EXIT_USER)
     check("belongs to another" in done.err, done.err)
@@ -191,7 +193,7 @@ def test_paper(case):
 def test_infeasible(case):
     """Nothing is feasible: the program says so."""
     twin(case)
-    case.write("train.ini", quick(Train={"parameters": "E 1e8 1.01e8"}, CMAES={"max_generations": 1, "lambda": 3},
+    case.write("train.ini", quick(Train={"parameters": "E 1e8 1.01e8", "start": "wing"}, CMAES={"max_generations": 1, "lambda": 3},
                                   Solver={"factorisation_limit": 3}))
     done = case.run("train.ini", ranks=0, code=EXIT_NUMERICAL)
     check("no candidate was feasible" in done.out, done.out)

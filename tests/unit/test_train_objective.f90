@@ -25,6 +25,7 @@ program test_train_objective
   implicit none
   integer, parameter :: N_LOADS = 2, NX = 24, NY = 12, LAMBDA = 9
   integer, parameter :: ONE_OF = 10 ! failing tasks: with two loads every fifth candidate
+  integer, parameter :: SEARCHERS = 3 ! ranks that search; others would find the same
   real(rp), parameter :: PLACES(2, N_LOADS) = reshape([0.00721_rp, -0.00032_rp, 0.00496_rp, -0.00111_rp], [2, N_LOADS])
   real(rp), parameter :: FORCES(N_LOADS) = [2.0e-4_rp, 4.0e-4_rp]
   real(rp), parameter :: HALF(2) = log([2.5_rp, 2.5_rp]) ! of the box, E and the vein
@@ -52,7 +53,7 @@ program test_train_objective
     runner_alone%one_of = ONE_OF
     call alone%init(world_alone, experiment, runner_alone, output)
     call test_costs()
-    if (t%world%size == 3) call test_search() ! the others would find the same
+    if (t%world%size == SEARCHERS) call test_search()
     call crew%dismiss()
   else
     call crew%serve()
@@ -60,8 +61,10 @@ program test_train_objective
   call t%check('all ranks compute what one computes, to the bit', is_same)
   call t%check('candidates fail whose tasks fail', is_right)
   call t%check('solutions are warm, or cold where the mean failed', is_warm)
-  call t%check('in the search every fifth candidate failed', is_fifth)
-  call t%check_below('it finds the truth all the same', error, 3.0e-2_rp)
+  if (t%world%size == SEARCHERS) then
+    call t%check('in the search every fifth candidate failed', is_fifth)
+    call t%check_below('it finds the truth all the same', error, 3.0e-2_rp)
+  end if
   call t%finish()
 
 contains
