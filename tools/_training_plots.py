@@ -166,6 +166,7 @@ def draw_parameter(axes, y, p):
             if has:
                 axes.plot([end, end], [y - 0.27, y + 0.27], color=OPEN, lw=2.2, zorder=4)
     text = p.shown() + (f"   {p.uncertainty()}" if p.uncertainty() else "")
+    text = "interval not found" if p.verdict == "failed" else text
     axes.text(1.02, y, text, transform=axes.get_yaxis_transform(), va="center", fontsize=9,
               color=INK if p.verdict in ("determined", "roughly", "unknown") else "0.45")
 

@@ -88,8 +88,8 @@ def load_table(training):
                     f"<td class=number>{in_words(load.rms, 'm')}</td>"
                     f"<td class=number>{in_words(float(np.abs(load.difference).max()), 'm')}</td>"
                     f"<td class=number>{chi}</td></tr>")
-    heads = ("load", "force", "applied at [mm]", "points", "largest deformation", "rms difference", "largest difference",
-             "over declared error")
+    heads = ("load", "force", "applied at [mm]", "points", "largest deformation", "rms difference",
+             "largest difference", "over declared error")
     return ("<div class=scroll><table id=loads><thead><tr>"
             + "".join(f"<th{' class=number' if k else ''}>{head}</th>" for k, head in enumerate(heads))
             + "</tr></thead><tbody>\n" + "\n".join(rows) + "\n</tbody></table></div>")
@@ -115,15 +115,23 @@ def figure_html(picture):
 def page(training, pictures):
     """The whole page. `pictures` are (heading, caption, png bytes)."""
     title = f"Training report: {training.name}"
-    boxes = "".join(f"<li><b>{escape(value)}</b><span>{escape(text)}</span></li>" for value, text in numbers_of(training))
+    boxes = "".join(f"<li><b>{escape(value)}</b><span>{escape(text)}</span></li>"
+                    for value, text in numbers_of(training))
     log = f"<details><summary>The log of the run</summary><pre>{escape(training.log)}</pre></details>" if training.log \
         else ""
+    singular = ""
+    if training.singular_values is not None:
+        values = ", ".join(f"{value:.3g}" for value in training.singular_values)
+        singular = ("<dt>Singular values</dt><dd>Of the derivatives of everything that was measured, in units of the "
+                    "declared errors, with respect to the logarithms of the parameters: as many combinations of "
+                    f"parameters are determined within about a factor of e as there are values well above 1. {values}</dd>\n")
     cost = "h" if training.cost == "h" else "the sum of squares in units of the declared errors"
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{escape(title)}</title><style>{STYLE}</style></head><body>
 <h1>{escape(title)}</h1>
-<p class=quiet>Wing {escape(training.wing_path)}, measured in {escape(training.measurement)}. The search made {cost} small.</p>
+<p class=quiet>Wing {escape(training.wing_path)}, measured in {escape(training.measurement)}. The search made {cost}
+small.</p>
 <h2>What the measurements say</h2>
 {verdict_table(training)}
 <ul class=numbers>{boxes}</ul>
@@ -141,9 +149,9 @@ the limit, up to the end of the range that was searched, fit equally well. Do no
 a load that acts closer to this part would help.</dd>
 <dt>h</dt><dd>The square root of the sum over loads of the mean squared difference between simulated and measured
 deformation. It grows with the number of loads; the rms difference of each load does not.</dd>
-<dt>χ²</dt><dd>The sum of the squared differences in units of the declared errors. It should be near the number of measured
-points.</dd>
-</dl>
+<dt>χ²</dt><dd>The sum of the squared differences in units of the declared errors. It should be near the number of
+measured points.</dd>
+{singular}</dl>
 {log}
 </body></html>
 """

@@ -69,7 +69,8 @@ class Parameter:
         kind, _, rest = self.name.partition(":")
         if self.name == "E":
             return "E of all veins"
-        return {"joint": "joint ", "E": "E of vein ", "zero": "zero of "}.get(kind, kind + " ") + rest if rest else self.name
+        known = {"joint": "joint ", "E": "E of vein ", "zero": "zero of "}
+        return known.get(kind, kind + " ") + rest if rest else self.name
 
     @property
     def verdict(self):
@@ -97,8 +98,11 @@ class Parameter:
         verdict, one = self.verdict, self.interval
         if verdict in ("determined", "roughly"):
             return self.text(one.best)
-        return {"lower": "> " + self.text(one.lower) if one else "", "upper": "< " + self.text(one.upper) if one else "",
-                "open": "not determined", "failed": "–", "unknown": self.text() if np.isfinite(self.value) else "–"}[verdict]
+        if verdict in ("lower", "upper"):
+            return "> " + self.text(one.lower) if verdict == "lower" else "< " + self.text(one.upper)
+        if verdict == "unknown" and np.isfinite(self.value):
+            return self.text()
+        return "not determined" if verdict == "open" else "–"
 
     def interval_text(self):
         if self.verdict not in ("determined", "roughly"):
@@ -138,10 +142,11 @@ class Parameter:
             text = f"Not determined by these loads: every value from {self.text(self.low)} to {self.text(self.high)} " \
                    "fits the measurements equally well."
         elif verdict == "failed":
-            return "Nothing can be said: the search for its interval did not come to its end. Fewer parameters or more " \
-                   "steps ([Polish] iterations) may help."
+            return "Nothing can be said: the search for its interval did not come to its end. Fewer parameters or " \
+                   "more steps ([Polish] iterations) may help."
         elif np.isfinite(self.value):
-            text = "How well the measurements determine it was not asked: take the number as one that fits, not as known."
+            text = "How well the measurements determine it was not asked: take the number as one that fits, not as " \
+                   "known."
         else:
             text = "The training has not reached its end."
         return text if self.is_complete else text + " (The search for the ends of the interval was cut short.)"
@@ -191,6 +196,7 @@ class Training:
     outcome: dict = field(default_factory=dict)      # numbers by name; empty if the training has not ended
     polish: np.ndarray = None         # (n, 3) evaluations, sum of squares of the data and of the priors
     covariance: np.ndarray = None
+    singular_values: np.ndarray = None  # of the derivatives in units of the declared errors
     loads: list = field(default_factory=list)
     readings: Readings = None
     wing: object = None
@@ -238,12 +244,14 @@ def read_training(path):
     path = Path(path)
     try:
         with h5py.File(path, "r") as file:
-            if text_of(file.attrs.get("schema", "")) != SCHEMA or int(np.ravel(file.attrs.get("version", 0))[0]) != VERSION:
+            version = int(np.ravel(file.attrs.get("version", 0))[0])
+            if text_of(file.attrs.get("schema", "")) != SCHEMA or version != VERSION:
                 raise InputError(f"{path}: not a history of version {VERSION} of msm_train")
             training = parts_of(file, path)
     except (OSError, KeyError, ValueError, IndexError) as error:
         raise InputError(f"{path}: not a readable history: {error}") from None
-    for place in (Path(training.wing_path), path.parent / training.wing_path, path.parent / Path(training.wing_path).name):
+    for place in (Path(training.wing_path), path.parent / training.wing_path,
+                  path.parent / Path(training.wing_path).name):
         if training.wing is None and place.is_file():
             try:
                 training.wing = read_wing(place)
@@ -292,6 +300,8 @@ def read_outcome(file, training):
             parameter.profile = made[:]
             parameter.is_complete = bool(np.ravel(made.attrs.get("is_complete", 1))[0])
     training.polish = group["path"][:] if "path" in group else None
+    if "singular_values" in group.attrs:
+        training.singular_values = np.ravel(group.attrs["singular_values"])
     training.covariance = group["covariance"][:] if "covariance" in group else None
     for name, made in sorted(file.get("loads", {}).items()):
         facts = {key: np.ravel(value) for key, value in made.attrs.items()}
@@ -301,7 +311,8 @@ def read_outcome(file, training):
             bool(np.any(facts.get("violation", np.zeros(2)) > 0))))
     if "readings" in file:
         made = file["readings"]
-        training.readings = Readings(text_of(made.attrs["names"]).split(), text_of(made.attrs["loads"]).split(), made[:])
+        names, loads = (text_of(made.attrs[name]).split() for name in ("names", "loads"))
+        training.readings = Readings(names, loads, made[:])
 
 
 def correlated_pairs(training, limit=0.95):
@@ -329,8 +340,8 @@ def warnings_of(training):
                      "Train with polish = yes and intervals = yes in [Polish].")
     ratio = error_ratio(training)
     if ratio > 1.5:
-        found.append(f"Simulation and measurement differ {ratio:.2g} times as much as the declared errors allow: the wing "
-                     "model or the declared errors miss something, and the intervals are too narrow.")
+        found.append(f"Simulation and measurement differ {ratio:.2g} times as much as the declared errors allow: the "
+                     "wing model or the declared errors miss something, and the intervals are too narrow.")
     elif ratio < 2 / 3:
         found.append(f"Simulation and measurement differ {1 / ratio:.2g} times less than the declared errors: the "
                      "declared errors are larger than the true ones, and the intervals are too wide.")
@@ -343,12 +354,13 @@ def warnings_of(training):
         elif load.is_excluded:
             found.append(f"Load {load.name}: the final shape lies in an excluded zone.")
     if training.is_complete and out.get("cold_difference", 0) > 0.1 * out.get("h", np.inf) > 0:
-        found.append(f"Solved again from the unloaded wing, the shapes differ by {in_words(out['cold_difference'], 'm')}: "
-                     "the equilibrium may not be the only one.")
+        found.append("Solved again from the unloaded wing, the shapes differ by "
+                     f"{in_words(out['cold_difference'], 'm')}: the equilibrium may not be the only one.")
     if training.generations:
         share = (training.generations["failed"].sum() / max(1, training.evaluations))
         if share > 0.2:
-            found.append(f"{100 * share:.0f} % of the candidates had no solution: the bounds or the forces may be too wide.")
+            found.append(f"{100 * share:.0f} % of the candidates had no solution: the bounds may be too wide, or the "
+                         "forces too large.")
     for one, other, r in correlated_pairs(training):
         found.append(f"{one} and {other} are determined only together (correlation {r:+.2f}): a larger value of one "
                      f"goes with a {'larger' if r > 0 else 'smaller'} value of the other.")

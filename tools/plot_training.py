@@ -27,18 +27,18 @@ from _training_run import find_history, read_training  # noqa: E402
 from _wing_file import read_wing  # noqa: E402
 
 CAPTIONS = {
-    "loads": "Measured, simulated, and their difference, for every load. The dot marks where the force acts, on the unloaded "
-             "wing; white lines are lines of equal deformation, the same in both maps; grey areas were not measured. "
-             "A difference without structure is noise; structure tells what the wing model cannot do.",
-    "parameters": "Grey: the range that was searched. Blue: 90 % intervals of parameters that the measurements determine, "
-                  "orange: of those known only roughly. Arrows: parameters for which the measurements set no end on that "
-                  "side.",
-    "profiles": "How much worse the best fit becomes if one parameter is held at another value and all others are fitted "
-                "again. Where a curve stays below the dashed line is the 90 % interval (shaded).",
-    "convergence": "From above: the cost of the candidates, the step of the search, the condition of its covariance matrix, "
-                   "and candidates that could not be used. The star is the trained wing after the polish.",
-    "readings": "Single readings and what the trained wing gives; below, the difference in units of the declared error, "
-                "with the range of 90 % shaded.",
+    "loads": "Measured, simulated, and their difference, for every load. The dot marks where the force acts, on the "
+             "unloaded wing; white lines are lines of equal deformation, the same in both maps; grey areas were not "
+             "measured. A difference without structure is noise; structure tells what the wing model cannot do.",
+    "parameters": "Grey: the range that was searched. Blue: 90 % intervals of parameters that the measurements "
+                  "determine, orange: of those known only roughly. Arrows: parameters for which the measurements set "
+                  "no end on that side.",
+    "profiles": "How much worse the best fit becomes if one parameter is held at another value and all others are "
+                "fitted again. Where a curve stays below the dashed line is the 90 % interval (shaded).",
+    "convergence": "From above: the cost of the candidates, the step of the search, the condition of its covariance "
+                   "matrix, and candidates that could not be used. The star is the trained wing after the polish.",
+    "readings": "Single readings and what the trained wing gives; below, the difference in units of the declared "
+                "error, with the range of 90 % shaded.",
 }
 HEADINGS = {"loads": "Measured and simulated deformation", "parameters": "The parameters and their intervals",
             "profiles": "Profiles of the likelihood", "convergence": "How the search went",

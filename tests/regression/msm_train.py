@@ -104,7 +104,8 @@ def check_details(contents):
     check(len(path) > 2 and all(a[0] < b[0] for a, b in zip(path, path[1:])), f"evaluations are counted: {path}")
     check(sums == sorted(sums, reverse=True), f"the path goes down: {sums}")
     # The cold solution is another by 1e-12 m at most, of errors of 1e-7 m declared: 1e-5 of a residual, in each of n.
-    n, chi2 = (float(next(v[0] for k, v in contents.items() if k.split("/")[-1] == name)) for name in ("residuals", "chi2"))
+    n, chi2 = (float(next(v[0] for k, v in contents.items() if k.split("/")[-1] == name))
+               for name in ("residuals", "chi2"))
     check(abs(path[-1][1] - chi2) < 1e-5 * (2 * math.sqrt(n * max(chi2, path[-1][1])) + n * 1e-5),
           f"and ends at the outcome: {path[-1]}, {chi2}")
     # One decade about the values of [Wing]; parameters are known to 1e-5.

@@ -25,7 +25,9 @@ def generations():
             best = 1e-4 * 0.9**len(rows)
             rows.append([1, run, k, size, done, best, 1.1 * best, 2 * best, 0.3 * 0.9**k, 10.0**(0.2 * k),
                          2 if k < 3 else 0, 1 if k < 4 else 0, *VALUES])
-    return np.array(rows)
+    rows = np.array(rows)
+    rows[0, 5:8] = np.nan  # nothing was feasible yet
+    return rows
 
 
 def surface(nx=21, ny=9):
@@ -75,6 +77,7 @@ def write_outcome(file, n_loads, intervals, readings):
         group.attrs[key] = np.array([value])
     for key, value in (("residuals", n_loads * len(rows)), ("evaluations_behind_the_search", 77), ("is_polished", 1)):
         group.attrs[key] = np.array([value], "i4")
+    group.attrs["singular_values"] = np.array([7e4, 300.0, 40.0, 3.0, 0.2, 0.01])
     sd = np.array([0.01, 0.7, 3, 3, 3, 1e-5])
     r = np.eye(len(sd))
     r[0, 1] = r[1, 0] = -0.97
@@ -93,6 +96,7 @@ def write_outcome(file, n_loads, intervals, readings):
         made.attrs.update(point=np.array([7e-3, -1e-3]), force=np.array([5e-4]), direction=np.array([0.0, 0, 1]),
                           chi2=np.array([len(rows) * 1.44]), is_solved=np.array([1], "i4"), violation=np.zeros(2))
     if readings:
-        made = table(file, "readings", [[1, 1e-3, 1.01e-3, 1e-5, 0], [1, 2e-3, 1.98e-3, 1e-5, 0], [2, 0.1, 0.11, 1e-2, 1]],
+        rows = [[1, 1e-3, 1.01e-3, 1e-5, 0], [1, 2e-3, 1.98e-3, 1e-5, 0], [2, 0.1, 0.11, 1e-2, 1]]
+        made = table(file, "readings", rows,
                      "load measured computed sd is_rotation")
         made.attrs["names"], made.attrs["loads"] = np.bytes_("tip middle turn"), np.bytes_("load_1 load_2")

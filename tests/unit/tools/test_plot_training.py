@@ -98,8 +98,8 @@ class PlotTraining(unittest.TestCase):
 
     def test_verdicts_come_first(self):
         rows = self.text_page().tables["verdicts"][1:]
-        self.assertEqual([row[0] for row in rows], ["E of all veins", "joint base", "joint bend", "joint tip", "joint free",
-                                                    "zero of scale"])
+        self.assertEqual([row[0] for row in rows], ["E of all veins", "joint base", "joint bend", "joint tip",
+                                                    "joint free", "zero of scale"])
         self.assertEqual([row[3] for row in rows], ["determined", "roughly known", "only a lower limit",
                                                     "only an upper limit", "not determined", "determined"])
         self.assertEqual([row[1] for row in rows], ["8.00 GPa", "30.0 µN m/rad", "> 200 µN m/rad", "< 30.0 µN m/rad",
@@ -130,7 +130,8 @@ class PlotTraining(unittest.TestCase):
 
     def test_numbers_of_the_run(self):
         done = self.text_page()
-        for text in ("12.0 µm", "20.8 µm", "257", "180 candidates", "77 evaluations", "3 of 6"):
+        for text in ("12.0 µm", "20.8 µm", "7e+04, 300, 40, 3, 0.2, 0.01", "257", "180 candidates", "77 evaluations",
+                     "3 of 6"):
             self.assertIn(text, done.text)
         row = done.tables["loads"][1]
         self.assertEqual(row[:3] + row[5:], ["load_1", "0.5 mN", "(7.00, -1.00)", "12.0 µm", "12.0 µm", "1.20"])
@@ -180,8 +181,10 @@ class PlotTraining(unittest.TestCase):
         usual = self.warnings()
         self.assertIn("joint base and E of all veins are determined only together (correlation -0.97)", usual)
         for change, sentence in ((scaled(2.5), "differ 3 times as much"), (scaled(0.25), "3.3 times less"),
-                                 (at_bound, "E of all veins lies at a bound"), (unsolved, "Load load_2: no equilibrium"),
-                                 (other_branch, "the shapes differ by 10.0 µm"), (failing, "30 % of the candidates had"),
+                                 (at_bound, "E of all veins lies at a bound"),
+                                 (unsolved, "Load load_2: no equilibrium"),
+                                 (other_branch, "the shapes differ by 10.0 µm"),
+                                 (failing, "30 % of the candidates had"),
                                  (folded, "Load load_1: the final shape lies")):
             with self.subTest(sentence):
                 self.assertNotIn(sentence, usual)
