@@ -183,9 +183,12 @@ contains
       sentence = name//': not determined by these data; only > '//shown(interval%lower)//behind()//' can be said'
     else if (interval%has_upper) then
       sentence = name//': not determined by these data; only < '//shown(interval%upper)//behind()//' can be said'
-    else
+    else if (interval%is_complete) then
       sentence = name//': not determined by these data; every value from '//shown(interval%lower)//' to '// &
                  shown(interval%upper)//behind()//' is as good'
+    else
+      sentence = name//': nothing can be said; the search for its interval did not come to its end'
+      return
     end if
     if (.not. interval%is_complete) sentence = sentence//' (the search did not come to its end)'
 
