@@ -342,6 +342,11 @@ def warnings_of(training):
     if ratio > 1.5:
         found.append(f"Simulation and measurement differ {ratio:.2g} times as much as the declared errors allow: the "
                      "wing model or the declared errors miss something, and the intervals are too narrow.")
+    elif is_beyond_chance(training):
+        found.append(f"The differences are larger than chance allows (χ² = {out['chi2']:.0f} of {out['residuals']:.0f} "
+                     "values; with independent errors as declared that happens in less than 1 of 100 cases): the errors "
+                     "may be larger than declared, or the search may have ended in a minimum that is not the lowest. "
+                     "Train again with another seed and compare χ².")
     elif ratio < 2 / 3:
         found.append(f"Simulation and measurement differ {1 / ratio:.2g} times less than the declared errors: the "
                      "declared errors are larger than the true ones, and the intervals are too wide.")
@@ -366,6 +371,12 @@ def warnings_of(training):
                      f"goes with a {'larger' if r > 0 else 'smaller'} value of the other.")
     found += [f"The log says: {line.strip()}" for line in training.log.splitlines() if line.startswith("failed ")]
     return found
+
+
+def is_beyond_chance(training):
+    """Whether chi^2 exceeds its 99 % point; for many values it is normal with the variance 2 n."""
+    n, chi2 = training.outcome.get("residuals", 0), training.outcome.get("chi2", 0)
+    return bool(n > 0 and chi2 - n > 2.326 * np.sqrt(2 * n))
 
 
 def is_at_bound(p):

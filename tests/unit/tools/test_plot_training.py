@@ -190,6 +190,16 @@ class PlotTraining(unittest.TestCase):
                 self.assertNotIn(sentence, usual)
                 self.assertIn(sentence, self.warnings(change))
 
+    def test_chance(self):
+        """chi^2 of n values has the sd sqrt(2 n)."""
+        for sd, is_told in ((-3.0, False), (2.2, False), (2.5, True)):
+            def change(file, sd=sd):
+                n = float(file["outcome"].attrs["residuals"][0])
+                file["outcome"].attrs["chi2"] = np.array([n + sd * np.sqrt(2 * n)])
+
+            with self.subTest(sd):
+                self.assertEqual("larger than chance allows" in self.warnings(change), is_told)
+
     def test_maps_put_heights_where_they_were_measured(self):
         training = read_training(made.write_training(self.folder))
         x, y, field = grid_of(training.loads[0], training.loads[0].rows[:, 2])
