@@ -7,7 +7,7 @@ module app_train
   use app_train_evaluate, only: evaluate_wing, print_loads
   use app_train_log, only: train_log_t
   use app_train_output, only: outcome_lines, write_fragment, write_history
-  use app_train_polish, only: polish_point, trained_t
+  use app_train_polish, only: polish_points, trained_t
   use app_train_screen, only: prepare_screen, screen_wing
   use app_train_search, only: train_search_t
   use app_train_settings, only: load_train_settings, train_settings_t
@@ -79,7 +79,7 @@ contains
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
     type(trained_t) :: trained
-    real(rp), allocatable :: u(:)
+    real(rp), allocatable :: u(:), starts(:, :)
     real(rp) :: cost
     logical :: has_best, ok
     call self%log%open(.true., self%settings%name//'.log', command%restart, self%settings%output%progress_seconds, ok)
@@ -110,7 +110,9 @@ contains
         return
       end if
       call self%log%say('search    best cost '//number_text(cost))
-      call polish_point(self%settings, self%crew, self%search%space, self%search%objective, u, self%log, trained)
+      call self%search%starts(self%settings, u, starts)
+      call polish_points(self%settings, self%crew, self%search%space, self%search%objective, starts, self%log, &
+                         trained)
     end if
     if (self%crew%is_stopped) then
       self%code = EXIT_STOPPED

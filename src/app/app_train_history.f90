@@ -29,6 +29,7 @@ module app_train_history
     procedure :: init => history_init
     procedure :: add_generation => history_add_generation
     procedure :: add_candidates => history_add_candidates
+    procedure :: best_candidates => history_best_candidates
     procedure :: save => history_save
     procedure :: load => history_load
     procedure :: write_tables => history_write_tables
@@ -84,6 +85,33 @@ contains
                                                values(:, k)]
     end do
   end subroutine history_add_candidates
+
+  !> At most `most` feasible candidates, the best first; from each before it a candidate differs in some value by the
+  !> fraction `apart` of it.
+  subroutine history_best_candidates(self, most, apart, values)
+    class(train_history_t), intent(in) :: self
+    integer, intent(in) :: most
+    real(rp), intent(in) :: apart
+    real(rp), allocatable, intent(out) :: values(:, :) !< (unknowns, :)
+    logical :: is_open(self%n_candidates)
+    integer :: k, i
+    allocate (values(self%n_unknowns, 0))
+    is_open = abs(self%candidates(4, :self%n_candidates) - 1) < 0.5_rp
+    do while (size(values, 2) < most .and. any(is_open))
+      k = minloc(self%candidates(5, :self%n_candidates), 1, mask=is_open)
+      associate (chosen => self%candidates(N_CANDIDATE + 1:, k))
+        values = reshape([values, chosen], [self%n_unknowns, size(values, 2) + 1])
+        do i = 1, self%n_candidates
+          if (is_open(i)) is_open(i) = is_apart(self%candidates(N_CANDIDATE + 1:, i), chosen, apart)
+        end do
+      end associate
+    end do
+  end subroutine history_best_candidates
+
+  pure logical function is_apart(a, b, apart)
+    real(rp), intent(in) :: a(:), b(:), apart
+    is_apart = any(abs(a - b) > apart*max(abs(a), abs(b)))
+  end function is_apart
 
   !> Middle value, the lower one of two.
   pure real(rp) function median(values)

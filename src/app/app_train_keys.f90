@@ -89,6 +89,8 @@ contains
     call r%add_switch('Polish', 'intervals', .true., '90 % intervals by profile likelihood')
     call r%add_real('Polish', 'prior_decades', 1.0_rp, 'sd of the prior about the values of [Wing]', unit='decades', &
                     above=0.0_rp)
+ call r%add_integer('Polish', 'starts', 3, 'candidates from which it begins, one after another, until one end fits '// &
+                       'within the errors', min=1, max=1000)
     call r%add_integer('Polish', 'iterations', 100, 'steps tried at most', min=1, max=10000)
   end subroutine register_polish
 

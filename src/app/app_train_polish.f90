@@ -18,11 +18,12 @@ module app_train_polish
   use measurement_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
   implicit none
   private
-  public :: crew_problem_t, trained_t, polish_point, make_unknowns
+  public :: crew_problem_t, trained_t, polish_points, make_unknowns
 
   !> The problem of least squares whose loads are solved by the crew.
   type, extends(wing_problem_t) :: crew_problem_t
     type(train_crew_t), pointer :: crew => null()
+    logical :: is_cold = .false. !< no solution is warm
   contains
     procedure :: run => problem_run
   end type crew_problem_t
@@ -31,6 +32,7 @@ module app_train_polish
   type :: trained_t
     real(rp), allocatable :: coordinates(:)  !< of the experiment
     real(rp), allocatable :: values(:)       !< of the unknowns, in their units
+    logical :: is_cold = .false.             !< all solutions of the polish were cold
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
     character(:), allocatable :: reason      !< why least squares ended
     real(rp), allocatable :: path(:, :)      !< of least squares, see fit_report_t
@@ -54,7 +56,8 @@ contains
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
     call self%crew%look()
-    call full_results(self%experiment, self%crew, p, self%is_start, self%shapes, evaluations, shapes)
+    call full_results(self%experiment, self%crew, p, self%is_start .and. .not. self%is_cold, self%shapes, &
+                      evaluations, shapes)
     call move_alloc(evaluations, self%evaluations)
     call move_alloc(shapes, self%tried)
   end subroutine problem_run
@@ -77,49 +80,103 @@ contains
     unknowns%upper = upper
   end function make_unknowns
 
-  !> From the point `u` of the search to the outcome. If the crew is stopped afterwards it is not complete.
-  subroutine polish_point(settings, crew, space, objective, u, log, trained)
+  !> From points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome.
+  !> Others than the first are tried only if what was found does not fit within the errors. If the crew is stopped
+  !> afterwards the outcome is not complete.
+  subroutine polish_points(settings, crew, space, objective, starts, log, trained)
     type(train_settings_t), intent(in), target :: settings
     type(train_crew_t), intent(inout), target :: crew
     type(search_space_t), intent(in) :: space
     type(train_objective_t), intent(in) :: objective
-    real(rp), intent(in) :: u(:)
+    real(rp), intent(in) :: starts(:, :)
     type(train_log_t), intent(inout) :: log
     type(trained_t), intent(out) :: trained
     type(crew_problem_t) :: problem
-    type(fit_report_t) :: report
     type(unknowns_t) :: unknowns
+    type(trained_t) :: one
+    real(rp) :: n_residuals
+    integer :: i, n_evaluations
     call problem%init(settings%experiment)
     problem%crew => crew
     unknowns = make_unknowns(settings, space)
-    trained%coordinates = space%coordinates(u)
-    if (settings%polish) then
-      call fit(problem, unknowns, trained%coordinates, settings%fit, report)
+    n_residuals = problem%n_residuals
+    n_evaluations = 0
+    do i = 1, merge(size(starts, 2), 1, settings%polish)
+      call reach_outcome(settings, problem, unknowns, objective, starts(:, i), log, one)
       if (crew%is_stopped) return
-      trained%n_evaluations = report%n_evaluations
-      trained%reason = report%reason
-      trained%path = report%path
-      trained%is_polished = report%is_converged .or. report%n_accepted > 0
-      call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
-                   number_text(report%n_accepted)//' steps; '//report%reason)
-    end if
-    if (trained%is_polished) then
-      trained%coordinates = report%p
-      trained%posterior = find_posterior(unknowns, report)
-    else ! the search's own solution, warm from its mean
-      problem%shapes = objective%shapes
-      problem%is_start = objective%is_start
-      call problem%run(trained%coordinates)
-      call problem%accept()
-    end if
-    call solve_cold(problem, trained)
-    if (crew%is_stopped) return
+      n_evaluations = n_evaluations + one%n_evaluations
+      if (i == 1 .or. is_better(one, trained)) trained = one
+      if (trained%is_solved .and. trained%chi2 <= n_residuals + 3*sqrt(2*n_residuals)) exit
+    end do
+    trained%n_evaluations = n_evaluations
     trained%values = trained%coordinates
     where (space%is_log) trained%values = exp(merge(trained%coordinates, 0.0_rp, space%is_log))
-    if (trained%is_polished .and. settings%intervals) &
+    if (trained%is_polished .and. trained%is_solved .and. settings%intervals) then
+      problem%is_cold = trained%is_cold
+      problem%is_start = .false.
+      call problem%run(trained%coordinates)
+      call problem%accept()
       call find_intervals(settings, crew, problem, unknowns, space, log, trained)
+    end if
     call problem%free()
-  end subroutine polish_point
+  end subroutine polish_points
+
+  pure logical function is_better(one, other)
+    type(trained_t), intent(in) :: one, other
+    is_better = one%is_solved .and. (.not. other%is_solved .or. one%chi2 < other%chi2)
+  end function is_better
+
+  !> From one point to an outcome. A wing that snaps has several shapes, of which warm solutions may follow a wrong
+  !> one: if the cold solution of the end is another shape, the fit is repeated with every solution cold.
+  subroutine reach_outcome(settings, problem, unknowns, objective, start, log, trained)
+    type(train_settings_t), intent(in) :: settings
+    type(crew_problem_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    type(train_objective_t), intent(in) :: objective
+    real(rp), intent(in) :: start(:)
+    type(train_log_t), intent(inout) :: log
+    type(trained_t), intent(out) :: trained
+    real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ more are two shapes
+    type(fit_report_t) :: report
+    integer :: n_evaluations, is_cold_again
+    logical :: is_cold
+    n_evaluations = 0
+    do is_cold_again = 0, merge(1, 0, settings%polish)
+      is_cold = is_cold_again == 1
+      problem%is_cold = is_cold
+      problem%is_start = .false.
+      trained = trained_t()
+      trained%is_cold = is_cold
+      trained%coordinates = start
+      if (settings%polish) then
+        call fit(problem, unknowns, start, settings%fit, report)
+        if (problem%crew%is_stopped) return
+        n_evaluations = n_evaluations + report%n_evaluations
+        trained%reason = report%reason
+        trained%path = report%path
+        trained%is_polished = report%is_converged .or. report%n_accepted > 0
+        call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
+                 number_text(report%n_accepted)//' steps'//trim(merge(', all cold; ', ';           ', is_cold))//' '// &
+                     report%reason)
+      end if
+      if (trained%is_polished) then
+        trained%coordinates = report%p
+        trained%posterior = find_posterior(unknowns, report)
+      else ! the search's own solution, warm from its mean
+        problem%shapes = objective%shapes
+        problem%is_start = objective%is_start
+        call problem%run(trained%coordinates)
+        call problem%accept()
+      end if
+      call solve_cold(problem, trained)
+      if (problem%crew%is_stopped) return
+      n_evaluations = n_evaluations + 1
+      if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
+      if (settings%polish .and. .not. is_cold) &
+        call log%say('          its cold solution is another shape: the wing snaps. All loads are now solved cold')
+    end do
+    trained%n_evaluations = n_evaluations
+  end subroutine reach_outcome
 
   !> The final point without any warm start.
   subroutine solve_cold(problem, trained)
@@ -128,7 +185,6 @@ contains
     real(rp), allocatable :: residuals(:)
     integer :: l
     call problem%cold_difference(trained%coordinates, trained%cold_difference)
-    trained%n_evaluations = trained%n_evaluations + 1
     trained%evaluations = problem%evaluations
     trained%is_solved = .true.
     allocate (residuals(0))
@@ -140,8 +196,6 @@ contains
       end associate
     end do
     trained%h = problem%experiment%cost(residuals)
-    ! Profiles go on from the shapes where the fit stands, cold where it had no start.
-    call problem%accept()
   end subroutine solve_cold
 
   !> 90 % intervals of all unknowns. A profile may find a lower sum of squares, which is said.

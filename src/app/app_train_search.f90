@@ -5,10 +5,10 @@ module app_train_search
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
   use app_train_log, only: train_log_t
+  use app_train_mark, only: mark_of
   use app_train_objective, only: candidate_costs_t, full_results, train_objective_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
-  use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_errors, only: failure_t
   use base_files, only: folder_of, join_path, name_of
   use base_kinds, only: i8, rp
@@ -23,7 +23,6 @@ module app_train_search
   use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
   use solid_params, only: PARAM_YOUNG
-  use solid_restart, only: wing_mark
   implicit none
   private
   public :: train_search_t
@@ -52,6 +51,7 @@ module app_train_search
     procedure :: run => search_run
     procedure :: back_up => search_back_up
     procedure :: best => search_best
+    procedure :: starts => search_starts
     procedure :: evaluations => search_evaluations
   end type train_search_t
 
@@ -127,25 +127,6 @@ contains
     call self%search%start(options, settings%restarts, settings%max_restarts, region)
     call self%objective%forget()
   end subroutine begin_stage
-
-  !> What determines the search, but not how long it goes on.
-  integer(i8) function mark_of(settings) result(mark)
-    type(train_settings_t), intent(in) :: settings
-    integer :: i, l
-    mark = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
-    associate (e => settings%experiment, o => settings%search, s => settings%sought)
-      mark = checksum_add(mark, wing_mark(e%model))
-     mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
-                            real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
-           real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
-                                                                                 e%model%params%cross_springs])], 0_i8))
-      mark = checksum_add(mark, checksum_reals([(e%model%params%get(i), i=1, e%model%params%count())], 1000000_i8))
-      do l = 1, size(e%comparisons)
-        mark = checksum_add(mark, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &
-                                                  e%measurement%loads(l)%force], l*10000000_i8))
-      end do
-    end associate
-  end function mark_of
 
   !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty.
   subroutine search_restore(self, settings, path, log, failure)
@@ -361,6 +342,20 @@ contains
     allocate (u(size(self%space%free)))
     call self%search%best(has_best, cost, u, ignored)
   end subroutine search_best
+
+  !> Where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.
+  subroutine search_starts(self, settings, u, starts)
+    class(train_search_t), intent(in) :: self
+    type(train_settings_t), intent(in) :: settings
+    real(rp), intent(in) :: u(:)
+    real(rp), allocatable, intent(out) :: starts(:, :)
+    integer :: i
+    call self%history%best_candidates(settings%polish_starts, 0.5_rp, starts)
+    do i = 1, size(starts, 2)
+      where (self%space%is_log) starts(:, i) = log(starts(:, i))
+    end do
+  if (self%stage > 1 .or. size(starts, 2) == 0) starts = reshape(self%space%coordinates(u), [size(self%space%fixed), 1])
+  end subroutine search_starts
 
   !> Writes the next of the two alternating checkpoints.
   subroutine search_back_up(self)

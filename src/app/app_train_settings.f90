@@ -42,6 +42,7 @@ module app_train_settings
     integer :: n_stages = 1
     logical :: polish = .true., intervals = .true.
     real(rp) :: prior_decades = 1
+    integer :: polish_starts = 1            !< points of the search from which a polish may begin
     type(fit_options_t) :: fit
     character(:), allocatable :: name       !< first part of the names of the files to write
     character(:), allocatable :: result     !< the fragment to write
@@ -100,6 +101,7 @@ contains
       s%intervals = c%get_switch('Polish', 'intervals')
       s%prior_decades = c%get_real('Polish', 'prior_decades')
       s%fit%most_iterations = c%get_integer('Polish', 'iterations')
+      s%polish_starts = c%get_integer('Polish', 'starts')
       s%name = c%get_text('Saving', 'name')
       s%result = c%get_text('Saving', 'result')
       call check_name(c, s%name, errors)

@@ -4,6 +4,7 @@
 program test_train_objective
   use app_settings, only: output_params_t
   use app_train_crew, only: train_crew_t
+  use app_train_history, only: train_history_t
   use app_train_objective, only: candidate_costs_t, train_objective_t
   use app_train_task, only: task_input
   use base_errors, only: failure_t, message_list_t
@@ -42,6 +43,7 @@ program test_train_objective
   real(rp) :: error = 0
 
   call t%start(parallel=.true.)
+  call test_starts()
   call make_experiment()
   output%stop_seconds = 1.0e6_rp
   call runner%init(experiment)
@@ -68,6 +70,22 @@ program test_train_objective
   call t%finish()
 
 contains
+
+  !> Starts of polishes: feasible candidates by their cost, none beside a better one.
+  subroutine test_starts()
+    type(train_history_t) :: history
+    type(candidate_costs_t) :: costs
+    real(rp), allocatable :: starts(:, :)
+    costs%f = [3.0_rp, 1.0_rp, 2.0_rp, 0.5_rp, 0.1_rp]
+    costs%violation = [0.0_rp, 0.0_rp, 0.0_rp, 0.2_rp, 0.0_rp]
+    costs%has_failed = [.false., .false., .false., .false., .true.]
+    call history%init(1)
+    call history%add_candidates([1_i8, 0_i8, 1_i8, 5_i8, 5_i8], costs, &
+                                reshape([8.0_rp, 4.0_rp, 3.9_rp, 20.0_rp, 30.0_rp], [1, 5]))
+    call history%best_candidates(3, 0.1_rp, starts)
+    call t%check('starts are the best feasible candidates that differ', size(starts, 2) == 2)
+    if (size(starts, 2) == 2) call t%check('the best is the first', all(abs(starts(1, :) - [4.0_rp, 8.0_rp]) <= 0))
+  end subroutine test_starts
 
   !> A measurement of the model itself.
   subroutine make_experiment()
@@ -151,8 +169,9 @@ contains
       call together%evaluate(x, costs)
       call single%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]))
       call single%evaluate(x, costs_single)
-      is_same = is_same .and. all(abs(costs%f - costs_single%f) <= 0) .and. all(costs%has_failed .eqv. costs_single%has_failed) &
-                .and. all(abs(costs%violation - costs_single%violation) <= 0)
+      is_same = is_same .and. all(abs(costs%f - costs_single%f) <= 0) .and. &
+                all(costs%has_failed .eqv. costs_single%has_failed) .and. &
+                all(abs(costs%violation - costs_single%violation) <= 0)
       do k = 1, LAMBDA
         has_failure = .false.
         do l = 1, N_LOADS

@@ -1,0 +1,32 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> To which training a checkpoint belongs.
+module app_train_mark
+  use app_train_settings, only: train_settings_t
+  use base_checksum, only: checksum_add, checksum_reals, checksum_text
+  use base_kinds, only: i8, rp
+  use solid_restart, only: wing_mark
+  implicit none
+  private
+  public :: mark_of
+
+contains
+
+  !> What determines the search, but not how long it goes on.
+  integer(i8) function mark_of(settings) result(mark)
+    type(train_settings_t), intent(in) :: settings
+    integer :: i, l
+    mark = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
+    associate (e => settings%experiment, o => settings%search, s => settings%sought)
+      mark = checksum_add(mark, wing_mark(e%model))
+     mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
+                            real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
+           real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
+                                                                                 e%model%params%cross_springs])], 0_i8))
+      mark = checksum_add(mark, checksum_reals([(e%model%params%get(i), i=1, e%model%params%count())], 1000000_i8))
+      do l = 1, size(e%comparisons)
+        mark = checksum_add(mark, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &
+                                                  e%measurement%loads(l)%force], l*10000000_i8))
+      end do
+    end associate
+  end function mark_of
+end module app_train_mark
