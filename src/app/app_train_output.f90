@@ -2,17 +2,17 @@
 !> The files of a training: NAME.ini, the trained wing as a fragment that parameter files include, and
 !> NAME_history.h5, all that was computed. Both get their names when they are complete.
 module app_train_output
+  use app_train_details, only: put_table, write_details
   use app_train_history, only: train_history_t
   use app_train_polish, only: trained_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
   use io_attributes, only: put_attribute
-  use io_datasets, only: write_slab
   use io_hdf5, only: hdf5_file_t
   use measurement_profile, only: profile_sentence
   use solid_params, only: membrane_note, parameter_t, solid_params_t, N_COMMON
@@ -131,7 +131,7 @@ contains
     if (trained%is_polished) then
       call put_attribute(file, '/outcome', 'sd', trained%posterior%sd, failure)
       call put_attribute(file, '/outcome', 'singular_values', trained%posterior%singular_values, failure)
-      call put_table(file, '/outcome/covariance', trained%posterior%covariance, failure)
+      call put_table(file, '/outcome/covariance', trained%posterior%covariance, 'as unknowns', failure)
     end if
     if (trained%has_intervals) then
       allocate (ends(5, size(trained%values)))
@@ -142,13 +142,13 @@ contains
         end associate
         if (space%is_log(i)) ends(:3, i) = exp(ends(:3, i))
       end do
-      call put_table(file, '/outcome/intervals', ends, failure)
-      call put_attribute(file, '/outcome/intervals', 'columns', 'lower best upper has_lower has_upper', failure)
+      call put_table(file, '/outcome/intervals', ends, 'lower best upper has_lower has_upper', failure)
     end if
     call file%make_group('/loads', failure)
     do l = 1, size(trained%evaluations)
       call write_load(file, settings, l, trained%evaluations(l)%residuals, failure)
     end do
+    call write_details(file, settings, space, trained, failure)
   end subroutine write_outcome
 
   !> Rows x, y, measured and computed deformation [m] at every height of the load.
@@ -167,19 +167,10 @@ contains
         rows(:, k) = [m%x(comparison%node(1, k)), m%y(comparison%node(2, k)), comparison%measured(k), &
                       comparison%measured(k) + residuals(k)]
       end do
-      call put_table(file, '/loads/'//m%loads(l)%name, rows, failure)
-      call put_attribute(file, '/loads/'//m%loads(l)%name, 'columns', 'x y measured computed', failure)
+      call put_table(file, '/loads/'//m%loads(l)%name, rows, 'x y measured computed', failure)
       call put_attribute(file, '/loads/'//m%loads(l)%name, 'units', 'm', failure)
       call put_attribute(file, '/loads/'//m%loads(l)%name, 'point', m%loads(l)%point, failure)
       call put_attribute(file, '/loads/'//m%loads(l)%name, 'force', m%loads(l)%force, failure)
     end associate
   end subroutine write_load
-
-  subroutine put_table(file, name, table, failure)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: name
-    real(rp), intent(in) :: table(:, :)
-    type(failure_t), intent(inout) :: failure
-    call write_slab(file, name, int(shape(table), i8), [0_i8, 0_i8], int(shape(table), i8), [table], .false., failure)
-  end subroutine put_table
 end module app_train_output

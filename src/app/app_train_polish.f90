@@ -35,6 +35,7 @@ module app_train_polish
     logical :: is_cold = .false.             !< all solutions of the polish were cold
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
     character(:), allocatable :: reason      !< why least squares ended
+    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_report_t
     type(posterior_t) :: posterior
     logical :: has_intervals = .false.
     type(interval_t), allocatable :: intervals(:)
@@ -152,6 +153,7 @@ contains
         if (problem%crew%is_stopped) return
         n_evaluations = n_evaluations + report%n_evaluations
         trained%reason = report%reason
+        trained%path = report%path
         trained%is_polished = report%is_converged .or. report%n_accepted > 0
         call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
                  number_text(report%n_accepted)//' steps'//trim(merge(', all cold; ', ';           ', is_cold))//' '// &

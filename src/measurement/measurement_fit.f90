@@ -33,6 +33,7 @@ module measurement_fit
     logical, allocatable :: is_at_bound(:)
     integer :: n_accepted = 0, n_evaluations = 0
     real(rp) :: last_step = 0                   !< largest change of an unknown in the last step that was tried
+    real(rp), allocatable :: path(:, :)         !< (3, 0:n_accepted) evaluations so far, chi2, prior_chi2
   end type fit_report_t
 
 contains
@@ -64,9 +65,11 @@ contains
     report%n_evaluations = 1
     report%reason = 'the start is not valid'
     allocate (report%is_at_bound(n), source=.false.)
+    allocate (report%path(3, 0:-1))
     if (.not. is_valid) return
     call problem%accept()
     call sum_squares(unknowns, report%p, report%residuals, report%chi2, report%prior_chi2)
+    call remember(report)
     damping = options%damping
     growth = 2
     radius = options%largest_step
@@ -104,6 +107,7 @@ contains
         report%n_accepted = report%n_accepted + 1
         call problem%accept()
         call sum_squares(unknowns, p, residuals, report%chi2, report%prior_chi2)
+        call remember(report)
         damping = damping*max(1.0_rp/3, 1 - (2*ratio - 1)**3)
         growth = 2
         if (ratio > 0.25_rp) radius = min(2*radius, options%largest_step)
@@ -124,6 +128,16 @@ contains
     end do
     report%is_at_bound = .not. unknowns%is_fixed .and. (report%p <= unknowns%lower .or. report%p >= unknowns%upper)
   end subroutine fit
+
+  !> Adds the present point to the path.
+  pure subroutine remember(report)
+    type(fit_report_t), intent(inout) :: report
+    real(rp), allocatable :: longer(:, :)
+    allocate (longer(3, 0:report%n_accepted))
+    longer(:, :report%n_accepted - 1) = report%path
+    longer(:, report%n_accepted) = [real(report%n_evaluations, rp), report%chi2, report%prior_chi2]
+    call move_alloc(longer, report%path)
+  end subroutine remember
 
   !> Evaluates at p; `actual` is the reduction of the sum of squares that comes with it.
   subroutine try_point(problem, unknowns, report, p, residuals, jacobian, is_valid, actual)

@@ -24,6 +24,8 @@ module measurement_profile
     logical :: has_lower = .false., has_upper = .false.
     logical :: is_complete = .false.          !< the search of both ends came to its end
     integer :: n_refits = 0, n_evaluations = 0
+    real(rp), allocatable :: profile(:, :)    !< (2, :) values tried, in that order, and the sum of squares above its
+    !< minimum there
   end type interval_t
 
 contains
@@ -51,6 +53,7 @@ contains
     interval%n_refits = 1
     interval%n_evaluations = report%n_evaluations
     if (.not. report%is_converged .and. report%n_accepted == 0) then
+      allocate (interval%profile(2, 0))
       interval%best = p(i)
       interval%lower = unknowns%lower(i)
       interval%upper = unknowns%upper(i)
@@ -65,6 +68,7 @@ contains
     is_upper_found = .false.
     do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
       interval%best = best(i)
+      interval%profile = reshape([best(i), 0.0_rp], [2, 1])
       call find_end(-1, interval%lower, interval%has_lower, is_lower_found, found_better)
       if (found_better) cycle
       call find_end(1, interval%upper, interval%has_upper, is_upper_found, found_better)
@@ -120,6 +124,7 @@ contains
             return
           end if
           w = sqrt(max(0.0_rp, w))
+          interval%profile = reshape([interval%profile, x, w**2], [2, size(interval%profile, 2) + 1])
         end if
         if (abs(w - goal) <= ACCURACY*goal) then
           end = x
@@ -186,9 +191,12 @@ contains
       sentence = name//': not determined by these data; only > '//shown(interval%lower)//behind()//' can be said'
     else if (interval%has_upper) then
       sentence = name//': not determined by these data; only < '//shown(interval%upper)//behind()//' can be said'
-    else
+    else if (interval%is_complete) then
       sentence = name//': not determined by these data; every value from '//shown(interval%lower)//' to '// &
                  shown(interval%upper)//behind()//' is as good'
+    else
+      sentence = name//': nothing can be said; the search for its interval did not come to its end'
+      return
     end if
     if (.not. interval%is_complete) sentence = sentence//' (the search did not come to its end)'
 

@@ -83,12 +83,45 @@ def test_recovers(case):
     check((case.folder / "train.log").read_text().count("generation") >= 5, "the log tells the generations")
     contents = case.contents("train_history.h5")
     check(any("covariance" in key for key in contents) and any("load_a" in key for key in contents), "all is saved")
+    check_details(contents)
     case.write("again.ini", {"include": {"file": "trained.ini"}, "Wing": {"file": WING},
                              "Measurement": {"file": "twin.h5"}})
     again = case.run("again.ini", "--evaluate", ranks=2)
     check(abs(number(r"\nh = +(\S+) m", again.out) - h) < 1e-4 * h + 1e-15, f"the same cost:\n{again.out}")
     far = case.write("far.ini", {"Wing": {"file": WING}, "Measurement": {"file": "twin.h5"}})
     check(number(r"\nh = +(\S+) m", case.run(far, "--evaluate", ranks=0).out) > 1e-5, "which is not that of any wing")
+
+
+def rows_of(contents, name, width):
+    numbers = [float(x) for x in contents[name]]
+    return [numbers[k:k + width] for k in range(0, len(numbers), width)]
+
+
+def check_details(contents):
+    """The path of least squares goes down and ends at the outcome; profiles pass the threshold where intervals end."""
+    path = rows_of(contents, "path", 3)
+    sums = [chi2 + prior for _, chi2, prior in path]
+    check(len(path) > 2 and all(a[0] < b[0] for a, b in zip(path, path[1:])), f"evaluations are counted: {path}")
+    check(sums == sorted(sums, reverse=True), f"the path goes down: {sums}")
+    # The cold solution is another by 1e-12 m at most, of errors of 1e-7 m declared: 1e-5 of a residual, in each of n.
+    n, chi2 = (float(next(v[0] for k, v in contents.items() if k.split("/")[-1] == name))
+               for name in ("residuals", "chi2"))
+    check(abs(path[-1][1] - chi2) < 1e-5 * (2 * math.sqrt(n * max(chi2, path[-1][1])) + n * 1e-5),
+          f"and ends at the outcome: {path[-1]}, {chi2}")
+    # One decade about the values of [Wing]; parameters are known to 1e-5.
+    prior = sum(math.log10(value / (12.58e9 if name == "E" else OTHERS))**2 for name, value in TRUTH.items())
+    check(abs(path[-1][2] - prior) < 1e-5, f"the priors are counted: {path[-1][2]}, not {prior}")
+    intervals = rows_of(contents, "intervals", 5)
+    check(len(intervals) == len(TRUTH), "an interval of every parameter")
+    for (lower, best, upper, *has), name in zip(intervals, ("E", "joint:R4+5_base", "joint:R1_Rs")):
+        profile = rows_of(contents, name, 2)
+        values = [value for value, _ in profile]
+        check(values == sorted(values) and has == [1, 1], f"{name}: in ascending order, {has}")
+        check(min(profile, key=lambda row: row[1]) == [best, 0], f"{name}: the minimum is 0")
+        for end in (lower, upper):
+            # The search of an end stops within 1 % of the threshold's root.
+            above = next(chi2 for value, chi2 in profile if value == end)
+            check(abs(math.sqrt(above / 2.705543454) - 1) < 0.0101, f"{name}: {above} at the end {end}")
 
 
 def test_ranks(case):

@@ -237,6 +237,9 @@ contains
       case default
         call t%check('noise leaves no end',.not. interval%has_lower .and. .not. interval%has_upper)
         call t%check('  '//sentence, index(sentence, 'not determined by these data; every value from') > 0)
+        interval%is_complete = .false.
+        call t%check('a search that broke off without an end says no number', &
+                     scan(profile_sentence('joint', 'N m/rad', .true., interval), '0123456789') == 0)
       end select
     end do
   end subroutine find_one_sided
