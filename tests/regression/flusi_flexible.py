@@ -100,8 +100,9 @@ def test_ranks(case):
         for name in ("forces.t", "bending_left.t", "bending_right.t"):
             for column in range(1, 10):
                 a, b = table(one, name), table(other, name)
-                # Small components are round-off of large ones: y forces of mirrored wings cancel.
-                size = max(largest(a, column), 1e-6 * max(largest(a, c) for c in range(1, 10)))
+                # Small components are round-off of large ones: y forces of mirrored wings cancel. 2e-13 of the large
+                # ones is left to them; the accelerations in the unsteady force amplify round-off by T/dt = 250.
+                size = max(largest(a, column), 1e-5 * max(largest(a, c) for c in range(1, 10)))
                 worst = max(abs(x[column] - y[column]) for x, y in zip(a, b))
                 check(worst <= LAST_DIGIT * size, f"{name}, column {column}, {n} ranks: {worst / size:.1e}")
 
