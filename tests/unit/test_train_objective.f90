@@ -200,7 +200,7 @@ contains
     region%lower = 0
     region%upper = 1
     region%is_box = .true.
-    options%max_iterations = 30
+    options%max_iterations = 60
     options%seed = 3
     call search%start(options, 'none', 0, region)
     n_failed = 0
