@@ -82,6 +82,8 @@ contains
     type(world_t), intent(in), optional :: world
     found = .false.
     if (wants_flexible(config)) then
+      if (config%get_word('Insects', 'wings') == 'rigid' .and. config%is_given('Insects', 'wings')) &
+        call config%complain(errors, 'Insects', 'wings', 'contradicts [Flexible_wing] use_flexible_wing_model = yes')
       if (config%get_word('Insects', 'WingShape') /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
                                        'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
       if (config%is_given(F, 'use_flexible_wing_model')) then
@@ -163,7 +165,8 @@ contains
                            't_wing + wing_smoothing')
     if (size(flight%wings) == 0) return
     if (size(flight%wings(1)%points) == 0) return
-    if (params%distance > flight%wings(1)%length()) call config%complain(errors, F, 'load_distance', &
+    if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
+      call config%complain(errors, F, 'load_distance', &
                                       'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
                                                                          ': the pressure there is not that on the wing')
   end subroutine read_coupler

@@ -118,7 +118,7 @@ contains
                                       c%membrane*step_over_c_eta(p)
       if (c%coupling == COUPLING_WEAK .and. c%added_mass > 1) then
         write (unit, '(a)') '          the wing is lighter than the air that it moves: the lag of the weak '// &
-          'coupling is felt; better: coupling = extrapolated or strong'
+          'coupling is felt; better: coupling = strong, or extrapolated where it is stable'
       end if
       if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') '          (dt/C_eta) rho t/membrane = ', &
         stiffness, ' may exceed ', c%stability_limit(), &

@@ -102,6 +102,8 @@ contains
       restart_time = self%fluid%rhs%state%time
     else if (.not. self%failure%failed) then
       call self%fluid%start(self%failure)
+      ! A field from a file brings its time with it.
+      if (allocated(self%coupler)) self%coupler%states%time = self%fluid%rhs%state%time*settings%coupler%units%time
     end if
     if (allocated(self%wings) .and. .not. self%failure%failed) &
       call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%failure)

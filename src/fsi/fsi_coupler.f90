@@ -10,9 +10,8 @@
 !>                   with the extrapolated load, f <- f + w (f(flow) - f), w by Aitken's rule over all wings (Kuettler
 !>                   & Wall 2008, DOI 10.1007/s00466-008-0255-5): second order
 !>
-!> AB2 takes the velocity of t(n+1) from the wings of t(n), so only the pressure of t(n+1) changes in a
-!> sub-iteration, and the last one is the pass that the next step begins with. The mechanics works in SI units, the
-!> flow in L, T and rho; all conversions are here.
+!> AB2 takes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only, and the last one is the
+!> pass that the next step begins with. Mechanics in SI units, flow in L, T and rho; all conversions are here.
 module fsi_coupler
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -252,14 +251,16 @@ contains
           call self%iterate(dt, wings, fluid, failure)
         end if
       end if
+      do i = 1, size(self%wings)
+        if (.not. failure%failed .and. sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection* &
+            wings%params%wings(i)%length()) call failure%raise('the '//trim(wings%params%wings(i)%side)// &
+                                                    ' wing bends beyond the limit [Flexible_wing] largest_deflection')
+      end do
       if (failure%failed) return
       call self%history%keep(dt, self%applied)
       do i = 1, size(self%wings)
         call self%meters(i)%finish(p%model, p%inertia, self%wings(i)%motion, self%states(i), self%applied(:, :, i), &
                                    dt*seconds, self%energies(i))
-        if (sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection*wings%params%wings(i)%length()) &
-          call failure%raise('the '//trim(wings%params%wings(i)%side)// &
-                             ' wing bends beyond the limit [Flexible_wing] largest_deflection')
       end do
     end associate
   end subroutine coupler_advance
@@ -337,8 +338,7 @@ contains
     end associate
   end subroutine iterate
 
-  !> Moves `applied` towards the load found, by Aitken's factor; the first of a step is the last of the one before,
-  !> but no more than 1.
+  !> Moves `applied` towards the load found, by Aitken's factor; a step begins with the last one, but at most 1.
   subroutine relax(self, is_first)
     class(coupler_t), intent(inout) :: self
     logical, intent(in) :: is_first
@@ -359,10 +359,10 @@ contains
   subroutine coupler_deform(self, wings)
     class(coupler_t), intent(in) :: self
     type(flapping_wings_t), intent(inout) :: wings
-    integer :: i, n
-    n = self%params%model%n_points
+    integer :: i
     do i = 1, size(self%states)
-      associate (state => self%states(i), bent => wings%deformation(i), u => self%params%units)
+      associate (state => self%states(i), bent => wings%deformation(i), u => self%params%units, &
+                 n => self%params%model%n_points)
         bent%u = state%u(:, :n)/u%length
         bent%v = state%v(:, :n)*(u%time/u%length)
         bent%a = state%a(:, :n)*(u%time**2/u%length)

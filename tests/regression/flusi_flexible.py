@@ -275,6 +275,8 @@ def test_contradictions(case):
     refused(case, {"Penalization": {"iPenalization": 0}}, "[Insects] wings: there are no wings to bend")
     refused(case, {"Penalization": {"iMask": "Insct"}}, "[Penalization] iMask: ")
     refused(case, {"Flexible_wing": {"use_flexible_wing_model": "no"}}, "use_flexible_wing_model: contradicts")
+    refused(case, {"Flexible_wing": {"use_flexible_wing_model": "yes"}, "Insects": {"wings": "rigid"}},
+            "[Insects] wings: contradicts")
     refused(case, {"Flexible_wing": {"T_relase": 0.1}}, "did you mean 'T_release'?")
     refused(case, {"Flexible_wing": {"load_distance": 1.2}}, "load_distance: is more than the length of the wing")
     refused(case, {"Insects": {"wing_length": 1.0}}, "[Insects] wing_length: contradicts")

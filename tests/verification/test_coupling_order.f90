@@ -80,7 +80,7 @@ contains
   subroutine check_above(sentence, value, limit)
     character(*), intent(in) :: sentence
     real(rp), intent(in) :: value, limit
-    call t%check_below(sentence, 1/value, 1/limit)
+    call t%check(sentence, value >= limit .and. value <= huge(value))
   end subroutine check_above
 
   pure real(rp) function distance(a, b)
