@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bending hinges of veins: E = k Theta^2/2 with the true turning angle Theta from the rest direction.
+!> Bending hinges of veins: E = k Theta^2/2 + k3 Theta^4/4 with the true turning angle Theta from the rest direction, so
+!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge.
 !>
 !> A hinge joins the segments e = xb - xa and f = xc - xb, with unit vectors te and tf. The rest
 !> direction of tf is te turned by the signed reference angle theta0 about the material normal n, so
 !> that rest curvature is carried by the membrane: n is the direction of the summed area vectors of
 !> the triangles at both segments, or the given normal of the plane where there is no membrane. With
-!> w = tf - Rot(n, theta0) te and s = |w|^2/4 = sin^2(Theta/2), E = k G(s)/2, G = 4 asin^2(sqrt s).
+!> w = tf - Rot(n, theta0) te and s = |w|^2/4 = sin^2(Theta/2), E = k G(s)/2 + k3 G(s)^2/4,
+!> G = 4 asin^2(sqrt s).
 !> The energy is invariant under rotations, resists both bending directions alike (circular
 !> sections), and a hinge with theta0 = 0 needs no normal. It has no torsion; the membrane carries it.
 !> A discrete rod in the sense of Bergou et al. (2008), doi:10.1145/1360612.1360662, with the angle
@@ -36,15 +38,16 @@ module solid_hinge
 contains
 
   !> Energy [J], and on request its gradient g(3, 7) and Hessian h(21, 21) with respect to the
-  !> displacements u(3, 7) of the hinge's nodes, for stiffness k [N m/rad^2]. With `semidefinite` the
-  !> Hessian is the positive semidefinite Gauss-Newton part. Unused nodes are left zero.
-  pure subroutine hinge_evaluate(self, k, u, energy, g, h, semidefinite)
+  !> displacements u(3, 7) of the hinge's nodes, for stiffness [N m/rad] and `cubic` k3 [N m/rad^3]. With
+  !> `semidefinite` the Hessian is the positive semidefinite Gauss-Newton part. Unused nodes are left zero.
+  pure subroutine hinge_evaluate(self, stiffness, u, energy, g, h, semidefinite, cubic)
     type(hinge_t), intent(in) :: self
-    real(rp), intent(in) :: k, u(3, HINGE_NODES)
+    real(rp), intent(in) :: stiffness, u(3, HINGE_NODES)
     real(rp), intent(out) :: energy
     real(rp), intent(out), optional :: g(3, HINGE_NODES), h(3*HINGE_NODES, 3*HINGE_NODES)
     logical, intent(in), optional :: semidefinite
-    real(rp) :: te(3), tf(3), n(3), le, lf, la, w(3), s, law(0:2)
+    real(rp), intent(in), optional :: cubic
+    real(rp) :: k, te(3), tf(3), n(3), le, lf, la, w(3), s, law(0:2)
     real(rp) :: wq(3, 3, 3)  ! dw/dq, q = te, tf, n
     real(rp) :: sq(3, 3)     ! ds/dq
     real(rp) :: p(3, 3, 3)   ! dq/d(e, f, A)
@@ -56,6 +59,13 @@ contains
     w = misfit(self, te, tf, n)
     s = 0.25_rp*dot_product(w, w)
     law = turning_law(s)
+    k = stiffness
+    if (present(cubic)) then
+      if (abs(cubic) > 0) then
+        law = cubic_law(law, stiffness, cubic)
+        k = 1
+      end if
+    end if
     energy = 0.5_rp*k*law(0)
     if (.not. present(g) .and. .not. present(h)) return
 
@@ -109,6 +119,7 @@ contains
 
     exact = .true.
     if (present(semidefinite)) exact = .not. semidefinite
+    if (.not. exact) law(1:) = max(law(1:), 0.0_rp)
     do j = 1, n_q
       do i = 1, n_q
         hq(:, :, i, j) = 0.5_rp*law(1)*matmul(transpose(wq(:, :, i)), wq(:, :, j)) &
@@ -143,6 +154,15 @@ contains
       end do
     end do
   end subroutine hinge_evaluate
+
+  !> k G + k3 G^2/2, which is twice the energy, and its first two derivatives, from those of G.
+  pure function cubic_law(g, k, k3) result(law)
+    real(rp), intent(in) :: g(0:2), k, k3
+    real(rp) :: law(0:2)
+    law(0) = k*g(0) + 0.5_rp*k3*g(0)**2
+    law(1) = (k + k3*g(0))*g(1)
+    law(2) = (k + k3*g(0))*g(2) + k3*g(1)**2
+  end function cubic_law
 
   !> h = B^T hq B; e and f touch two nodes each, A all of them.
   pure subroutine expand_hessian(n_nodes, n_q, b, hq, h)
