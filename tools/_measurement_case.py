@@ -66,14 +66,17 @@ NAMED = ("E_wave", "one_way")  # keys whose first value is a name
 CALIBRATION = ("force_by_weight", "height_by_gauge", "position_by_marks", "order_is_random")
 
 
-def read_case(path, changes=()):
-    """The case in a JSON file, with changes `section.key=value` made to it. The wing is seen from the file's folder."""
+def read_case(path, changes=(), drop=()):
+    """The case in a JSON file, with changes `section.key=value` made to it and the sections `drop` left out. The wing is
+    seen from the file's folder."""
     try:
         data = json.loads(Path(path).read_text())
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
     except ValueError as error:
         raise InputError(f"{path}: not JSON: {error}") from None
+    for section in drop if isinstance(data, dict) else ():
+        data.pop(section, None)
     for change in changes:
         name, equals, text = change.partition("=")
         if not equals:
