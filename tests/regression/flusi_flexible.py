@@ -9,6 +9,7 @@ The grid is far too coarse for physics; what is tested is that parts fit togethe
 import math
 import re
 import struct
+from pathlib import Path
 
 from whole_program import EXIT_NUMERICAL, EXIT_USER, SOURCE, check, main, merged
 
@@ -299,6 +300,54 @@ def merged_file(case, *parts):
         sections = merged(sections, part)
     case.write("other.ini", sections)
     return "other.ini"
+
+
+def dry(case, **sections):
+    return case.run("--dry-run", merged_file(case, sections), ranks=0).out
+
+
+def test_foreseen(case):
+    """What the parameters say of the stability of a coupling, and of the memory that it takes."""
+    words = {"weak": "the lag of the weak coupling is felt", "extrapolated": "compare with coupling = strong",
+             "strong": "the strong coupling is made for that"}
+    for coupling, said in words.items():
+        heavy_air = dry(case, units={"density": 12.0}, Flexible_wing={"coupling": coupling})
+        check(said in heavy_air, f"{coupling}, a light wing: {said}")
+        check(said not in dry(case, Flexible_wing={"coupling": coupling}), f"{coupling}: nothing to say in air")
+    # All mass in the veins: the membrane has next to none, and the mask pulls at it all the same.
+    bare = {"Mass": {"membrane_mass": 1e-13}}
+    check("may exceed 4.00: the coupling may be unstable" in dry(case, **bare), "without a membrane")
+    check("unstable" not in dry(case, Flexible_wing={"coupling": "strong"}, **bare), "sub-iterations have no limit")
+    check("unstable" not in dry(case), "with a membrane it is stable")
+    grid = {"Resolution": {"nx": 128, "ny": 128, "nz": 64}}
+    memory = [float(re.search(r"\d+ ranks = 1 x 1 +([\d.]+) MB", dry(case, **grid, **what))[1])
+              for what in ({}, {"Insects": {"wings": "rigid"}, "Saving": {"iSavePress": 1}})]
+    # Beyond what a rigid run needs that saves its pressure: one field to sample from.
+    check(abs(memory[0] - memory[1] - 8 * 128 * 128 * 64 / 1e6) < 0.11, f"memory: {memory}")
+
+
+def write_outboard(case, path):
+    """The small wing's file with its points squeezed into the outer 5 of its 9 mm."""
+    source = f"{SOURCE}/wings/calliphora_small.h5"
+    old = case.raw(source, "points")
+    content = Path(source).read_bytes()
+    check(content.count(old) == 1, "the points are in one piece")
+    flat = list(struct.unpack(f"<{len(old) // 8}d", old))
+    flat[::3] = [4e-3 + x * 5 / 9 for x in flat[::3]]
+    path.write_bytes(content.replace(old, struct.pack(f"<{len(flat)}d", *flat)))
+
+
+def test_short_mesh(case):
+    """A mesh that begins beyond a quarter of the span is said to have no section there."""
+    notice = "the wing has no section at 25 % of its span"
+    check(notice not in case.run("--check", merged_file(case), ranks=0).err, "the blowfly's has all")
+    wing = case.folder / "short.h5"
+    write_outboard(case, wing)
+    err = case.run("--check", merged_file(case, {"Wing": {"file": str(wing)}}), ranks=0).err
+    check(err.count(notice) == 1, f"it is said:\n{err}")
+    run = fly(case, Wing={"file": str(wing)}, Time={"nt": 4})
+    rows = table(run, "bending_left.t")
+    check(largest(rows, 12) == 0 and largest(rows, 13) == 0 and largest(rows, 15) > 0, "zeros there, not elsewhere")
 
 
 def test_checked_is_equivalent(case):
