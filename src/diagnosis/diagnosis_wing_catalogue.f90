@@ -119,11 +119,14 @@ contains
         n = c%add_parameter(e, i)
         columns = [columns, n]
         if (is_together) cycle
-        variants = [variants, variant_t(p%name(index(p%name, ':') + 1:), [n])]
+        call append(variants, p%name(index(p%name, ':') + 1:), n, [0.0_rp, 0.0_rp])
       end do
     end do
     if (size(columns) == 0) return
-    if (is_together) variants = [variant_t('', columns)]
+    if (is_together) then
+      call append(variants, '', 0, [0.0_rp, 0.0_rp])
+      variants(1)%columns = columns
+    end if
     call c%enter(name, title, sentence, .false., missing, variants)
   end subroutine enter_named
 
@@ -149,8 +152,7 @@ contains
           if (kind%number == 0) cycle
           if (any(c%kinds%kind == KIND_SOFT .and. c%kinds%number == kind%number)) cycle
           n = c%add_quantity(quantity_t('soft', '1', .true., 0.0_rp, 2.0_rp, -9.0_rp, 4.6_rp), kind)
-          variants = [variants, variant_t(wing%veins(v)%name//' at '//percent(kind%share), [n], &
-                                          wing%points(:2, nodes(k)))]
+          call append(variants, wing%veins(v)%name//' at '//percent(kind%share), n, wing%points(:2, nodes(k)))
         end do
       end associate
     end do
@@ -164,8 +166,8 @@ contains
     do k = 1, size(places, 2)
       n = c%add_quantity(quantity_t('damage', '1', .true., 0.0_rp, 1.0_rp, -4.6_rp, 4.6_rp), &
                          wing_quantity_t(kind=KIND_DAMAGE, disc=[places(:, k), DAMAGE_RADIUS*e%model%size]))
-      variants = [variants, variant_t('around ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', &
-                                      [n], places(:, k))]
+      call append(variants, 'around ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', n, &
+                  places(:, k))
     end do
     if (size(variants) > 0) &
       call c%enter('damage', 'a damaged region', &
@@ -265,13 +267,21 @@ contains
     end do
   end subroutine lattice
 
+  !> Adds a parameter and gives its number.
   integer function catalogue_add_quantity(self, quantity, kind) result(n)
     class(catalogue_t), intent(inout) :: self
     type(quantity_t), intent(in) :: quantity
     type(wing_quantity_t), intent(in) :: kind
-    self%quantities = [self%quantities, quantity]
+    type(quantity_t), allocatable :: quantities(:)
+    integer :: i
+    n = size(self%kinds) + 1
+    allocate (quantities(n))
+    do i = 1, n - 1
+      quantities(i) = self%quantities(i)
+    end do
+    quantities(n) = quantity
+    call move_alloc(quantities, self%quantities)
     self%kinds = [self%kinds, kind]
-    n = size(self%quantities)
     self%kinds(n)%null = quantity%null
   end function catalogue_add_quantity
 
@@ -281,6 +291,7 @@ contains
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: number
     type(parameter_t) :: p
+    type(quantity_t) :: quantity
     real(rp) :: value, lower, upper
     do n = 1, size(self%kinds)
       if (self%kinds(n)%kind == KIND_PARAMETER .and. self%kinds(n)%number == number) return
@@ -294,9 +305,14 @@ contains
       lower = log(lower)
       upper = log(upper)
     end if
-    n = self%add_quantity(quantity_t(p%name, p%unit, p%is_log, value, merge(p%prior_sd, 1.0_rp, p%prior_sd > 0), lower, &
-                                     upper), &
-                          wing_quantity_t(kind=KIND_PARAMETER, number=number, is_log=p%is_log))
+    quantity%name = p%name
+    quantity%unit = p%unit
+    quantity%is_log = p%is_log
+    quantity%null = value
+    quantity%prior_sd = merge(p%prior_sd, 1.0_rp, p%prior_sd > 0)
+    quantity%lower = lower
+    quantity%upper = upper
+    n = self%add_quantity(quantity, wing_quantity_t(kind=KIND_PARAMETER, number=number, is_log=p%is_log))
   end function catalogue_add_parameter
 
   subroutine catalogue_enter(self, name, title, sentence, is_measurement, missing, variants)
@@ -304,15 +320,42 @@ contains
     character(*), intent(in) :: name, title, sentence, missing
     logical, intent(in) :: is_measurement
     type(variant_t), intent(in) :: variants(:)
-    type(effect_t) :: effect
-    effect%name = name
-    effect%title = title
-    effect%sentence = sentence
-    effect%is_measurement = is_measurement
-    effect%missing = missing
-    effect%variants = variants
-    self%effects = [self%effects, effect]
+    type(effect_t), allocatable :: effects(:)
+    integer :: i, n
+    n = size(self%effects) + 1
+    allocate (effects(n))
+    do i = 1, n - 1
+      effects(i) = self%effects(i)
+    end do
+    effects(n)%name = name
+    effects(n)%title = title
+    effects(n)%sentence = sentence
+    effects(n)%is_measurement = is_measurement
+    effects(n)%missing = missing
+    allocate (effects(n)%variants(size(variants)))
+    do i = 1, size(variants)
+      effects(n)%variants(i) = variants(i)
+    end do
+    call move_alloc(effects, self%effects)
   end subroutine catalogue_enter
+
+  !> Adds a variant with one parameter.
+  subroutine append(variants, label, column, place)
+    type(variant_t), allocatable, intent(inout) :: variants(:)
+    character(*), intent(in) :: label
+    integer, intent(in) :: column
+    real(rp), intent(in) :: place(2)
+    type(variant_t), allocatable :: longer(:)
+    integer :: i
+    allocate (longer(size(variants) + 1))
+    do i = 1, size(variants)
+      longer(i) = variants(i)
+    end do
+    longer(i)%label = label
+    longer(i)%columns = [column]
+    longer(i)%place = place
+    call move_alloc(longer, variants)
+  end subroutine append
 
   function percent(share) result(text)
     real(rp), intent(in) :: share
