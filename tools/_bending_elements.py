@@ -6,7 +6,7 @@ Displacements are arrays (nodes, 3) [m]. A family gives its energy [J], its grad
 rotations are exact."""
 import numpy as np
 
-from _bending_jets import cross, dot, squared_angle, unit, variables
+from _bending_jets import cross, dot, softened_sign, squared_angle, unit, variables
 
 ONE = np.eye(3)
 
@@ -58,12 +58,18 @@ class Turns:
     """Hinges: k Theta^2/2 + k3 Theta^4/4 with the angle Theta between the second segment and its rest direction. That
     is the first segment turned by the rest angle about the membrane's normal, the direction of the summed areas of
     `triangles` (hinges, 4, 3), padded with empty ones; if there are none the normal is fixed. `is_flat` is False if the
-    wing is not: then the turned segment is also raised toward the normal by the difference of elevation at rest."""
+    wing is not: then the turned segment is also raised toward the normal by the difference of elevation at rest.
 
-    def __init__(self, positions, nodes, angles, triangles, normal, k, k3, is_flat=True):
+    A one-sided hinge (hinges) is 1 + `sided` times as stiff when its second segment bends toward the normal, 1 - `sided`
+    times when away from it; in between, over KINK, the factor follows a hyperbolic tangent."""
+
+    KINK = 0.01  # [rad]
+
+    def __init__(self, positions, nodes, angles, triangles, normal, k, k3, is_flat=True, sided=None):
         self.positions, self.nodes, self.k, self.k3 = positions, nodes, k, k3
+        self.sided = np.zeros(len(nodes)) if sided is None else sided
         self.cosine, self.sine, self.raised = np.cos(angles), np.sin(angles), None
-        self.bent, self.triangles, self.normal = angles != 0, triangles, normal
+        self.bent, self.triangles, self.normal = (angles != 0) | (self.sided != 0), triangles, normal
         corners = triangles.reshape(len(nodes), 12)
         self.local = np.concatenate([nodes, corners], 1)
         n = self.local.shape[1]
@@ -90,7 +96,10 @@ class Turns:
             te = [te[k] * np.cos(self.raised[which]) + up[k] * np.sin(self.raised[which]) for k in range(3)]
         w = [tf[k] - te[k] for k in range(3)]
         square = squared_angle(dot(w, w) * 0.25)
-        return square * (0.5 * self.k[which]) + square * square * (0.25 * self.k3[which])
+        law = square * (0.5 * self.k[which]) + square * square * (0.25 * self.k3[which])
+        if n is None or not self.sided[which].any():
+            return law
+        return law + square * softened_sign(dot(n, w) * (1 / self.KINK)) * (0.5 * self.k[which] * self.sided[which])
 
     def _groups(self, u):
         """Straight hinges, hinges with a normal carried by triangles, hinges with a fixed normal: which, their

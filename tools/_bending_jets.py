@@ -101,3 +101,9 @@ def squared_angle(s):
     return through(s, np.where(small, series(TERMS, 0), 4 * a**2),
                    lambda: np.where(small, series(TERMS * p, 1), 4 * a / np.sqrt(r)),
                    lambda: np.where(small, series(TERMS * p * (p - 1), 2), 2 / r - 2 * a * (1 - 2 * q) / r**1.5))
+
+
+def softened_sign(x):
+    """tanh x."""
+    t = np.tanh(value(x))
+    return through(x, t, lambda: 1 - t**2, lambda: -2 * t * (1 - t**2))

@@ -35,7 +35,10 @@ class Stiffness:
     E_gradient: float = 0.0           # E exp(g (x/R - 1/2)), x from the root, R the wing's length
     E_wave: tuple = ()                # (vein, a, length [m]): E (1 + a sin(2 pi s/length)), s from the vein's beginning
     camber: tuple = (0.0, 0.0, 0.0)   # [m] arch, bend and twist of the unloaded wing; see _bending_camber
+    D_wave: tuple = ()                # (a, x length, y length [m]): D (1 + a sin(2 pi (x/lx + y/ly))); 0: no wave along it
     joint_hardening: float = 0.0      # [1/rad^2] M = k Theta (1 + h Theta^2) in the joints
+    cuticle_hardening: float = 0.0    # [m^2] M = E I kappa (1 + c kappa^2) in all other hinges of veins
+    one_way: tuple = ()               # (joint, ratio): so many times stiffer when bent toward +z than toward -z
     damage: tuple = ()                # (x, y, radius, factor) [m]: all stiffness in a disc
     root_compliance: tuple = (0.0, 0.0)  # [rad/(N m)] of the clamp: flapping about y, twisting about x
 
@@ -64,7 +67,7 @@ class Model:
         self.edges = edges
         self.springs = self._springs(edges, vein_springs)
         self.turns = self._turns(hinges, edges)
-        d = stiffness.D * (self.damaged(self.positions[triangles].mean(1)) if len(triangles) else np.zeros(0))
+        d = self._plate_stiffness(self.positions[triangles].mean(1)) if len(triangles) else np.zeros(0)
         self.plate = Plate(stiffness.plate, self.positions, triangles, edges, n, d, stiffness.poisson)
         self.n_nodes = n + self.plate.n_slopes
         self.bending = self.plate if self.is_flat else Camber(self.plate, self.positions, triangles,
@@ -85,6 +88,15 @@ class Model:
             rim = np.clip((1.05 - r) / 0.1, 0, 1)
             factor *= 1 - (1 - remains) * rim * rim * (3 - 2 * rim)
         return factor
+
+    def _plate_stiffness(self, places):
+        """D [N m] at places (n, 3)."""
+        d = self.stiffness.D * self.damaged(places)
+        if self.stiffness.D_wave:
+            a, *lengths = self.stiffness.D_wave
+            waves = sum(places[:, k] / length for k, length in enumerate(lengths) if length > 0)
+            d = d * (1 + a * np.sin(2 * pi * waves))
+        return d
 
     def _rest_heights(self, flat, first_slope):
         """z0 of the points and, as the plate's unknowns, its slopes across the middles of the edges."""
@@ -146,7 +158,11 @@ class Model:
         nodes = np.array([h.nodes for h in hinges], int).reshape(-1, 3)
         k = np.array([self.hinge_stiffness(h) for h in hinges])
         k *= self.damaged(self.positions[nodes[:, 1]])
-        hardens = np.array([self.stiffness.joint_hardening if h.joint else 0.0 for h in hinges])
+        s = self.stiffness
+        hardens = np.array([s.joint_hardening if h.joint else s.cuticle_hardening / sum(part[1] for part in h.halves)**2
+                            for h in hinges])
+        sided = np.array([(s.one_way[1] - 1) / (s.one_way[1] + 1) if s.one_way and h.joint == s.one_way[0] else 0.0
+                          for h in hinges])
         e = self.positions[nodes[:, 1]] - self.positions[nodes[:, 0]]
         f = self.positions[nodes[:, 2]] - self.positions[nodes[:, 1]]
         turn = np.cross(e, f)
@@ -163,7 +179,8 @@ class Model:
             beside = sorted(set(edges.triangles_at(a, b) + edges.triangles_at(b, c)))
             for place, t in enumerate(beside):
                 around[row, place] = self.triangles[t]
-        return Turns(self.positions, nodes, angles, around, self.normal, k, k * hardens, self.is_flat)
+        return Turns(self.positions, nodes, angles, around, self.normal, k, k * hardens, self.is_flat,
+                     sided)
 
     # ---- energy and its derivatives -------------------------------------------------------------
 
@@ -285,5 +302,10 @@ def check_stiffness(wing, s):
     if len(s.E_wave) not in (0, 3) or (s.E_wave and not (s.E_wave[0] in wing.veins and abs(s.E_wave[1]) < 1
                                                          and s.E_wave[2] > 0)):
         raise InputError("E_wave is a vein of the wing, an amplitude below 1 and a positive length")
+    if len(s.D_wave) not in (0, 3) or (s.D_wave and not (abs(s.D_wave[0]) < 1 and min(s.D_wave[1:]) >= 0
+                                                         and max(s.D_wave[1:]) > 0)):
+        raise InputError("D_wave is an amplitude below 1 and two lengths of which one is positive")
+    if len(s.one_way) not in (0, 2) or (s.one_way and not (s.one_way[0] in wing.joints and s.one_way[1] > 0)):
+        raise InputError(f"one_way is a joint of the wing ({', '.join(sorted(wing.joints))}) and a positive ratio")
     if len(s.root_compliance) != 2 or min(s.root_compliance) < 0:
         raise InputError("root_compliance is two numbers, neither negative")

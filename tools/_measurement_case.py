@@ -27,6 +27,11 @@ class Hidden:
     load_shift: tuple = (0.0, 0.0)   # [m] common to all points of application
     height_scale: float = 1.0        # of the profilometer
     map_shift: tuple = (0.0, 0.0)    # [m] of all height maps
+    tilt: tuple = (0.0, 0.0)         # [rad] common to all loaded scans, about x and about y
+    piston: float = 0.0              # [m] common to all loaded scans
+    memory: float = 0.0              # fraction of the deformation in the scan before that is still there
+    bow: float = 0.0                 # [m] from one scan to the next: heights grow by this times (x/R)^2
+    fringe: tuple = (0.0, 1e-3, 0.0)  # amplitude, length [m] and direction [rad] of waves in all scans
     soft_places: tuple = ()          # (vein, share of its length, N m/rad): hinges that the wing file does not have
 
 
@@ -57,17 +62,21 @@ class Case:
 
 
 ACCURACY = ("height", "correlation_length", "force", "force_gain", "position", "tilt", "piston")
+NAMED = ("E_wave", "one_way")  # keys whose first value is a name
 CALIBRATION = ("force_by_weight", "height_by_gauge", "position_by_marks", "order_is_random")
 
 
-def read_case(path, changes=()):
-    """The case in a JSON file, with changes `section.key=value` made to it. The wing is seen from the file's folder."""
+def read_case(path, changes=(), drop=()):
+    """The case in a JSON file, with changes `section.key=value` made to it and the sections `drop` left out. The wing is
+    seen from the file's folder."""
     try:
         data = json.loads(Path(path).read_text())
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
     except ValueError as error:
         raise InputError(f"{path}: not JSON: {error}") from None
+    for section in drop if isinstance(data, dict) else ():
+        data.pop(section, None)
     for change in changes:
         name, equals, text = change.partition("=")
         if not equals:
@@ -117,9 +126,9 @@ def convert(item, value, name):
         return float(value)
     if kind is tuple and isinstance(value, list):
         size = len(item.default)
-        if name.endswith(("shift", "tilt", "creep", "compliance", "gravity")) and len(value) != size:
+        if name.endswith(("shift", "tilt", "creep", "compliance", "gravity", "fringe")) and len(value) != size:
             raise InputError(f"{name}: needs {size} numbers")
-        rows = [v if isinstance(v, list) else [v] for v in (value if item.name != "E_wave" else value[1:])]
+        rows = [v if isinstance(v, list) else [v] for v in (value[1:] if item.name in NAMED else value)]
         rows = [row[1:] for row in rows] if item.name == "soft_places" else rows
         if not all(is_number(v) for row in rows for v in row):
             raise InputError(f"{name} = {value!r}: holds what is no number")
@@ -152,8 +161,9 @@ def check(case):
     case.loads = [load_of(row, k + 1) for k, row in enumerate(case.loads)]
     if not case.loads:
         raise InputError("loads: none")
-    if not (case.hidden.force_gain > 0 and case.hidden.height_scale > 0 and case.hidden.creep[1] > 0):
-        raise InputError("hidden: force_gain, height_scale and the time of creep must be positive")
+    if not (case.hidden.force_gain > 0 and case.hidden.height_scale > 0 and case.hidden.creep[1] > 0
+            and case.hidden.fringe[1] > 0):
+        raise InputError("hidden: force_gain, height_scale, the time of creep and the length of fringes must be positive")
     for row in case.hidden.soft_places:
         if not (isinstance(row, tuple) and len(row) == 3 and 0 < row[1] < 1 and row[2] > 0):
             raise InputError("hidden.soft_places: rows of [vein, share of its length in (0, 1), N m/rad]")

@@ -6,7 +6,12 @@ import numpy as np
 def scan(positions, triangles, x, y):
     """Heights (ny, nx) [m] of the surface of triangles over the grid lines x, y, NaN beside it. Where the surface lies
     over itself the upper sheet is seen; triangles that stand upright are not."""
-    heights = np.full((len(y), len(x)), -np.inf)
+    return look(positions, triangles, x, y)[0]
+
+
+def look(positions, triangles, x, y):
+    """The same heights, and the number of the triangle that is seen (ny, nx), -1 beside the wing."""
+    heights, seen = np.full((len(y), len(x)), -np.inf), np.full((len(y), len(x)), -1)
     corners = positions[triangles]                       # (m, 3, 3)
     low, high = corners[:, :, :2].min(1), corners[:, :, :2].max(1)
     slack = 1e-12 * np.ptp(positions, axis=0).max()
@@ -25,8 +30,10 @@ def scan(positions, triangles, x, y):
         inside = (one >= -1e-9) & (two >= -1e-9) & (one + two <= 1 + 1e-9)
         z = a[t, 2] - (nx * gx + ny * gy) / nz
         part = heights[j0[t]:j1[t], i0[t]:i1[t]]
-        np.maximum(part, np.where(inside, z, -np.inf), out=part)
-    return np.where(np.isfinite(heights), heights, np.nan)
+        higher = inside & (z > part)
+        part[higher] = z[higher]
+        seen[j0[t]:j1[t], i0[t]:i1[t]][higher] = t
+    return np.where(seen >= 0, heights, np.nan), seen
 
 
 def grid_lines(low, high, spacing):

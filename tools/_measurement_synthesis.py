@@ -41,11 +41,11 @@ def rotation(v):
     return np.eye(3) + np.sin(angle) / angle * m + (1 - np.cos(angle)) / angle**2 * (m @ m)
 
 
-def rest_on_clamp(model, path, load):
+def rest_on_clamp(model, path, load, start=None):
     """Displacements under load (nodes, 3) of a wing whose clamp turns about y and x by its compliance times the moment,
     and a report. The clamped wing is solved in the frame of the turned clamp until the angles stay."""
     flap, twist = model.stiffness.root_compliance
-    u, report = path.solve(load)
+    u, report = path.solve(load, start)
     if flap == 0 and twist == 0:
         return u, report, np.zeros(3)
     n = len(model.positions)
@@ -133,12 +133,13 @@ class Bench:
             raise InputError(f"load {load.name}: {error}") from None
         raise InputError(f"load {load.name}: its place is too close to the edge for noise.position")
 
-    def bend(self, load):
-        """Positions of the bent wing's points, the displacement of the loaded place along the force, and a report."""
+    def bend(self, load, start=None):
+        """Positions of the bent wing's points, the displacement of the loaded place along the force, and a report.
+        `start` are displacements of all nodes for nearly this load and this wing."""
         model = self.model(load.factor, load.factor_veins)
         force = model.point_load(load.true_point, load.true_vector)
         try:
-            u, report, turn = rest_on_clamp(model, Path(model), force + self.weight(model))
+            u, report, turn = rest_on_clamp(model, Path(model), force + self.weight(model), start)
         except NoEquilibrium as error:
             raise NoEquilibrium(f"load {load.name}: {error}") from None
         moved = float((force * u).sum() / np.linalg.norm(load.true_vector))
@@ -195,22 +196,38 @@ def synthesise(case, jobs=1, tell=lambda text: None):
             shapes.append(shape)
             tell(f"{load.name:10s} {1e3 * np.linalg.norm(load.true_vector):10.4f} mN  moves its place by "
                  f"{1e3 * shape[1]:8.4f} mm  {shape[2].factorisations:4d} factorisations  {shape[2].snaps} snaps")
+    return observe(bench, loads, shapes, bench.rest())
+
+
+def observe(bench, loads, shapes, unloaded):
+    """What the experiment sees of the shapes (as from `bend`) and of the positions of the unloaded wing: a dictionary for
+    `write_measurement`, and the truth about it."""
+    case, hidden = bench.case, bench.case.hidden
     low, high = bench.wing.points.min(0), bench.wing.points.max(0)
     x, y = (grid_lines(low[k], high[k], case.spacing) for k in range(2))
     errors = HeightErrors(case.noise, x, y, bench.streams)
-    rest = scan(bench.rest(), bench.wing.triangles, x - case.hidden.map_shift[0], y - case.hidden.map_shift[1])
-    content = {"x": x, "y": y, "z": rest * case.hidden.height_scale + errors.reference(), "loads": [],
-               "accuracy": declare(case), "calibration": case.calibration, "title": case.title,
+    rest = scan(unloaded, bench.wing.triangles, x - hidden.map_shift[0], y - hidden.map_shift[1])
+    content = {"x": x, "y": y, "z": rest * hidden.height_scale + errors.reference() + fringes(bench, x, y, 0),
+               "loads": [], "accuracy": declare(case), "calibration": case.calibration, "title": case.title,
                "reference_scans": case.noise.reference_scans}
     truth = {"case": asdict(case), "mesh": {"points": len(bench.wing.points), "triangles": len(bench.wing.triangles)},
              "joints": joint_truth(bench), "loads": []}
+    remains, past = {}, np.zeros(rest.shape)
+    if hidden.memory:
+        for number in sorted(range(len(loads)), key=lambda k: loads[k].order):
+            remains[number] = past
+            z = scan(shapes[number][0], bench.wing.triangles, x - hidden.map_shift[0], y - hidden.map_shift[1])
+            past = np.nan_to_num(hidden.memory * (z - rest))
+    span = (x - bench.wing.points[list(bench.wing.root), 0].mean()) / np.ptp(bench.wing.points[:, 0])
     for number, (load, (positions, moved, report, turn)) in enumerate(zip(loads, shapes)):
         tilt, piston = errors.plane(number)
-        shift = errors.shift(number) + case.hidden.map_shift
+        tilt, piston = tilt + hidden.tilt, piston + hidden.piston
+        shift = errors.shift(number) + hidden.map_shift
         z = scan(positions, bench.wing.triangles, x - shift[0], y - shift[1])
         known = np.isfinite(z)
-        z = z * case.hidden.height_scale + tilt[0] * y[:, None] - tilt[1] * x[None, :] + piston
-        z = z + errors.one_scan(number) + errors.outliers(number)
+        z = (z + remains.get(number, 0)) * hidden.height_scale + tilt[0] * y[:, None] - tilt[1] * x[None, :] + piston
+        z = z + errors.one_scan(number) + errors.outliers(number) + fringes(bench, x, y, number + 1)
+        z += hidden.bow * (load.order - 1) * span**2
         z[errors.missing(number, known)] = np.nan
         size = float(np.linalg.norm(load.vector))
         content["loads"].append({"name": load.name, "z": z, "force": size, "direction": load.vector / size,
@@ -223,6 +240,15 @@ def synthesise(case, jobs=1, tell=lambda text: None):
             "tilt": tilt.tolist(), "piston": piston, "shift": shift.tolist(),
             "missing": float(1 - np.isfinite(z[known]).mean())})
     return content, truth
+
+
+def fringes(bench, x, y, scan_number):
+    """Waves of a profilometer's light over the grid, in every scan with another phase; scan 0 is the unloaded wing."""
+    amplitude, length, angle = bench.case.hidden.fringe
+    if amplitude == 0:
+        return 0.0
+    along = np.add.outer(y * np.sin(angle), x * np.cos(angle))
+    return amplitude * np.sin(2 * np.pi * (along / length + bench.streams("fringe", scan_number).random()))
 
 
 class _Alone:
