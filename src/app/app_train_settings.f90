@@ -74,7 +74,7 @@ contains
     call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
     if (.not. found) return
     scale = s%config%get_word('Train', 'scale')
-    call read_sought(s%config, s%setup%asked, scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), &
+    call read_sought(s%config, 'Train', s%setup%asked, scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), &
                      s%sought, errors)
     call read_measurement_file(s, path, world, errors)
     if (errors%count() > 0) return
