@@ -2,6 +2,7 @@
 !> The files of a training: NAME.ini, the trained wing as a fragment that parameter files include, and
 !> NAME_history.h5, all that was computed. Both get their names when they are complete.
 module app_train_output
+  use app_instrument, only: instrument_lines
   use app_train_details, only: put_table, write_details
   use app_train_history, only: train_history_t
   use app_train_polish, only: trained_t
@@ -53,7 +54,8 @@ contains
       if (known%is_effect .and. abs(p%get(i) - known%null) <= 0) cycle
       list = list//', '//known%name//' '//number_text(p%get(i))
     end do
-    text = text//'parameters = '//list(3:)//'; N m/rad of joints, N/m of springs, factors'//NL
+    text = text//'parameters = '//list(3:)//'; N m/rad of joints, N/m of springs, factors'//NL// &
+           instrument_lines(settings%experiment%instrument_at(trained%coordinates))
     call write_text(settings%result, text, ok)
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
   end subroutine write_fragment
