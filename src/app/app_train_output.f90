@@ -2,6 +2,7 @@
 !> The files of a training: NAME.ini, the trained wing as a fragment that parameter files include, and
 !> NAME_history.h5, all that was computed. Both get their names when they are complete.
 module app_train_output
+  use app_instrument, only: instrument_lines
   use app_train_details, only: put_table, write_details
   use app_train_history, only: train_history_t
   use app_train_polish, only: trained_t
@@ -40,7 +41,8 @@ contains
            '; by msm_train '//BUILD_VERSION//' ('//BUILD_COMMIT//').'//NL//';'//NL// &
            outcome_lines(settings, space, trained, '; ')// &
            '; These values of E and joints belong to the '//note//'.'//NL// &
-           '; [include] file = '//settings%result//NL//NL//wing_lines(p)
+           '; [include] file = '//settings%result//NL//NL//wing_lines(p)// &
+           instrument_lines(settings%experiment%instrument_at(trained%coordinates))
     call write_text(settings%result, text, ok)
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
   end subroutine write_fragment
