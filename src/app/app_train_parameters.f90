@@ -38,8 +38,9 @@ contains
 
   !> Reads the list; all mistakes go to `errors` in one message. Bounds are those of the wing's parameters and, for
   !> joints, those that Truong et al. searched in.
-  subroutine read_sought(config, params, instrument, scale_is_log, sought, errors)
+  subroutine read_sought(config, section, params, instrument, scale_is_log, sought, errors)
     type(config_t), intent(in) :: config
+    character(*), intent(in) :: section !< that has the key `parameters`
     type(solid_params_t), intent(in) :: params
     type(instrument_t), intent(in) :: instrument
     logical, intent(in) :: scale_is_log
@@ -48,7 +49,7 @@ contains
     character(:), allocatable :: text, problem, problems
     integer :: position, first, last
     logical :: found
-    text = config%get_text('Train', 'parameters')
+    text = config%get_text(section, 'parameters')
     allocate (sought%numbers(0), sought%instrument_numbers(0), sought%lower(0), sought%upper(0), sought%is_log(0))
     problems = ''
     position = 1
@@ -61,7 +62,7 @@ contains
     if (problems == '' .and. sought%count() == 0) problems = '; nothing is sought'
     if (any(sought%numbers == PARAM_PLATE) .and. any(sought%numbers == PARAM_THICKNESS)) &
       problems = problems//'; D and thickness are one parameter'
-    if (problems /= '') call config%complain(errors, 'Train', 'parameters', problems(3:))
+    if (problems /= '') call config%complain(errors, section, 'parameters', problems(3:))
   end subroutine read_sought
 
   !> NAME, NAME LOWER UPPER, or NAME LOWER UPPER SCALE.

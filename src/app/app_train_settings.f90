@@ -80,7 +80,7 @@ contains
     call read_measurement_file(s, path, world, errors)
     if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
     call read_instrument(s%config, s%instrument, errors)
-    call read_sought(s%config, s%setup%asked, s%instrument, &
+    call read_sought(s%config, 'Train', s%setup%asked, s%instrument, &
                      scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), s%sought, errors)
     if (errors%count() > 0) return
     call make_experiment(s, errors)

@@ -44,6 +44,7 @@ module measurement_simulation
     procedure :: derivative => simulation_derivative
     procedure :: hinge_tangent => simulation_hinge_tangent
     procedure :: damage_tangent => simulation_damage_tangent
+    procedure :: force_tangent => simulation_force_tangent
     procedure :: parameter_tangent => simulation_parameter_tangent
     procedure :: instrument_tangent => simulation_instrument_tangent
     procedure :: nuisance_tangents => simulation_nuisance_tangents
@@ -234,6 +235,17 @@ contains
     call self%rest%stiffness_motion(self%direction, self%motion)
     call see_rest(self, experiment, l, column)
   end subroutine simulation_damage_tangent
+
+  !> The same with respect to the size of a further dead load force(3, n_all) [N].
+  subroutine simulation_force_tangent(self, experiment, l, force, column)
+    class(simulation_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in) :: force(:, :)
+    real(rp), intent(out) :: column(:)
+    call self%loaded%force_motion(force, self%motion)
+    call see(self, experiment, l, column)
+  end subroutine simulation_force_tangent
 
   !> The same with respect to the coordinate of parameter `number` of the instrument, sought or not. What the measurement
   !> must hold for it has to be there (see `missing_for`), and the masses of the experiment for its weight.
