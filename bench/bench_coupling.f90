@@ -1,15 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times the parts of coupled steps of a run with flexible wings, after some steps that begin it; every other step is
-!> one of the fluid alone, to compare with. Prints one JSON object on its last line. Called through bench/coupling.
+!> Times the parts of the coupled steps of a run with flexible wings, after some steps that begin it. Prints one JSON
+!> object on its last line. Called through bench/coupling.
 !>
-!> mask: placing and drawing the wings. load: what the pass takes longer if it keeps the pressure, its inverse
-!> transform and the sampling. solid: all wings over the step. The rest of the step is the fluid. Every part is the
-!> least over the steps of the CPU time of the slowest rank.
+!> mask: placing and drawing the wings. load: what the fluid's one pass keeps of the pressure on its way, the lines
+!> where it does, the inverse transform and the sampling. solid: all wings over the step. checks: gaps between the
+!> wings and their place in the box. Each part of a step is the wall time of the slowest rank, measured where it is
+!> done; the step is their sum and what remains of the fluid's pass. Every number is the median over the steps.
 program bench_coupling
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use app_flight_faults, only: check_flight
   use app_settings, only: load_settings, settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_process, only: wall_seconds
   use bench_floor, only: floor_seconds
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
@@ -18,7 +21,7 @@ program bench_coupling
   use io_shared_text, only: read_shared_text
   use parallel_world, only: world_t
   implicit none
-  integer, parameter :: PLAIN = 1, KEEPING = 2, MASK = 3, LOOK = 4, SOLID = 5, FACTORS = 6
+  integer, parameter :: pass = 1, MASK = 2, MARK = 3, KEEP = 4, LOOK = 5, SOLID = 6, CHECKS = 7, WAIT = 8, FACTORS = 9
   type(world_t) :: world
   type(settings_t) :: settings
   type(fluid_t) :: fluid
@@ -29,7 +32,7 @@ program bench_coupling
   character(:), allocatable :: text, problem
   character(256) :: argument
   real(rp), allocatable :: times(:, :)
-  real(rp) :: least
+  real(rp) :: least(1)
   integer :: begin_with, steps, i
 
   call world%start()
@@ -47,8 +50,8 @@ program bench_coupling
   call wings%init(settings%flight, settings%fluid%grid, fluid%transform%block)
   call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
   call fluid%start(failure)
-  call wings%place(0.0_rp, fluid%rhs%penalty, failure)
-  allocate (times(6, steps))
+  fluid%rhs%pressure%is_timed = .true.
+  allocate (times(9, steps))
   do i = 1, begin_with
     call one_step(times(:, 1))
   end do
@@ -56,88 +59,102 @@ program bench_coupling
     call one_step(times(:, i))
   end do
   least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge))
+  call world%max_reals(least)
   if (failure%failed) error stop 'bench_coupling: the flow has failed'
-  call report()
+  if (world%is_root) call report()
   call coupler%free()
   call fluid%free()
   call world%stop()
 
 contains
 
-  !> Two steps of the fluid alone and two that keep the pressure, the last of which is coupled, in parts.
+  !> A coupled step in parts, as flusi makes it.
   subroutine one_step(t)
     real(rp), intent(out) :: t(:)
-    type(request_t) :: nothing, pressure
-    real(rp) :: pass
+    type(request_t) :: request
+    real(rp) :: own(1)
     integer :: w
-    pressure%pressure = .true.
     t = 0
-    t(PLAIN) = huge(1.0_rp)
-    t(KEEPING) = huge(1.0_rp)
-    do w = 1, 2
-      call fluid_step(nothing, pass, t(MASK))
-      t(PLAIN) = min(t(PLAIN), pass)
-      call fluid_step(pressure, pass, t(MASK))
-      t(KEEPING) = min(t(KEEPING), pass)
-    end do
+    call coupler%add_request(request)
+    t([MASK, MARK, KEEP]) = -[wings%seconds, wings%mark_seconds, fluid%rhs%pressure%seconds]
+    call start_watch(t(pass))
+    call fluid%step(request, failure, wings)
+    call stop_watch(t(pass))
+    t([MASK, MARK, KEEP]) = t([MASK, MARK, KEEP]) + [wings%seconds, wings%mark_seconds, fluid%rhs%pressure%seconds]
     call start_watch(t(LOOK))
     call coupler%look(fluid, wings)
     call stop_watch(t(LOOK))
+    call start_watch(t(CHECKS))
+    call check_flight(wings, settings%fluid%grid, failure)
+    call stop_watch(t(CHECKS))
+    own = -coupler%solver_seconds
     call start_watch(t(SOLID))
     call coupler%advance(fluid%dt, wings, failure)
     call stop_watch(t(SOLID))
+    own = own + coupler%solver_seconds
+    t(WAIT) = -own(1)
+    call world%max_reals(own)
+    t(WAIT) = own(1) + t(WAIT)
     do w = 1, size(coupler%wings)
-if (coupler%wings(w)%owner == world%rank) t(FACTORS) = max(t(FACTORS), real(coupler%wings(w)%report%factorisations, rp))
+      t(FACTORS) = max(t(FACTORS), real(coupler%wings(w)%factorisations, rp))
     end do
     call world%max_reals(t)
   end subroutine one_step
 
-  !> A step of the fluid without the wings' placing and drawing, which are `mask`.
-  subroutine fluid_step(request, pass, mask)
-    type(request_t), intent(in) :: request
-    real(rp), intent(out) :: pass, mask
-    call start_watch(mask)
-    call wings%place(fluid%rhs%state%time, fluid%rhs%penalty, failure)
-    call stop_watch(mask)
-    call start_watch(pass)
-    call fluid%step(request, failure, wings) ! which draws them once more
-    call stop_watch(pass)
-    pass = pass - mask
-  end subroutine fluid_step
-
   subroutine start_watch(begun)
     real(rp), intent(out) :: begun
     call world%barrier()
-    call cpu_time(begun)
+    begun = wall_seconds()
   end subroutine start_watch
 
   subroutine stop_watch(begun)
     real(rp), intent(inout) :: begun
-    real(rp) :: now
-    call cpu_time(now)
-    begun = now - begun
+    begun = wall_seconds() - begun
   end subroutine stop_watch
 
   subroutine report()
-    real(rp) :: mask_time, load_time, solid_time, step_time, floor_time(1)
-    floor_time = least
-    call world%max_reals(floor_time)
-    if (.not. world%is_root) return
-    mask_time = minval(times(MASK, :))
-    load_time = minval(times(LOOK, :)) + max(0.0_rp, minval(times(KEEPING, :)) - minval(times(PLAIN, :)))
-    solid_time = minval(times(SOLID, :))
-    step_time = minval(times(KEEPING, :)) + mask_time + minval(times(LOOK, :)) + solid_time
-  write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', world%size, &
-      ' ranks, ', steps, ' steps'
- write (output_unit, '(a,5(f0.1,a))') 'a step takes ', 1e3_rp*step_time, ' ms: mask ', 1e3_rp*mask_time, ' ms, load ', &
-      1e3_rp*load_time, ' ms (', 1e3_rp*minval(times(LOOK, :)), ' after the pass), solid ', 1e3_rp*solid_time, ' ms'
+    real(rp), parameter :: MS = 1.0e3_rp
+    real(rp), dimension(size(times, 2)) :: step, load, mask_time, share
+    real(rp) :: ratio
+    step = times(pass, :) + times(LOOK, :) + times(SOLID, :) + times(CHECKS, :)
+    load = times(MARK, :) + times(KEEP, :) + times(LOOK, :)
+    mask_time = times(MASK, :)
+    share = (mask_time + load + times(SOLID, :) + times(CHECKS, :))/step
+    ratio = median(times(pass, :) - mask_time - times(MARK, :) - times(KEEP, :))/least(1)
+    write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', &
+      world%size, ' ranks, ', steps, ' steps'
+    write (output_unit, '(a,4(f0.1,a))') 'a step takes ', MS*median(step), ' ms: mask ', MS*median(mask_time), &
+      ' ms, load ', MS*median(load), ' ms, solid ', MS*median(times(SOLID, :)), ' ms'
+    write (output_unit, '(a,4(f0.2,a))') 'of the load, finding the lines takes ', MS*median(times(MARK, :)), &
+      ' ms, keeping the pressure ', MS*median(times(KEEP, :)), ' ms, transform and sampling ', &
+      MS*median(times(LOOK, :)), ' ms; checks take ', MS*median(times(CHECKS, :)), ' ms'
+    write (output_unit, '(a,f0.2,a)') 'a rank waits at most ', MS*median(times(WAIT, :)), ' ms for the wing of another'
     write (output_unit, '(a,i0,a)') 'at most ', nint(maxval(times(FACTORS, :))), ' factorisations per wing and step'
-    write (output_unit, '(a,f0.2,a)') 'the fluid takes ', minval(times(PLAIN, :))/floor_time(1), ' times its floor'
-    write (output_unit, '(20a)') '{"coupling_share":', number((mask_time + load_time + solid_time)/step_time), &
-      ',"mask":', number(mask_time/step_time), ',"load":', number(load_time/step_time), ',"solid":', &
-      number(solid_time/step_time), ',"factorisations":', number(maxval(times(FACTORS, :))), ',"fluid_to_floor":', &
-      number(minval(times(PLAIN, :))/floor_time(1))//'}'
+    write (output_unit, '(a,f0.2,a)') 'the fluid takes ', ratio, ' times its floor'
+    write (output_unit, '(a,2(f0.4,a))') 'the share of a step is between ', quantile(share, 0.1_rp), ' and ', &
+      quantile(share, 0.9_rp), ' (first and last decile)'
+ write (output_unit, '(20a)') '{"coupling_share":', number(median(share)), ',"mask":', number(median(mask_time/step)), &
+      ',"load":', number(median(load/step)), ',"solid":', number(median(times(SOLID, :)/step)), ',"checks":', &
+      number(median(times(CHECKS, :)/step)), ',"keep":', number(median(times(KEEP, :)/step)), ',"wait":', &
+      number(median(times(WAIT, :)/step)), ',"factorisations":', number(maxval(times(FACTORS, :))), &
+      ',"fluid_to_floor":', number(ratio), '}'
   end subroutine report
+
+  pure real(rp) function median(x)
+    real(rp), intent(in) :: x(:)
+    median = quantile(x, 0.5_rp)
+  end function median
+
+  !> The value below which this part of `x` lies.
+  pure real(rp) function quantile(x, part)
+    real(rp), intent(in) :: x(:), part
+    integer :: i, rank
+    rank = max(1, ceiling(part*size(x)))
+    quantile = 0
+    do i = 1, size(x)
+      if (count(x < x(i)) < rank .and. count(x <= x(i)) >= rank) quantile = x(i)
+    end do
+  end function quantile
 
   !> A number as JSON wants it: with a digit before the point.
   function number(x) result(text)

@@ -7,7 +7,7 @@ module app_flexible
   use base_kinds, only: rp
   use base_text, only: number_text
   use fsi_added_mass, only: added_mass_ratio
-  use fsi_coupler, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
+  use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
   use fsi_flight_params, only: flight_params_t
   use io_config, only: config_t
   use io_registry, only: registry_t

@@ -9,7 +9,8 @@ module app_report
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_solver, only: fluid_t
-  use fsi_coupler, only: coupler_t, COUPLING_STRONG, COUPLING_WEAK
+  use fsi_coupler, only: coupler_t
+  use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
   use fsi_flapping_wings, only: flapping_wings_t
   use parallel_report, only: report_timers
   use parallel_world, only: world_t

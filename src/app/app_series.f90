@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The time series of a run, with FLUSI's file names and columns. Root writes, every record is flushed.
 module app_series
+  use app_coupling_series, only: coupling_series_t
   use app_flight_series, only: flight_series_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -24,10 +25,12 @@ module app_series
     type(series_t) :: forces, mask_volume, residual
     type(series_t) :: part(0:N_COLORS - 1)
     type(flight_series_t) :: flight
+    type(coupling_series_t) :: coupling                   !< every step
     logical :: has_color(0:N_COLORS - 1) = .false.
     logical :: solids = .false., compute_forces = .false., has_wings = .false.
   contains
     procedure :: open => series_open
+    procedure :: look => series_look
     procedure :: write_step => series_write_step
     procedure :: write_integrals => series_write_integrals
     procedure :: write_bending => series_write_bending
@@ -84,7 +87,9 @@ contains
       end do
     end if
     self%has_wings = present(wings)
-    if (present(wings)) call self%flight%open(world, wings, flexible, note, restart_time, failure)
+    if (.not. present(wings)) return
+    call self%flight%open(world, wings, flexible, note, restart_time, failure)
+    if (flexible) call self%coupling%open(world, wings, note, restart_time, failure)
 
   contains
 
@@ -141,12 +146,23 @@ contains
     columns = [character(40) :: 'aerodynamic power [rho L^5/T^3]', 'inertial power [rho L^5/T^3]']
   end function power_columns
 
-  !> Records of every step; `seconds` is the wall time that the step took.
-  subroutine series_write_step(self, fluid, seconds, ranks)
+  !> Remembers for the records of a step what `coupler` has looked at where it begins.
+  subroutine series_look(self, wings, coupler, fluid)
+    class(run_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    type(coupler_t), intent(in) :: coupler
+    type(fluid_t), intent(in) :: fluid
+    call self%coupling%look(wings, coupler, fluid)
+  end subroutine series_look
+
+  !> Records of every step; `seconds` is the wall time that the step took. With a coupler `look` must have been called
+  !> in this step.
+  subroutine series_write_step(self, fluid, seconds, ranks, coupler)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     real(rp), intent(in) :: seconds
     integer, intent(in) :: ranks
+    type(coupler_t), intent(in), optional :: coupler
     real(rp) :: h
     associate (p => fluid%rhs%params, t => fluid%sums_time, dt => fluid%dt)
       h = p%grid%min_spacing()
@@ -154,6 +170,7 @@ contains
       call self%timesteps%write([t, seconds, real(fluid%rhs%state%step, rp), dt, real(ranks, rp)])
       call self%ekin%write([t, fluid%sums%kinetic_energy])
     end associate
+    if (present(coupler)) call self%coupling%write(coupler)
   end subroutine series_write_step
 
   !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be
@@ -245,5 +262,6 @@ contains
       end do
     end if
     if (self%has_wings) call self%flight%close(failure)
+    call self%coupling%close(failure)
   end subroutine series_close
 end module app_series

@@ -2,14 +2,14 @@
 !> Everything the user set, from all sections, with notices on what was assumed.
 module app_settings
   use app_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
-  use app_flight_faults, only: notice_flight
+  use app_flight_faults, only: foresee_flight
   use app_keys, only: register_all_keys
   use app_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_frequency
   use app_wing_settings, only: wing_settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
-  use fsi_coupler, only: coupler_params_t
+  use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
   use io_config, only: config_t
@@ -170,7 +170,8 @@ contains
                                       s%units%given, s%coupler, errors, notices)
     call check_place(s%config, s%flight, s%fluid%grid, errors)
     if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%t_max, errors)
-    if (errors%count() == errors_before) call notice_flight(s%flight, s%fluid%grid, s%fluid%t_max, notices)
+    if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
+                                                             s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     s%fluid%centre = s%flight%body%centre
   end subroutine read_wings

@@ -3,7 +3,7 @@
 module app_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: command_t
-  use app_flight_faults, only: check_gaps
+  use app_flight_faults, only: check_flight
   use app_output, only: output_t
   use app_progress, only: progress_t
   use app_report, only: print_coupling, print_run_header, print_time_table
@@ -49,7 +49,7 @@ module app_simulation
     character(:), allocatable, private :: name
     type(failure_t) :: failure
     logical, private :: cannot_bend = .false. !< `failure` is numerical: a flexible wing could not be advanced
-    logical, private :: touched = .false. !< for the reason that they touch each other
+    logical, private :: misplaced = .false. !< for the reason that they touch each other or leave the box
     logical, private :: blown_up = .false. !< `failure` is numerical: the velocity is no longer one
     integer :: exit_code = EXIT_OK
   contains
@@ -150,7 +150,7 @@ contains
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
-        call self%series%write_step(fluid, seconds, self%world%size)
+        call self%series%write_step(fluid, seconds, self%world%size, self%coupler)
         call self%stop_rules%look(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
         if (self%stop_rules%must_stop .or. self%failure%failed) exit
@@ -197,10 +197,11 @@ contains
     class(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%look(self%fluid, self%wings)
-    call check_gaps(self%wings, self%settings%fluid%grid, self%failure)
+    call check_flight(self%wings, self%settings%fluid%grid, self%failure)
+    call self%series%look(self%wings, self%coupler, self%fluid)
     call self%timers%stop(self%t_wings)
-    self%touched = self%failure%failed
-    self%cannot_bend = self%touched
+    self%misplaced = self%failure%failed
+    self%cannot_bend = self%misplaced
   end subroutine look
 
   !> Takes the flexible wings over the step that the fluid has made.
@@ -309,7 +310,7 @@ contains
     class(simulation_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
     type(failure_t) :: writing
-    if (self%touched) return ! which no parameter of the mechanics changes
+    if (self%misplaced) return ! which no parameter of the mechanics changes
     call self%coupler%rewind(self%fluid%rhs%state%time, self%wings)
     call writer%begin(self%world, '.', FAILED_NAME, writing)
     call writer%put_integer('generation', 0_i8)
@@ -319,7 +320,7 @@ contains
     if (writing%failed) then
       self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
     else
-      self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before '// &
+   self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before '// &
                             'this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
     end if
   end subroutine back_up_failed

@@ -7,6 +7,7 @@ module app_train_output
   use app_train_polish, only: trained_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
+  use app_wing_effects, only: effect_place_lines
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -43,12 +44,13 @@ contains
            '; These values of E and joints belong to the '//note//'.'//NL// &
            '; [include] file = '//settings%result//NL//NL//'[Wing]'//NL// &
            'E = '//number_text(p%young)//'; Pa'//NL//'D = '//number_text(p%plate)//'; N m'//NL// &
-           'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL
+           'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)
     list = ''
     do i = 1, p%count()
       known = p%describe(i)
       if (any(known%name == [character(9) :: 'E', 'D', 'thickness'])) cycle
       if (i > N_COMMON .and. i <= N_COMMON + size(p%vein_factor) .and. abs(p%get(i) - 1) <= 0) cycle
+      if (known%is_effect .and. abs(p%get(i) - known%null) <= 0) cycle
       list = list//', '//known%name//' '//number_text(p%get(i))
     end do
     text = text//'parameters = '//list(3:)//'; N m/rad of joints, N/m of springs, factors'//NL

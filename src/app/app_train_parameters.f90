@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The list of [Train] parameters: which parameters of a wing are sought, and in which box.
 module app_train_parameters
+  use app_wing_effects, only: unplaced_effect
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
@@ -131,7 +132,7 @@ contains
     type(parameter_t) :: p
     p = params%describe(i)
     bounds = [p%lower, p%upper]
-    if (i > N_COMMON + size(params%vein_factor)) bounds = PAPER_JOINT
+    if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_usual()) bounds = PAPER_JOINT
   end function usual_bounds
 
   subroutine sought_add(self, params, i, bounds, is_log, scale_is_given, problem)
@@ -148,6 +149,10 @@ contains
     log_scale = is_log .and. (p%is_log .or. scale_is_given)
     if (any(self%numbers == i)) then
       problem = quoted(p%name)//' stands twice'
+      return
+    end if
+    if (unplaced_effect(params%effects, p%name) /= '') then
+      problem = quoted(p%name)//' '//unplaced_effect(params%effects, p%name)
       return
     end if
     fault = box_problem(bounds(1), bounds(2), log_scale)

@@ -31,7 +31,7 @@ contains
     integer :: i
     associate (asked => settings%setup%asked)
       call settings%experiment%init(settings%measurement, settings%setup%wing, asked, &
-                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, asked%count())], settings%options, failure)
+                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, asked%count_usual())], settings%options, failure)
     end associate
   end subroutine prepare_screen
 

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The ini keys that `flusi --static` and `flusi --solid` share: the wing, its stiffness, its mass. SI units.
 module app_wing_keys
+  use app_wing_effects, only: register_effect_keys
   use base_kinds, only: rp
   use io_registry, only: registry_t
   implicit none
@@ -27,9 +28,9 @@ contains
     call r%add_section('Wing', 'the wing and what it is made of')
    call r%add_text('Wing', 'file', '', 'wing file (docs/wing-format.md); looked for here and then in the folder of '// &
                     'the input file', required=required)
-    call r%add_real('Wing', 'length', 0.0_rp, 'the wing is made so large, with all its lengths and diameters, that its '// &
+call r%add_real('Wing', 'length', 0.0_rp, 'the wing is made so large, with all its lengths and diameters, that its '// &
                     'largest x is this; 0: as in its file', unit='m', min=0.0_rp)
-    call r%add_real('Wing', 'mean_chord', 0.0_rp, 'then its y are stretched so that its area over its extent along x '// &
+  call r%add_real('Wing', 'mean_chord', 0.0_rp, 'then its y are stretched so that its area over its extent along x '// &
                     'is this; 0: not stretched', unit='m', min=0.0_rp)
     call r%add_word('Wing', 'preset', 'default', 'default|paper', 'paper: with cross-springs, as in Truong et al.')
     call r%add_real('Wing', 'E', 12.58e9_rp, 'Young''s modulus of all veins', unit='Pa', above=0.0_rp)
@@ -42,7 +43,8 @@ contains
                     unit='N m/rad', min=-1.0_rp)
     call r%add_text('Wing', 'parameters', '', 'single parameters as pairs of name and value, separated by commas: '// &
                     'joint:NAME [N m/rad], E:VEIN (factor on E), root (factor), diameter_exponent, k_vein, '// &
-                    'k_membrane, k_cross [N/m]')
+                    'k_membrane, k_cross [N/m], and the effects of docs/effects.md')
+    call register_effect_keys(r)
   end subroutine register_wing
 
   subroutine register_mass(r)

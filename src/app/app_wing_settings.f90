@@ -2,9 +2,10 @@
 !> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
 !> and its mass. Whatever a user can do wrong is found here. SI units.
 module app_wing_settings
+  use app_wing_effects, only: read_effect_places, unplaced_effect
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
-  use base_text, only: BLANKS, next_word, parse_real, quoted
+  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use io_config, only: config_t
   use io_shared_text, only: named_path
   use solid_inertia, only: inertia_t
@@ -145,6 +146,7 @@ contains
       if (.not. joint > 0 .and. abs(joint + 1) > 0) &
         call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1: as the vein without the joint')
       p%joint = joint
+      call read_effect_places(c, p, errors)
       call read_parameters(c, p, errors)
       call membrane_note(p, note, is_soft)
       if (is_soft .and. size(s%wing%triangles) > 0) call notices%add(note)
@@ -225,6 +227,10 @@ contains
       known = params%describe(number)
       if (known%is_log .and. .not. value > 0) then
         problem = quoted(name)//' must be positive'
+      else if (unplaced_effect(params%effects, name) /= '') then
+        problem = quoted(name)//' '//unplaced_effect(params%effects, name)
+      else if (known%is_effect .and. .not. (value >= known%lower .and. value <= known%upper)) then
+        problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)
       else
         call params%set(number, value)
       end if

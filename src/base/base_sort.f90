@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Sorting by keys.
 module base_sort
-  use base_kinds, only: i8
+  use base_kinds, only: i8, rp
   implicit none
   private
-  public :: sorting_order
+  public :: sorting_order, sort_reals
 
 contains
 
@@ -43,4 +43,17 @@ contains
       width = 2*width
     end do
   end function sorting_order
+
+  !> Sorts finite numbers so that they increase.
+  pure subroutine sort_reals(values)
+    real(rp), intent(inout) :: values(:)
+    integer(i8) :: keys(size(values))
+    integer :: i
+    do i = 1, size(values)
+      ! The bits of a positive number increase with it, those of a negative one decrease.
+      keys(i) = transfer(values(i), keys(i))
+      if (keys(i) < 0) keys(i) = ieor(keys(i), huge(keys(i)))
+    end do
+    values = values(sorting_order(keys))
+  end subroutine sort_reals
 end module base_sort

@@ -18,6 +18,7 @@ module fluid_rhs
   use fluid_params, only: fluid_params_t, SCHEME_RK4
   use fluid_mean_flow, only: mean_acceleration, imposed_mean_flow
   use fluid_penalty, only: penalty_t
+  use fluid_pressure, only: pressure_t
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, &
                             PASS_RK_FOURTH
   use fluid_sponge, only: sponge_t
@@ -51,10 +52,9 @@ module fluid_rhs
     type(failure_t) :: failure
     type(viscous_factor_t) :: full, half         !< exp(-nu k^2 dt) and exp(-nu k^2 dt/2)
     complex(rp), allocatable :: stage_base(:, :, :)  !< RK4 only: u(n)
-    complex(rp), allocatable :: pressure(:, :, :)    !< (nkz, sticks, 1) total pressure if requested
+    type(pressure_t) :: pressure                     !< what has been kept of it if requested
     complex(rp), allocatable :: kept(:, :, :)        !< (nkz, sticks, 3) N of an evaluation that kept it
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
-    real(rp), allocatable :: kinetic(:, :, :)        !< (nx, ny_local, nz_local) |u|^2/2 if the pressure is requested
     real(rp), allocatable :: initial(:, :, :, :)     !< the untruncated initial u and omega, first pass only
     real(rp), private, allocatable :: line_max(:), line_sum(:, :) !< (nx), (nx, 7) accumulators along x
     real(rp), private, allocatable :: line_divergence(:)          !< (nx)
@@ -96,10 +96,7 @@ contains
     allocate (self%ones(sticks%nkz), source=1.0_rp)
     self%line_divergence = 0
     if (params%scheme == SCHEME_RK4) allocate (self%stage_base(sticks%nkz, sticks%n, 3))
-    if (keeps_pressure) then
-      allocate (self%pressure(sticks%nkz, sticks%n, 1))
-      allocate (self%kinetic(block%count(1), block%count(2), block%count(3)))
-    end if
+    if (keeps_pressure) call self%pressure%init(sticks, block)
     if (keeps_rhs) allocate (self%kept(sticks%nkz, sticks%n, 3))
     if (keeps_fields) then
       allocate (self%fields(block%count(1), block%count(2), block%count(3), 6))
@@ -168,8 +165,7 @@ contains
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
       if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
     end do
-    if (self%request%pressure) self%kinetic(:, first:first + count - 1, z) = &
-      0.5_rp*(in(:, 1:count, 1)**2 + in(:, 1:count, 2)**2 + in(:, 1:count, 3)**2)
+    if (self%request%keeps_pressure()) call self%pressure%keep_kinetic(first, count, z, in)
     if (self%request%fields) self%fields(:, first:first + count - 1, z, 1:6) = in(:, 1:count, 1:6)
   end subroutine lines_product
 
@@ -311,10 +307,7 @@ contains
       s = first + i - 1
       call project_stick(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                          fields(:, i, 1), fields(:, i, 2), fields(:, i, 3), self%pressure_line)
-      if (self%request%pressure) then
-        self%pressure(:, s, 1) = self%pressure_line
-        call self%sticks%truncate(s, self%pressure(:, s, 1))
-      end if
+      if (self%request%keeps_pressure()) call self%pressure%keep_total(self%sticks, s, self%pressure_line)
       if (self%n_out == 6) &
         call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                         fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &

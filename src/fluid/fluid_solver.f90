@@ -12,7 +12,6 @@ module fluid_solver
   use fluid_sponge, only: make_sponge
   use fluid_sums, only: sums_t
   use parallel_world, only: world_t
-  use spectral_copy, only: copy_kernels_t
   use spectral_pencil, only: pencil_t
   implicit none
   private
@@ -147,7 +146,7 @@ contains
     complete = request
     complete%rhs = .true.
     call run_pass(self, PASS_EVALUATE, complete, moving)
-    self%has_pressure = request%pressure
+    self%has_pressure = request%keeps_pressure()
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
@@ -170,6 +169,12 @@ contains
       if (self%rhs%failure%failed) return
       self%rhs%solid_speed = moving%max_speed()
     end if
+    if (request%keeps_pressure()) then
+      self%rhs%pressure%lines = .true.
+      if (present(moving) .and. .not. request%pressure) then
+        if (allocated(moving%lines)) self%rhs%pressure%lines = moving%lines
+      end if
+    end if
     call self%rhs%prepare(pass, request)
     call self%transform%pipeline(self%rhs)
     ! The untruncated initial field has served once it was advanced.
@@ -182,7 +187,7 @@ contains
     class(fluid_t), intent(inout) :: self
     class(moving_solids_t), intent(in), optional :: moving
     self%sums = self%rhs%sums
-    self%has_pressure = self%rhs%request%pressure
+    self%has_pressure = self%rhs%request%keeps_pressure()
     self%dt = self%rhs%dt
     associate (state => self%rhs%state)
       self%sums_time = state%time
@@ -198,29 +203,15 @@ contains
     end associate
   end subroutine keep_sums
 
-  !> Static pressure of the last pass that requested it: p = Pi - |u|^2/2 pointwise, Pi the truncated
-  !> total pressure; costs one inverse transform, without parts of it if only some lines are wanted. `p` is
-  !> (nx, ny_local, nz_local); on lines that are not wanted it is undefined. Collective.
+  !> Static pressure of the last pass, which must have been asked to keep it where it is wanted (fluid_pressure); on
+  !> other lines it is undefined. Costs one inverse transform, without parts of it if only some lines are wanted.
+  !> Collective.
   subroutine fluid_pressure_field(self, p, lines)
-    class(fluid_t), target, intent(inout) :: self
-    real(rp), contiguous, target, intent(inout) :: p(:, :, :, :)     !< last extent 1
+    class(fluid_t), intent(inout) :: self
+    real(rp), contiguous, target, intent(inout) :: p(:, :, :, :)     !< (nx, ny_local, nz_local, 1)
     logical, contiguous, target, optional, intent(in) :: lines(:, :) !< (ny_local, nz_local) those that are wanted, or all
-    type(copy_kernels_t) :: kernels
-    integer :: y, z
     call require(self%has_pressure, 'fluid_t: the pressure was not requested')
-    kernels%n_in = 1
-    kernels%spectral => self%rhs%pressure
-    kernels%physical => p
-    if (present(lines)) kernels%lines => lines
-    call self%transform%pipeline(kernels)
-    do z = 1, size(p, 3)
-      do y = 1, size(p, 2)
-        if (present(lines)) then
-          if (.not. lines(y, z)) cycle
-        end if
-        p(:, y, z, 1) = p(:, y, z, 1) - self%rhs%kinetic(:, y, z)
-      end do
-    end do
+    call self%rhs%pressure%field(self%transform, p(:, :, :, 1), lines)
   end subroutine fluid_pressure_field
 
   !> Zeroes all modes outside the truncation.
@@ -245,8 +236,7 @@ contains
     class(fluid_t), intent(in) :: self
     bytes = self%transform%memory_bytes() + 16*real(size(self%rhs%state%u) + size(self%rhs%state%history), rp)
     if (allocated(self%rhs%fields)) bytes = bytes + 8*real(size(self%rhs%fields), rp)
-    if (allocated(self%rhs%pressure)) bytes = bytes + 16*real(size(self%rhs%pressure), rp) + &
-                                              8*real(size(self%rhs%kinetic), rp)
+    bytes = bytes + self%rhs%pressure%memory_bytes()
     if (allocated(self%rhs%kept)) bytes = bytes + 16*real(size(self%rhs%kept), rp)
     if (allocated(self%rhs%stage_base)) bytes = bytes + 16*real(size(self%rhs%stage_base), rp)
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)

@@ -15,9 +15,11 @@
 module fsi_coupler
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_process, only: wall_seconds
   use base_text, only: number_text
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG, COUPLING_WEAK
   use fsi_coupling_history, only: coupling_history_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_pressure_load, only: pressure_load_t
@@ -25,41 +27,14 @@ module fsi_coupler
   use fsi_surface_load, only: surface_load_t, total_load
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
   use fsi_wing_solver, only: wing_solver_t
-  use io_units, only: unit_scales_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
-  use solid_dynamics, only: dynamic_options_t, dynamic_state_t
-  use solid_inertia, only: inertia_t, measure_motion, momenta_t
-  use solid_model, only: solid_model_t
+  use solid_dynamics, only: dynamic_state_t
+  use solid_inertia, only: measure_motion, momenta_t
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: coupler_t, coupler_params_t, COUPLING_WEAK, COUPLING_EXTRAPOLATED, COUPLING_STRONG
-
-  integer, parameter :: COUPLING_WEAK = 1, COUPLING_EXTRAPOLATED = 2, COUPLING_STRONG = 3
-
-  !> What the wings are made of; both have the same, as mirror images. SI units.
-  type :: coupler_params_t
-    type(solid_model_t) :: model
-    type(inertia_t) :: inertia
-    type(dynamic_options_t) :: options
-    real(rp) :: membrane = 0            !< [kg/m^2] mean mass of the membrane, for information
-    real(rp) :: added_mass = 0          !< fluid that the wing moves over its own mass (fsi_added_mass), for information
-    type(unit_scales_t) :: units        !< SI values of one L, T and M
-    real(rp) :: gravity(3) = 0          !< [m/s^2] in space
-    real(rp) :: distance = 0            !< of the places where the flow is looked at from the surface, L
-    logical :: extrapolates = .false.   !< the pressure difference is extrapolated to the mid surface
-    logical :: friction = .false.       !< the viscous traction is part of the load
-    integer :: coupling = COUPLING_WEAK
-    real(rp) :: tolerance = 1.0e-3_rp   !< strong: of the load, relative
-    integer :: iterations = 20          !< strong: at most so many evaluations of the flow in a step
-    real(rp) :: release = 0             !< the wings are held rigid until then, T
-    real(rp) :: largest_deflection = 1  !< of any point, over the wing length: beyond it the run stops
-  contains
-    procedure :: needs_fields => params_needs_fields
-    procedure :: needs_trials => params_needs_trials
-    procedure :: stability_limit => params_stability_limit
-  end type coupler_params_t
+  public :: coupler_t
 
   !> What the sub-iterations of the strong coupling did.
   type :: coupling_report_t
@@ -80,9 +55,9 @@ module fsi_coupler
     type(energy_meter_t), allocatable, private :: meters(:)
     type(sampler_t), private :: sampler
     type(world_t), private :: world
+    real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
-    logical, allocatable, private :: lines(:, :)         !< where the pressure is wanted
     real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n, wings) N
   contains
     procedure :: init => coupler_init
@@ -99,34 +74,6 @@ module fsi_coupler
 
 contains
 
-  !> Whether the fluid must be able to keep velocities in physical space.
-  pure logical function params_needs_fields(self) result(needs)
-    class(coupler_params_t), intent(in) :: self
-    needs = self%friction
-  end function params_needs_fields
-
-  !> Whether the fluid must be able to make trials.
-  pure logical function params_needs_trials(self) result(needs)
-    class(coupler_params_t), intent(in) :: self
-    needs = self%coupling == COUPLING_STRONG
-  end function params_needs_trials
-
-  !> Largest s = (dt/C_eta) rho t/(mass per area of the wing) that is certainly stable, t the thickness of the sheet.
-  !> The fluid in the mask pulls a point of the wing with rho t/C_eta per velocity; under that alone BDF2 moves it
-  !> by z^n with 3 z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z + 1/2 - s
-  !> = 0 if it is extrapolated: |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
-  pure real(rp) function params_stability_limit(self) result(limit)
-    class(coupler_params_t), intent(in) :: self
-    select case (self%coupling)
-    case (COUPLING_WEAK)
-      limit = 4
-    case (COUPLING_EXTRAPOLATED)
-      limit = 4.0_rp/3
-    case default
-      limit = huge(limit)
-    end select
-  end function params_stability_limit
-
   !> Wings at rest in their frames, unloaded, at time `time` [T]. `wings` becomes deformable. Collective.
   subroutine coupler_init(self, world, params, grid, block, time, wings)
     class(coupler_t), intent(inout) :: self
@@ -142,7 +89,11 @@ contains
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
     allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
-    allocate (self%lines(block%count(2), block%count(3)))
+    if (params%extrapolates) then
+      call wings%watch(self%sampler, [1, 2]*params%distance, block)
+    else
+      call wings%watch(self%sampler, [params%distance], block)
+    end if
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
@@ -173,7 +124,7 @@ contains
   pure subroutine coupler_add_request(self, request)
     class(coupler_t), intent(in) :: self
     type(request_t), intent(inout) :: request
-    request%pressure = .true.
+    request%near_pressure = .true.
     request%fields = request%fields .or. self%params%friction
   end subroutine coupler_add_request
 
@@ -194,14 +145,10 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     real(rp) :: newton
     integer :: i, p
-    associate (c => self%params, u => self%params%units)
+    associate (u => self%params%units)
       newton = u%mass*u%length/u%time**2
-      self%lines = .false.
-      do i = 1, size(self%wings)
-        call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%lines, c%distance, c%extrapolates)
-      end do
     end associate
-    call fluid%pressure_field(self%pressure, self%lines)
+    call fluid%pressure_field(self%pressure, wings%lines)
     do i = 1, size(self%wings)
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
         call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
@@ -254,7 +201,7 @@ contains
       do i = 1, size(self%wings)
         if (.not. failure%failed .and. sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection* &
             wings%params%wings(i)%length()) call failure%raise('the '//trim(wings%params%wings(i)%side)// &
-                                                    ' wing bends beyond the limit [Flexible_wing] largest_deflection')
+                                                      ' wing bends beyond the limit [Flexible_wing] largest_deflection')
       end do
       if (failure%failed) return
       call self%history%keep(dt, self%applied)
@@ -285,13 +232,16 @@ contains
     real(rp), intent(in) :: dt
     type(flapping_wings_t), intent(inout) :: wings
     type(failure_t), intent(inout) :: failure
+    real(rp) :: begun
     integer :: i
+    begun = wall_seconds()
     associate (p => self%params)
       do i = 1, size(self%wings)
         call self%wings(i)%solve(self%world, p%model, p%inertia, p%options, self%applied(:, :, i), dt*p%units%time, &
                                  self%states(i))
       end do
     end associate
+    self%solver_seconds = self%solver_seconds + wall_seconds() - begun
     do i = 1, size(self%wings)
       call self%wings(i)%share(self%world, self%states(i), failure)
     end do

@@ -32,7 +32,6 @@ module fsi_pressure_load
     real(rp), allocatable, private :: places(:, :), values(:), velocity(:, :)
   contains
     procedure :: init => load_init
-    procedure :: mark => load_mark
     procedure :: look => load_look
     procedure :: add_friction => load_add_friction
   end type pressure_load_t
@@ -52,22 +51,6 @@ contains
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
-  !> Sets the `lines` (ny_local, nz_local) of the grid at which `look` with these arguments will look.
-  subroutine load_mark(self, surface, sampler, lines, distance, extrapolates)
-    class(pressure_load_t), intent(inout) :: self
-    type(surface_t), intent(in) :: surface
-    type(sampler_t), intent(in) :: sampler
-    logical, intent(inout) :: lines(:, :)
-    real(rp), intent(in) :: distance
-    logical, intent(in) :: extrapolates
-    if (extrapolates) then
-      call find_places(surface, 2*distance, self%places)
-      call sampler%mark(self%places, lines)
-    end if
-    call find_places(surface, distance, self%places)
-    call sampler%mark(self%places, lines)
-  end subroutine load_mark
-
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
   !> looked at from the surface. Collective.
   subroutine load_look(self, surface, sampler, pressure, distance, extrapolates)
@@ -85,11 +68,11 @@ contains
     looks_twice = .false.
     if (present(extrapolates)) looks_twice = extrapolates
     if (looks_twice) then
-      call find_places(surface, 2*distance, self%places)
+      call surface%places_beside(2*distance, self%places)
       call sampler%sample(self%places, pressure, self%values)
       self%jump = self%values(:m) - self%values(m + 1:)
     end if
-    call find_places(surface, distance, self%places)
+    call surface%places_beside(distance, self%places)
     call sampler%sample(self%places, pressure, self%values)
     if (looks_twice) then
       self%jump = 2*(self%values(:m) - self%values(m + 1:)) - self%jump
@@ -135,22 +118,6 @@ contains
     end do
     self%force = self%force + self%friction
   end subroutine load_add_friction
-
-  !> The places (3, 2 m) above and below the centres of the m triangles.
-  pure subroutine find_places(surface, distance, places)
-    type(surface_t), intent(in) :: surface
-    real(rp), intent(in) :: distance
-    real(rp), intent(inout) :: places(:, :)
-    real(rp) :: centre(3), twice_area(3)
-    integer :: i, m
-    m = size(surface%triangles, 2)
-    do i = 1, m
-      call look_at(surface, i, centre, twice_area)
-      twice_area = twice_area/norm2(twice_area)
-      places(:, i) = centre + distance*twice_area
-      places(:, m + i) = centre - distance*twice_area
-    end do
-  end subroutine find_places
 
   !> A third of `force` for each corner of triangle i.
   pure subroutine share(surface, i, force, forces)

@@ -48,22 +48,24 @@ contains
     real(rp), contiguous, intent(in) :: field(:, :, :)
     real(rp), contiguous, intent(inout) :: values(:)
     real(rp) :: w(-1:2, 3), line
-    integer :: first(3), x(-1:2), y, z, i, j, k
+    integer :: first(3), x(-1:2), y(-1:2), z(-1:2), i, j, k
     call require(size(points, 2) == size(values), 'sampler_t: one value for each point')
     do i = 1, size(values)
       values(i) = 0
+      first = floor(points(:, i)/self%grid%spacing)
+      x = modulo(first(1) + [-1, 0, 1, 2], self%grid%n(1)) + 1
+      y = modulo(first(2) + [-1, 0, 1, 2], self%grid%n(2)) - self%block%start(2) + 1
+      z = modulo(first(3) + [-1, 0, 1, 2], self%grid%n(3)) - self%block%start(3) + 1
+      if (all(y < 1 .or. y > self%block%count(2)) .or. all(z < 1 .or. z > self%block%count(3))) cycle
       do j = 1, 3
         call delta_weights(points(j, i)/self%grid%spacing(j), first(j), w(:, j))
       end do
-      x = modulo(first(1) + [-1, 0, 1, 2], self%grid%n(1)) + 1
       do k = -1, 2
-        z = modulo(first(3) + k, self%grid%n(3)) - self%block%start(3) + 1
-        if (z < 1 .or. z > self%block%count(3)) cycle
+        if (z(k) < 1 .or. z(k) > self%block%count(3)) cycle
         do j = -1, 2
-          y = modulo(first(2) + j, self%grid%n(2)) - self%block%start(2) + 1
-          if (y < 1 .or. y > self%block%count(2)) cycle
-          line = w(-1, 1)*field(x(-1), y, z) + w(0, 1)*field(x(0), y, z) + w(1, 1)*field(x(1), y, z) + &
-                 w(2, 1)*field(x(2), y, z)
+          if (y(j) < 1 .or. y(j) > self%block%count(2)) cycle
+          line = w(-1, 1)*field(x(-1), y(j), z(k)) + w(0, 1)*field(x(0), y(j), z(k)) + &
+                 w(1, 1)*field(x(1), y(j), z(k)) + w(2, 1)*field(x(2), y(j), z(k))
           values(i) = values(i) + w(j, 2)*w(k, 3)*line
         end do
       end do

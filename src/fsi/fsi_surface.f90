@@ -25,6 +25,7 @@ module fsi_surface
     procedure :: place_rigid => surface_place_rigid
     procedure :: place_deformed => surface_place_deformed
     procedure :: area => surface_area
+    procedure :: places_beside => surface_places_beside
     procedure :: free_perimeter => surface_free_perimeter
   end type surface_t
 
@@ -86,6 +87,27 @@ contains
       self%velocities(:, i) = velocity + cross(omega, arm)
     end do
   end subroutine surface_place_rigid
+
+  !> The places (3, 2 m) at `distance` [L] from the centres of the m triangles along their normals: above, where a
+  !> normal points, then those below.
+  pure subroutine surface_places_beside(self, distance, places)
+    class(surface_t), intent(in) :: self
+    real(rp), intent(in) :: distance
+    real(rp), intent(inout) :: places(:, :)
+    real(rp) :: normal(3), centre(3)
+    integer :: i, m
+    m = size(self%triangles, 2)
+    do i = 1, m
+      associate (a => self%points(:, self%triangles(1, i)), b => self%points(:, self%triangles(2, i)), &
+                 c => self%points(:, self%triangles(3, i)))
+        centre = (a + b + c)/3
+        normal = cross(b - a, c - a)
+      end associate
+      normal = normal/norm2(normal)
+      places(:, i) = centre + distance*normal
+      places(:, m + i) = centre - distance*normal
+    end do
+  end subroutine surface_places_beside
 
   !> Sum of the triangles' areas.
   pure real(rp) function surface_area(self) result(area)

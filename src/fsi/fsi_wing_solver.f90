@@ -17,6 +17,7 @@ module fsi_wing_solver
   type :: wing_solver_t
     type(flapping_motion_t) :: motion
     type(step_report_t) :: report                 !< of the last step, on the owner
+    integer :: factorisations = 0                 !< of the last step, with all its repetitions, on all ranks
     integer :: owner = 0                          !< rank that solves the wing
     type(dynamic_state_t), private :: begun       !< at the beginning of the step
     type(dynamics_t), private :: stepper
@@ -44,7 +45,7 @@ contains
       call self%stepper%init(model)
       call self%begun%init(model, 0.0_rp)
     end if
-    allocate (self%guess(3, model%n_all), self%packed(21*model%n_all + 2))
+    allocate (self%guess(3, model%n_all), self%packed(21*model%n_all + 3))
   end subroutine solver_init
 
   !> Remembers the state before a step.
@@ -54,6 +55,7 @@ contains
     type(dynamic_state_t), intent(in) :: state
     if (self%owner == world%rank) call copy_state(state, self%begun)
     self%is_repeated = .false.
+    self%factorisations = 0
   end subroutine solver_begin
 
   !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N] in the wing frame; under
@@ -74,6 +76,7 @@ contains
     else
       call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report)
     end if
+    self%factorisations = self%factorisations + self%report%factorisations
     self%is_repeated = .true.
   end subroutine solver_solve
 
@@ -114,12 +117,13 @@ contains
     integer :: n
     is_packed = .false.
     call move_all()
-    self%packed(n + 1:) = [state%time, state%old_step]
+    self%packed(n + 1:) = [state%time, state%old_step, real(self%factorisations, rp)]
     call world%broadcast_reals(self%packed, from=self%owner)
     is_packed = .true.
     call move_all()
     state%time = self%packed(n + 1)
     state%old_step = self%packed(n + 2)
+    self%factorisations = nint(self%packed(n + 3))
 
   contains
 

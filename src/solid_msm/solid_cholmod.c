@@ -10,9 +10,11 @@
 
 typedef struct {
   cholmod_common common;
-  cholmod_sparse pattern; /* borrows the arrays below */
+  cholmod_sparse *matrix; /* lower triangle, rows and columns in the order of elimination */
+  int *order;             /* number of each row in the order of elimination, before it */
+  int *place;             /* of every given value in the matrix */
   cholmod_factor *factor;
-  cholmod_dense *x, *y, *e;
+  cholmod_dense *rhs, *x, *y, *e;
   int n;
 } solver_t;
 
@@ -61,16 +63,74 @@ void solid_cholmod_free(solver_t **handle) {
   solver_t *s = *handle;
   if (!s) return;
   cholmod_free_factor(&s->factor, &s->common);
+  cholmod_free_sparse(&s->matrix, &s->common);
+  cholmod_free_dense(&s->rhs, &s->common);
   cholmod_free_dense(&s->x, &s->common);
   cholmod_free_dense(&s->y, &s->common);
   cholmod_free_dense(&s->e, &s->common);
   cholmod_finish(&s->common);
+  free(s->order);
+  free(s->place);
   free(s);
   *handle = NULL;
 }
 
-/* Upper triangle by columns, 0-based, rows sorted; colptr and rowind must outlive the handle.
- * mode 0: CHOLMOD's choice of simplicial or supernodal, 1: simplicial, 2: supernodal. */
+/* The order of elimination: AMD's, postordered. 0: found. */
+static int find_order(solver_t *s, int n, int *colptr, int *rowind) {
+  cholmod_sparse given = {0};
+  given.nrow = given.ncol = (size_t)n;
+  given.nzmax = (size_t)colptr[n];
+  given.p = colptr;
+  given.i = rowind;
+  given.stype = 1;
+  given.itype = CHOLMOD_INT;
+  given.xtype = CHOLMOD_PATTERN;
+  given.dtype = CHOLMOD_DOUBLE;
+  given.sorted = 1;
+  given.packed = 1;
+  cholmod_factor *factor = cholmod_analyze(&given, &s->common);
+  s->order = malloc((size_t)n*sizeof *s->order);
+  if (factor && s->order) memcpy(s->order, factor->Perm, (size_t)n*sizeof *s->order);
+  int found = factor && s->order;
+  cholmod_free_factor(&factor, &s->common);
+  return found ? 0 : -1;
+}
+
+/* The matrix in that order, its values to come, and the places where they go. 0: made. */
+static int make_matrix(solver_t *s, int n, const int *colptr, const int *rowind) {
+  size_t nnz = (size_t)colptr[n];
+  int *new_number = malloc((size_t)n*sizeof *new_number), *next = calloc((size_t)n + 1, sizeof *next);
+  s->place = malloc(nnz*sizeof *s->place);
+  s->matrix = cholmod_allocate_sparse((size_t)n, (size_t)n, nnz, 0, 1, -1, CHOLMOD_REAL, &s->common);
+  int made = new_number && next && s->place && s->matrix;
+  if (made) {
+    int *start = s->matrix->p, *row = s->matrix->i;
+    for (int k = 0; k < n; k++) new_number[s->order[k]] = k;
+    for (int j = 0; j < n; j++) {
+      for (int k = colptr[j]; k < colptr[j + 1]; k++) {
+        int a = new_number[rowind[k]], b = new_number[j];
+        next[(a < b ? a : b) + 1]++;
+      }
+    }
+    for (int j = 0; j < n; j++) next[j + 1] += next[j];
+    memcpy(start, next, ((size_t)n + 1)*sizeof *start);
+    for (int j = 0; j < n; j++) {
+      for (int k = colptr[j]; k < colptr[j + 1]; k++) {
+        int a = new_number[rowind[k]], b = new_number[j];
+        s->place[k] = next[a < b ? a : b]++;
+        row[s->place[k]] = a < b ? b : a;
+      }
+    }
+  }
+  free(new_number);
+  free(next);
+  return made ? 0 : -1;
+}
+
+/* Upper triangle by columns, 0-based, rows sorted.
+ * mode 0: CHOLMOD's choice of simplicial or supernodal, 1: simplicial, 2: supernodal.
+ * The matrix is kept in the order of elimination, lower triangle: CHOLMOD then takes it as it is, where otherwise it
+ * makes a permuted copy for every factorisation. */
 int solid_cholmod_analyse(solver_t **handle, int n, int *colptr, int *rowind, int mode) {
   int levels = one_thread();
   known_blas_kernels();
@@ -84,31 +144,33 @@ int solid_cholmod_analyse(solver_t **handle, int n, int *colptr, int *rowind, in
   s->common.supernodal = mode == 1 ? CHOLMOD_SIMPLICIAL : mode == 2 ? CHOLMOD_SUPERNODAL : CHOLMOD_AUTO;
   s->common.nmethods = 1;
   s->common.method[0].ordering = CHOLMOD_AMD;
+  /* Larger supernodes than by default: a tenth faster for wings of 1000 points, although more zeros are computed. */
+  s->common.zrelax[0] = 0.95;
+  s->common.zrelax[1] = 0.4;
+  s->common.zrelax[2] = 0.1;
   s->common.quick_return_if_not_posdef = 1;
   s->common.final_ll = 1;
-  s->pattern.nrow = s->pattern.ncol = (size_t)n;
-  s->pattern.nzmax = (size_t)colptr[n];
-  s->pattern.p = colptr;
-  s->pattern.i = rowind;
-  s->pattern.stype = 1;
-  s->pattern.itype = CHOLMOD_INT;
-  s->pattern.xtype = CHOLMOD_PATTERN;
-  s->pattern.dtype = CHOLMOD_DOUBLE;
-  s->pattern.sorted = 1;
-  s->pattern.packed = 1;
-  s->factor = cholmod_analyze(&s->pattern, &s->common);
+  int status = find_order(s, n, colptr, rowind);
+  if (!status) status = make_matrix(s, n, colptr, rowind);
+  if (!status) {
+    s->common.method[0].ordering = CHOLMOD_NATURAL;
+    s->common.postorder = 0;
+    s->factor = cholmod_analyze(s->matrix, &s->common);
+    s->rhs = cholmod_allocate_dense((size_t)n, 1, (size_t)n, CHOLMOD_REAL, &s->common);
+    if (!s->factor || !s->rhs) status = -1;
+  }
   omp_set_max_active_levels(levels);
-  return s->factor ? 0 : -1;
+  return status;
 }
 
 /* 0: factorised; 1: not positive definite; -1: out of memory or worse. */
-int solid_cholmod_factorise(solver_t *s, double *values) {
+int solid_cholmod_factorise(solver_t *s, const double *values) {
   int levels = one_thread();
-  cholmod_sparse a = s->pattern;
-  a.x = values;
-  a.xtype = CHOLMOD_REAL;
+  double *x = s->matrix->x;
+  const int *start = s->matrix->p;
+  for (int k = 0; k < start[s->n]; k++) x[s->place[k]] = values[k];
   s->common.status = CHOLMOD_OK;
-  int ok = cholmod_factorize(&a, s->factor, &s->common);
+  int ok = cholmod_factorize(s->matrix, s->factor, &s->common);
   omp_set_max_active_levels(levels);
   if (!ok || s->common.status < 0) return -1;
   return s->common.status == CHOLMOD_NOT_POSDEF || s->factor->minor < (size_t)s->n ? 1 : 0;
@@ -116,19 +178,17 @@ int solid_cholmod_factorise(solver_t *s, double *values) {
 
 /* b(n, columns) is replaced by the solution. 0: done. */
 int solid_cholmod_solve(solver_t *s, int columns, double *b) {
-  int levels = one_thread();
-  cholmod_dense rhs = {0};
-  rhs.nrow = rhs.d = (size_t)s->n;
-  rhs.ncol = (size_t)columns;
-  rhs.nzmax = rhs.nrow*rhs.ncol;
-  rhs.x = b;
-  rhs.xtype = CHOLMOD_REAL;
-  rhs.dtype = CHOLMOD_DOUBLE;
-  int ok = cholmod_solve2(CHOLMOD_A, s->factor, &rhs, NULL, &s->x, NULL, &s->y, &s->e, &s->common);
+  int levels = one_thread(), ok = 1;
+  double *right = s->rhs->x;
+  for (int c = 0; c < columns && ok; c++, b += s->n) {
+    for (int k = 0; k < s->n; k++) right[k] = b[s->order[k]];
+    ok = cholmod_solve2(CHOLMOD_A, s->factor, s->rhs, NULL, &s->x, NULL, &s->y, &s->e, &s->common);
+    if (!ok) break;
+    const double *x = s->x->x;
+    for (int k = 0; k < s->n; k++) b[s->order[k]] = x[k];
+  }
   omp_set_max_active_levels(levels);
-  if (!ok) return -1;
-  memcpy(b, s->x->x, rhs.nzmax*sizeof *b);
-  return 0;
+  return ok ? 0 : -1;
 }
 
 /* (smallest/largest diagonal of L)^2, a cheap estimate of 1/condition. */

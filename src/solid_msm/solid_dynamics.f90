@@ -38,6 +38,9 @@ module solid_dynamics
     real(rp) :: tolerance = 1.0e-8_rp !< of the residual, relative to the largest force in the balance
     integer :: iterations = 10
     integer :: halvings = 8           !< a failed step is retried with halved steps, this often
+    !> A factorisation serves further iterations, which are not counted, after one that has reduced the residual to this
+    !> fraction and while they do; 0: Newton's method proper.
+    real(rp) :: worth_reuse = 0.1_rp
   end type dynamic_options_t
 
   integer, parameter :: HISTORY = 16
@@ -163,8 +166,8 @@ contains
     logical, intent(out) :: converged
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
-    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r
-    integer :: iteration
+    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r, last_size
+    integer :: iteration, n_newton
     logical :: is_spd
 
     r = 0
@@ -183,8 +186,10 @@ contains
     floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(h)*hinge_forces(model)
     report%residuals = 0
+    size_r = 0
     converged = .false.
-    do iteration = 0, options%iterations
+    n_newton = 0
+    do iteration = 0, 4*options%iterations
       self%v = q*(self%u - self%bu)
       self%rate = q*(self%v - self%bv)
       call model%gradient(self%u, self%solver%g)
@@ -193,6 +198,7 @@ contains
       call model%zero_clamped(self%solver%g)
       scale = max(norm2(self%r), norm2(self%solver%g), norm2(force))
       call add_inertia_forces(inertia, model, frame, self%u, self%v, self%rate, self%r)
+      last_size = size_r
       size_r = norm2(self%r)
       scale = max(scale, q*momentum_norm(inertia, self%bv))
       report%residuals(min(iteration, HISTORY)) = size_r
@@ -200,17 +206,20 @@ contains
       converged = size_r <= max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
       if (converged .and. iteration > 0) exit
       converged = .false.
-      if (iteration == options%iterations) exit
       if (iteration >= 3) then
         if (size_r > report%residuals(max(0, min(iteration, HISTORY) - 2))) exit
       end if
-      call factorise(self, model, inertia, frame, q, .false., is_spd)
-      report%factorisations = report%factorisations + 1
-      if (.not. is_spd) then
-        call factorise(self, model, inertia, frame, q, .true., is_spd)
+      if (iteration == 0 .or. size_r > options%worth_reuse*last_size) then
+        if (n_newton == options%iterations) exit
+        n_newton = n_newton + 1
+        call factorise(self, model, inertia, frame, q, .false., is_spd)
         report%factorisations = report%factorisations + 1
+        if (.not. is_spd) then
+          call factorise(self, model, inertia, frame, q, .true., is_spd)
+          report%factorisations = report%factorisations + 1
+        end if
+        if (.not. is_spd) exit
       end if
-      if (.not. is_spd) exit
       call solve(self, model, inertia, frame, q)
       call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%axial, self%x)
       self%u = self%u + self%x
@@ -283,7 +292,7 @@ contains
     type(inertia_t), intent(in) :: inertia
     type(frame_t), intent(in) :: frame
     real(rp), intent(in) :: q
-    real(rp), parameter :: ENOUGH = 1.0e-16_rp ! of the squared energy norm
+    real(rp), parameter :: ENOUGH = 1.0e-8_rp ! of the squared energy norm: Newton's method mends the rest
     integer, parameter :: LIMIT = 60
     real(rp) :: rho, old_rho, first_rho, omega
     integer :: k

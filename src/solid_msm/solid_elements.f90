@@ -182,10 +182,12 @@ contains
       end do
     end do
     allocate (plate%tangent(size(pattern%rows)), source=0.0_rp)
+    allocate (plate%blocks(4, 4, plate%n), source=0)
     do e = 1, plate%n
       do j = 1, 4
         do i = 1, j
           b = abs(pattern%place(free(plate%nodes(i, e)), free(plate%nodes(j, e))))
+          plate%blocks(i, j, e) = b
           if (b > 0) plate%tangent(b) = plate%tangent(b) + plate%weights(i, e)*plate%weights(j, e)
         end do
       end do

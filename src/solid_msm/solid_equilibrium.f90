@@ -24,9 +24,10 @@ module solid_equilibrium
     real(rp) :: stage = 0                         !< t
     logical :: is_growing = .false.               !< the load grows: the path began at the unloaded state
     real(rp) :: force_scale = 0                   !< [N] to which residuals are related
-    real(rp), dimension(:, :), allocatable :: g, du, trial, old !< (3, n_all) scratch
+    real(rp), dimension(:, :), allocatable :: g, du, trial, old, older, kept, kept_g, last_du, step !< (3, n_all) scratch
     real(rp), allocatable :: axial(:)             !< (springs) [N] independent axial forces of the iteration
-    real(rp), allocatable :: here_axial(:), old_axial(:) !< of the last and the last but one point of a path
+    real(rp), allocatable :: kept_axial(:)       !< scratch
+    real(rp), allocatable :: here_axial(:), old_axial(:), older_axial(:) !< of the last three points of a path
   contains
     procedure :: init => equilibrium_init
     procedure :: free => equilibrium_free
@@ -50,8 +51,10 @@ contains
     call self%free()
     allocate (self%blocks(3, 3, size(model%pattern%rows)), self%values(size(model%pattern%rowind)), &
               self%right_hand_side(3, model%n_free), self%start_residual(3, n), self%g(3, n), &
-              self%du(3, n), self%trial(3, n), self%old(3, n), self%axial(n_springs), &
-              self%here_axial(n_springs), self%old_axial(n_springs), source=0.0_rp)
+              self%du(3, n), self%trial(3, n), self%old(3, n), self%older(3, n), self%kept(3, n), &
+              self%kept_g(3, n), self%last_du(3, n), self%step(3, n), self%axial(n_springs), &
+              self%here_axial(n_springs), self%old_axial(n_springs), &
+              self%older_axial(n_springs), self%kept_axial(n_springs), source=0.0_rp)
     call self%cholesky%init(model%pattern%colptr, model%pattern%rowind)
   end subroutine equilibrium_init
 
@@ -61,7 +64,8 @@ contains
     call self%cholesky%free()
     if (.not. allocated(self%blocks)) return
     deallocate (self%blocks, self%values, self%right_hand_side, self%start_residual, self%g, self%du, &
-                self%trial, self%old, self%axial, self%here_axial, self%old_axial)
+                self%trial, self%old, self%older, self%kept, self%kept_g, self%last_du, self%step, self%axial, &
+                self%here_axial, self%old_axial, self%older_axial, self%kept_axial)
   end subroutine equilibrium_free
 
   !> Begins a path at displacements u(3, n_all).

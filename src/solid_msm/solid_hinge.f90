@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bending hinges of veins: E = k Theta^2/2 with the true turning angle Theta from the rest direction.
+!> Bending hinges of veins: E = k Theta^2/2 + k3 Theta^4/4 with the true turning angle Theta from the rest direction, so
+!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge.
 !>
 !> A hinge joins the segments e = xb - xa and f = xc - xb, with unit vectors te and tf. The rest
 !> direction of tf is te turned by the signed reference angle theta0 about the material normal n, so
 !> that rest curvature is carried by the membrane: n is the direction of the summed area vectors of
 !> the triangles at both segments, or the given normal of the plane where there is no membrane. With
-!> w = tf - Rot(n, theta0) te and s = |w|^2/4 = sin^2(Theta/2), E = k G(s)/2, G = 4 asin^2(sqrt s).
+!> w = tf - Rot(n, theta0) te and s = |w|^2/4 = sin^2(Theta/2), E = k G(s)/2 + k3 G(s)^2/4,
+!> G = 4 asin^2(sqrt s).
 !> The energy is invariant under rotations, resists both bending directions alike (circular
 !> sections), and a hinge with theta0 = 0 needs no normal. It has no torsion; the membrane carries it.
 !> A discrete rod in the sense of Bergou et al. (2008), doi:10.1145/1360612.1360662, with the angle
@@ -36,19 +38,20 @@ module solid_hinge
 contains
 
   !> Energy [J], and on request its gradient g(3, 7) and Hessian h(21, 21) with respect to the
-  !> displacements u(3, 7) of the hinge's nodes, for stiffness k [N m/rad^2]. With `semidefinite` the
-  !> Hessian is the positive semidefinite Gauss-Newton part. Unused nodes are left zero.
-  pure subroutine hinge_evaluate(self, k, u, energy, g, h, semidefinite)
+  !> displacements u(3, 7) of the hinge's nodes, for stiffness [N m/rad] and `cubic` k3 [N m/rad^3]. With
+  !> `semidefinite` the Hessian is the positive semidefinite Gauss-Newton part. Unused nodes are left zero.
+  pure subroutine hinge_evaluate(self, stiffness, u, energy, g, h, semidefinite, cubic)
     type(hinge_t), intent(in) :: self
-    real(rp), intent(in) :: k, u(3, HINGE_NODES)
+    real(rp), intent(in) :: stiffness, u(3, HINGE_NODES)
     real(rp), intent(out) :: energy
     real(rp), intent(out), optional :: g(3, HINGE_NODES), h(3*HINGE_NODES, 3*HINGE_NODES)
     logical, intent(in), optional :: semidefinite
-    real(rp) :: te(3), tf(3), n(3), le, lf, la, w(3), s, law(0:2)
+    real(rp), intent(in), optional :: cubic
+    real(rp) :: k, te(3), tf(3), n(3), le, lf, la, w(3), s, law(0:2)
     real(rp) :: wq(3, 3, 3)  ! dw/dq, q = te, tf, n
     real(rp) :: sq(3, 3)     ! ds/dq
     real(rp) :: p(3, 3, 3)   ! dq/d(e, f, A)
-    real(rp) :: gq(3, 3), hq(3, 3, 3, 3), b(3, 3, HINGE_NODES, 3), lever(3)
+    real(rp) :: gq(3, 3), hq(3, 3, 3, 3), levers(3, HINGE_NODES), arm(3)
     logical :: exact, has_normal
     integer :: n_q, i, j, t
 
@@ -56,6 +59,13 @@ contains
     w = misfit(self, te, tf, n)
     s = 0.25_rp*dot_product(w, w)
     law = turning_law(s)
+    k = stiffness
+    if (present(cubic)) then
+      if (abs(cubic) > 0) then
+        law = cubic_law(law, stiffness, cubic)
+        k = 1
+      end if
+    end if
     energy = 0.5_rp*k*law(0)
     if (.not. present(g) .and. .not. present(h)) return
 
@@ -78,19 +88,14 @@ contains
     if (has_normal) p(:, :, 3) = (IDENTITY - outer(n, n))/la
     gq = (0.5_rp*k*law(1))*sq ! dE/d(te, tf, n)
 
-    ! b(:, :, m, q) = d(e, f, A)_q / dx_m
-    b = 0
-    b(:, :, 1, 1) = -IDENTITY
-    b(:, :, 2, 1) = IDENTITY
-    b(:, :, 2, 2) = -IDENTITY
-    b(:, :, 3, 2) = IDENTITY
+    ! dA/dx_m is the cross product with lever(:, m); e = xb - xa and f = xc - xb need no array
+    levers = 0
     if (has_normal) then
       do t = 1, self%n_triangles
         do i = 1, 3
           associate (m => self%corners(i, t), ahead => self%corners(mod(i, 3) + 1, t), &
                      behind => self%corners(mod(i + 1, 3) + 1, t))
-            lever = self%x0(:, behind) + u(:, behind) - self%x0(:, ahead) - u(:, ahead)
-            b(:, :, m, 3) = b(:, :, m, 3) + skew(lever)
+            levers(:, m) = levers(:, m) + self%x0(:, behind) + u(:, behind) - self%x0(:, ahead) - u(:, ahead)
           end associate
         end do
       end do
@@ -98,17 +103,24 @@ contains
 
     if (present(g)) then
       g = 0
-      do i = 1, n_q
-        lever = matmul(p(:, :, i), gq(:, i))
+      arm = matmul(p(:, :, 1), gq(:, 1))
+      g(:, 1) = -arm
+      g(:, 2) = arm
+      arm = matmul(p(:, :, 2), gq(:, 2))
+      g(:, 2) = g(:, 2) - arm
+      g(:, 3) = arm
+      if (has_normal) then
+        arm = matmul(p(:, :, 3), gq(:, 3))
         do j = 1, self%n_nodes
-          g(:, j) = g(:, j) + matmul(lever, b(:, :, j, i))
+          g(:, j) = g(:, j) + cross(arm, levers(:, j))
         end do
-      end do
+      end if
     end if
     if (.not. present(h)) return
 
     exact = .true.
     if (present(semidefinite)) exact = .not. semidefinite
+    if (.not. exact) law(1:) = max(law(1:), 0.0_rp)
     do j = 1, n_q
       do i = 1, n_q
         hq(:, :, i, j) = 0.5_rp*law(1)*matmul(transpose(wq(:, :, i)), wq(:, :, j)) &
@@ -131,47 +143,75 @@ contains
       hq(:, :, 2, 2) = hq(:, :, 2, 2) + unit_vector_curvature(gq(:, 2), tf, lf)
       if (has_normal) hq(:, :, 3, 3) = hq(:, :, 3, 3) + unit_vector_curvature(gq(:, 3), n, la)
     end if
-    call expand_hessian(self%n_nodes, n_q, b, hq, h)
+    call expand_hessian(self%n_nodes, has_normal, levers, hq, h)
     if (.not. (exact .and. has_normal)) return
-    lever = matmul(p(:, :, 3), gq(:, 3))
+    arm = matmul(p(:, :, 3), gq(:, 3))
     do t = 1, self%n_triangles
       do i = 1, 3
         associate (m => 3*self%corners(i, t), ahead => 3*self%corners(mod(i, 3) + 1, t))
-          h(m - 2:m, ahead - 2:ahead) = h(m - 2:m, ahead - 2:ahead) - skew(lever)
-          h(ahead - 2:ahead, m - 2:m) = h(ahead - 2:ahead, m - 2:m) + skew(lever)
+          h(m - 2:m, ahead - 2:ahead) = h(m - 2:m, ahead - 2:ahead) - skew(arm)
+          h(ahead - 2:ahead, m - 2:m) = h(ahead - 2:ahead, m - 2:m) + skew(arm)
         end associate
       end do
     end do
   end subroutine hinge_evaluate
 
-  !> h = B^T hq B; e and f touch two nodes each, A all of them.
-  pure subroutine expand_hessian(n_nodes, n_q, b, hq, h)
-    integer, intent(in) :: n_nodes, n_q
-    real(rp), intent(in) :: b(3, 3, HINGE_NODES, 3), hq(3, 3, 3, 3)
+  !> k G + k3 G^2/2, which is twice the energy, and its first two derivatives, from those of G.
+  pure function cubic_law(g, k, k3) result(law)
+    real(rp), intent(in) :: g(0:2), k, k3
+    real(rp) :: law(0:2)
+    law(0) = k*g(0) + 0.5_rp*k3*g(0)**2
+    law(1) = (k + k3*g(0))*g(1)
+    law(2) = (k + k3*g(0))*g(2) + k3*g(1)**2
+  end function cubic_law
+
+  !> h = B^T hq B with B = d(e, f, A)/dx: e = xb - xa, f = xc - xb, dA/dx_m the cross product with levers(:, m).
+  pure subroutine expand_hessian(n_nodes, has_normal, levers, hq, h)
+    integer, intent(in) :: n_nodes
+    logical, intent(in) :: has_normal
+    real(rp), intent(in) :: levers(3, HINGE_NODES), hq(3, 3, 3, 3)
     real(rp), intent(out) :: h(3*HINGE_NODES, 3*HINGE_NODES)
-    real(rp) :: row(3, 3, 3), block(3, 3) ! row: hq(q, :) B_m
-    integer :: i, j, q, r
+    real(rp) :: block(3, 3), mixed(3, 3, 3) ! mixed(:, :, m): rows of node m among a, b, c, columns of A
+    integer :: i, j
     h = 0
+    h(1:3, 1:3) = hq(:, :, 1, 1)
+    h(1:3, 7:9) = -hq(:, :, 1, 2)
+    h(7:9, 7:9) = hq(:, :, 2, 2)
+    h(1:3, 4:6) = -h(1:3, 1:3) - h(1:3, 7:9)
+    h(4:6, 7:9) = -h(1:3, 7:9) - h(7:9, 7:9)
+    h(4:6, 4:6) = -h(1:3, 4:6) - transpose(h(4:6, 7:9))
+    h(4:6, 1:3) = transpose(h(1:3, 4:6))
+    h(7:9, 1:6) = transpose(h(1:6, 7:9))
+    if (.not. has_normal) return
+    mixed(:, :, 1) = -hq(:, :, 1, 3)
+    mixed(:, :, 3) = hq(:, :, 2, 3)
+    mixed(:, :, 2) = -mixed(:, :, 1) - mixed(:, :, 3)
     do j = 1, n_nodes
-      do q = 1, n_q
-        row(:, :, q) = 0
-        if (j <= 2) row(:, :, q) = matmul(hq(:, :, q, 1), b(:, :, j, 1))
-        if (j == 2 .or. j == 3) row(:, :, q) = row(:, :, q) + matmul(hq(:, :, q, 2), b(:, :, j, 2))
-        if (n_q == 3) row(:, :, q) = row(:, :, q) + matmul(hq(:, :, q, 3), b(:, :, j, 3))
+      do i = 1, 3
+        call cross_columns(mixed(:, :, i), levers(:, j), block)
+        h(3*i - 2:3*i, 3*j - 2:3*j) = h(3*i - 2:3*i, 3*j - 2:3*j) + block
+        h(3*j - 2:3*j, 3*i - 2:3*i) = h(3*j - 2:3*j, 3*i - 2:3*i) + transpose(block)
       end do
+    end do
+    do j = 1, n_nodes
+      call cross_columns(hq(:, :, 3, 3), levers(:, j), mixed(:, :, 1))
+      mixed(:, :, 2) = transpose(mixed(:, :, 1))
       do i = 1, j
-        block = 0
-        if (i <= 2) block = block + matmul(transpose(b(:, :, i, 1)), row(:, :, 1))
-        if (i == 2 .or. i == 3) block = block + matmul(transpose(b(:, :, i, 2)), row(:, :, 2))
-        if (n_q == 3) block = block + matmul(transpose(b(:, :, i, 3)), row(:, :, 3))
-        h(3*i - 2:3*i, 3*j - 2:3*j) = block
-        if (i == j) cycle
-        do r = 1, 3
-          h(3*j - 3 + r, 3*i - 2:3*i) = block(:, r)
-        end do
+        call cross_columns(mixed(:, :, 2), levers(:, i), block)
+        h(3*i - 2:3*i, 3*j - 2:3*j) = h(3*i - 2:3*i, 3*j - 2:3*j) + transpose(block)
+        if (i < j) h(3*j - 2:3*j, 3*i - 2:3*i) = h(3*j - 2:3*j, 3*i - 2:3*i) + block
       end do
     end do
   end subroutine expand_hessian
+
+  !> b = a skew(l): row by row the cross product of a's row and l.
+  pure subroutine cross_columns(a, l, b)
+    real(rp), intent(in) :: a(3, 3), l(3)
+    real(rp), intent(out) :: b(3, 3)
+    b(:, 1) = a(:, 2)*l(3) - a(:, 3)*l(2)
+    b(:, 2) = a(:, 3)*l(1) - a(:, 1)*l(3)
+    b(:, 3) = a(:, 1)*l(2) - a(:, 2)*l(1)
+  end subroutine cross_columns
 
   !> Second derivative of gt.(v/|v|) with respect to v, where t = v/|v| and l = |v|.
   pure function unit_vector_curvature(gt, t, l) result(h)

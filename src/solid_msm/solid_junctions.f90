@@ -7,6 +7,7 @@
 !> parent's straighter arm; hinges named by joints come first.
 module solid_junctions
   use base_kinds, only: rp
+  use solid_effect_gradient, only: stations
   use solid_wing, only: wing_t
   implicit none
   private
@@ -20,6 +21,7 @@ module solid_junctions
     real(rp) :: diameters(2) = 0     !< [m] of both veins at b
     integer :: joint = 0             !< number of the joint that sets its stiffness
     logical :: is_root = .false.     !< joins the clamped root and a free segment
+    real(rp) :: station = 0          !< place of b along the span, -1/2 at the root
   end type hinge_plan_t
 
   type :: arm_t ! a vein segment seen from a point
@@ -38,6 +40,7 @@ contains
     integer, intent(out) :: stray_joint
     logical, allocatable :: clamped(:)
     integer, allocatable :: used(:)
+    real(rp) :: station(size(wing%points, 2))
     integer :: v, p, j, n_points, n_plans, n_ghosts, capacity
 
     n_points = size(wing%points, 2)
@@ -70,6 +73,8 @@ contains
     end do
     plans = plans(:n_plans)
     ghosts = ghosts(:, :n_ghosts)
+    station = stations(wing)
+    plans%station = station(plans%nodes(2))
 
   contains
 

@@ -5,7 +5,7 @@
 !> Displacements and forces are arrays (3, n_all) over the wing's points and the clamped ghost points
 !> behind them; displacements of clamped points are zero.
 module solid_model
-  use base_errors, only: failure_t
+  use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_text, only: number_text
   use solid_edges, only: edges_t, make_edges
@@ -13,10 +13,11 @@ module solid_model
   use solid_extension, only: extensions_t, extension_energy, extension_gradient
   use solid_hinge, only: hinge_t, hinge_evaluate, HINGE_NODES
   use solid_junctions, only: hinge_plan_t, plan_hinges
+  use solid_layout, only: hinge_in_vein, layout_t, make_layout
   use solid_params, only: solid_params_t
   use solid_pattern, only: pattern_t
-  use solid_plate, only: plate_t, plate_energy, plate_gradient
-  use solid_stiffness, only: stiffness_t, allocate_stiffness, evaluate_stiffness, differentiate_stiffness, &
+  use solid_plate, only: edges_energy, plate_t, plate_energy, plate_gradient
+  use solid_stiffness, only: stiffness_t, allocate_stiffness, evaluate_stiffness, differentiate_usual, &
                              bending_stiffness
   use solid_wing, only: wing_t
   implicit none
@@ -34,7 +35,7 @@ module solid_model
     integer, allocatable :: movable(:)      !< (n_free) the free points
     real(rp), allocatable :: weights(:)     !< (n_free) share of the surface (or of the length), mean 1
     real(rp) :: size = 0                    !< [m] largest distance of a point from the root's centre
-    real(rp) :: mean_diameter = 0           !< [m] of the veins, the reference of `diameter_exponent`
+    type(layout_t) :: layout                !< where the elements lie
     type(solid_params_t) :: params
     type(extensions_t) :: springs
     type(hinge_t), allocatable :: hinges(:)
@@ -54,8 +55,8 @@ module solid_model
 
 contains
 
-  !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, or
-  !> when a joint fits no two vein segments; negative joint stiffnesses become those of the vein.
+  !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two
+  !> vein segments, or when there is no hinge for the effect `soft`; negative joint stiffnesses become those of the vein.
   subroutine model_init(self, wing, params, failure)
     class(solid_model_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
@@ -97,10 +98,10 @@ contains
     end do
     n_diameters = 0
     do i = 1, size(wing%veins)
-      self%mean_diameter = self%mean_diameter + sum(wing%veins(i)%diameters)
+      self%layout%mean_diameter = self%layout%mean_diameter + sum(wing%veins(i)%diameters)
       n_diameters = n_diameters + size(wing%veins(i)%diameters)
     end do
-    self%mean_diameter = self%mean_diameter/max(1, n_diameters)
+    self%layout%mean_diameter = self%layout%mean_diameter/max(1, n_diameters)
 
     edges = make_edges(self%n_points, wing%triangles)
     call make_springs(wing, edges, params, self%points, self%springs)
@@ -108,25 +109,46 @@ contains
     self%plate = make_plate(edges, self%points)
     call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, self%pattern)
     self%weights = point_weights(wing, self%movable)
-    call allocate_stiffness(self%springs, self%plans, self%stiffness)
+    call make_layout(self%points, self%springs, self%plans, self%plate, self%layout)
+    call place_soft_hinge(self, wing, failure)
+    if (failure%failed) return
+    call allocate_stiffness(self%springs, self%plans, self%plate%n, self%stiffness)
     do i = 1, size(self%plans)
       associate (joint => self%plans(i)%joint)
         if (joint == 0) cycle
         if (self%params%joint(joint) < 0) &
-          self%params%joint(joint) = bending_stiffness(self%params, self%plans(i), self%mean_diameter)
+          self%params%joint(joint) = bending_stiffness(self%params, self%plans(i), self%layout%mean_diameter)
       end associate
     end do
     call self%set_params(self%params)
   end subroutine model_init
 
-  !> Takes over new values of the parameters; the choice of cross-springs is made at `init`.
+  subroutine place_soft_hinge(self, wing, failure)
+    class(solid_model_t), intent(inout) :: self
+    type(wing_t), intent(in) :: wing
+    type(failure_t), intent(inout) :: failure
+    integer :: v
+    if (.not. allocated(self%params%effects%soft_vein)) return
+    associate (name => self%params%effects%soft_vein)
+      do v = 1, size(wing%veins)
+        if (wing%veins(v)%name /= name) cycle
+        self%layout%soft_hinge = hinge_in_vein(wing, self%plans, v, self%params%effects%soft_share)
+        if (self%layout%soft_hinge == 0) &
+  call failure%raise("the soft place in vein '"//name//"' is at no free point: it has none inside, or a joint is there")
+        return
+      end do
+      call failure%raise("there is no vein '"//name//"' for the soft place")
+    end associate
+  end subroutine place_soft_hinge
+
+  !> Takes over new values of the parameters; the choices of cross-springs and of the soft hinge are made at `init`.
   subroutine model_set_params(self, params)
     class(solid_model_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
     self%params = params
     self%springs%slack = params%slack
     self%springs%width = params%slack_width
-    call evaluate_stiffness(params, self%springs, self%plans, self%mean_diameter, self%stiffness)
+    call evaluate_stiffness(params, self%springs, self%plans, self%layout, self%stiffness)
   end subroutine model_set_params
 
   !> Sets one parameter, by its number.
@@ -135,19 +157,20 @@ contains
     integer, intent(in) :: number
     real(rp), intent(in) :: value
     call self%params%set(number, value)
-    call evaluate_stiffness(self%params, self%springs, self%plans, self%mean_diameter, self%stiffness)
+    call evaluate_stiffness(self%params, self%springs, self%plans, self%layout, self%stiffness)
   end subroutine model_set_parameter
 
-  !> Derivative of all stiffnesses with respect to a parameter, per log unit if the parameter's scale
-  !> is logarithmic. Given to `gradient`, it yields the derivative of the gradient.
+  !> Derivative of all stiffnesses with respect to a parameter of the usual model, per unit or, with `per_log`, per log
+  !> unit. Given to `gradient`, it yields the derivative of the gradient. For effects see solid_stiffness_effects.
   subroutine model_stiffness_derivative(self, number, per_log, derivative)
     class(solid_model_t), intent(in) :: self
     integer, intent(in) :: number
     logical, intent(in) :: per_log
     type(stiffness_t), intent(inout) :: derivative
-    if (.not. allocated(derivative%hinge)) call allocate_stiffness(self%springs, self%plans, derivative)
-    call differentiate_stiffness(self%params, self%springs, self%plans, self%mean_diameter, number, per_log, &
-                                 derivative)
+    call require(number <= self%params%count_usual(), 'solid_model_t: no parameter of the usual model')
+    if (.not. allocated(derivative%hinge)) &
+      call allocate_stiffness(self%springs, self%plans, self%plate%n, derivative)
+    call differentiate_usual(self%params, self%springs, self%plans, self%layout, number, per_log, derivative)
   end subroutine model_stiffness_derivative
 
   !> Elastic energy [J] at displacements u(3, n_all), or its parts: extension, hinges, plate.
@@ -164,10 +187,11 @@ contains
       do i = 1, self%hinges(h)%n_nodes
         local(:, i) = u(:, self%hinges(h)%nodes(i))
       end do
-      call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one)
+      call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one, cubic=self%stiffness%cubic(h))
       e(2) = e(2) + one
     end do
     e(3) = self%stiffness%plate*plate_energy(self%plate, u)
+    if (self%stiffness%has_edges) e(3) = e(3) + edges_energy(self%plate, self%stiffness%edge, u)
     energy = sum(e)
     if (present(parts)) parts = e
   end function model_energy
@@ -207,17 +231,18 @@ contains
     integer :: h, i, p
     local = 0
     do h = 1, size(self%hinges)
-      if (.not. abs(stiffness%hinge(h)) > 0) cycle
+      if (.not. abs(stiffness%hinge(h)) + abs(stiffness%cubic(h)) > 0) cycle
       do i = 1, self%hinges(h)%n_nodes
         local(:, i) = u(:, self%hinges(h)%nodes(i))
       end do
-      call hinge_evaluate(self%hinges(h), stiffness%hinge(h), local, energy, pull)
+      call hinge_evaluate(self%hinges(h), stiffness%hinge(h), local, energy, pull, cubic=stiffness%cubic(h))
       do i = 1, self%hinges(h)%n_nodes
         p = self%hinges(h)%nodes(i)
         g(:, p) = g(:, p) + pull(:, i)
       end do
     end do
-    if (abs(stiffness%plate) > 0) call plate_gradient(self%plate, stiffness%plate, u, g)
+    if (abs(stiffness%plate) > 0 .or. stiffness%has_edges) &
+      call plate_gradient(self%plate, stiffness%plate, stiffness%edge, u, g)
   end subroutine add_bending
 
   !> Sets the columns of clamped points of a(3, n_all) to zero.

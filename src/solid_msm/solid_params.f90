@@ -12,11 +12,15 @@
 !> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter, 4: circles | 1 | linear |
 !> | `k_vein`, `k_membrane`, `k_cross` | extension stiffness of a spring | N/m | log |
 !>
+!> Behind them come the effects that a usual model leaves out: see solid_effects.
+!>
 !> D = Em h^3/(12 (1 - nu^2)) is a regularising parameter, not a measured one: without it the flat
 !> wing is singular and loaded wings have many wrinkled equilibria.
 module solid_params
   use base_errors, only: require
   use base_kinds, only: rp
+  use solid_effects, only: effects_t
+  use solid_parameter, only: define => define_parameter, parameter_t
   use solid_wing, only: wing_t
   implicit none
   private
@@ -26,13 +30,6 @@ module solid_params
   integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
                                 PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
   integer, parameter, public :: N_COMMON = 8 !< parameters of every wing; those of veins and joints follow
-
-  !> What a parameter is called and where it may lie.
-  type :: parameter_t
-    character(:), allocatable :: name, unit
-    logical :: is_log = .true.       !< to be varied by factors
-    real(rp) :: lower = 0, upper = 0 !< bounds for optimisers
-  end type parameter_t
 
   !> Values of all parameters and the choices of the model.
   type :: solid_params_t
@@ -51,8 +48,11 @@ module solid_params
     real(rp) :: slack = 1                    !< tension-field model: stiffness left in compression
     real(rp) :: slack_width = 1.0e-9_rp      !< [m]
     character(:), allocatable :: vein_names(:), joint_names(:)
+    type(effects_t) :: effects
+    real(rp) :: bending_factor = 1           !< on all bending stiffness, as after drying; no parameter of the wing
   contains
     procedure :: count => params_count
+    procedure :: count_usual => params_count_usual
     procedure :: describe => params_describe
     procedure :: find => params_find
     procedure :: get => params_get
@@ -68,6 +68,7 @@ contains
     integer :: i, length
     allocate (self%vein_factor(size(wing%veins)), source=1.0_rp)
     allocate (self%joint(size(wing%joints)), source=-1.0_rp)
+    allocate (self%effects%joint_hardening(size(wing%joints)), source=0.0_rp)
     length = 1
     do i = 1, size(wing%veins)
       length = max(length, len(wing%veins(i)%name))
@@ -87,10 +88,16 @@ contains
   !> Number of parameters.
   pure integer function params_count(self) result(n)
     class(solid_params_t), intent(in) :: self
-    n = N_COMMON + size(self%vein_factor) + size(self%joint)
+    n = self%count_usual() + self%effects%count()
   end function params_count
 
-  !> Name, unit, scale and bounds of parameter i: the eight common ones, the veins, the joints.
+  !> Number of parameters of the usual model; the effects follow.
+  pure integer function params_count_usual(self) result(n)
+    class(solid_params_t), intent(in) :: self
+    n = N_COMMON + size(self%vein_factor) + size(self%joint)
+  end function params_count_usual
+
+  !> Name, unit, scale and bounds of parameter i: the eight common ones, the veins, the joints, the effects.
   function params_describe(self, i) result(p)
     class(solid_params_t), intent(in) :: self
     integer, intent(in) :: i
@@ -116,7 +123,9 @@ contains
     case (PARAM_K_CROSS)
       call define(p, 'k_cross', 'N/m', .true., 1.0e1_rp, 1.0e6_rp)
     case default
-      if (i <= N_COMMON + n_veins) then
+      if (i > self%count_usual()) then
+        p = self%effects%describe(i - self%count_usual(), self%joint_names)
+      else if (i <= N_COMMON + n_veins) then
         call define(p, 'E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
       else
         call define(p, 'joint:'//trim(self%joint_names(i - N_COMMON - n_veins)), 'N m/rad', .true., &
@@ -124,18 +133,6 @@ contains
       end if
     end select
   end function params_describe
-
-  pure subroutine define(p, name, unit, is_log, lower, upper)
-    type(parameter_t), intent(out) :: p
-    character(*), intent(in) :: name, unit
-    logical, intent(in) :: is_log
-    real(rp), intent(in) :: lower, upper
-    p%name = name
-    p%unit = unit
-    p%is_log = is_log
-    p%lower = lower
-    p%upper = upper
-  end subroutine define
 
   !> Number of the parameter called `name`, 0 if there is none.
   integer function params_find(self, name) result(found)
@@ -172,7 +169,9 @@ contains
     case (PARAM_K_CROSS)
       value = self%k_cross
     case default
-      if (i <= N_COMMON + size(self%vein_factor)) then
+      if (i > self%count_usual()) then
+        value = self%effects%get(i - self%count_usual())
+      else if (i <= N_COMMON + size(self%vein_factor)) then
         value = self%vein_factor(i - N_COMMON)
       else
         value = self%joint(i - N_COMMON - size(self%vein_factor))
@@ -204,7 +203,9 @@ contains
     case (PARAM_K_CROSS)
       self%k_cross = value
     case default
-      if (i <= N_COMMON + size(self%vein_factor)) then
+      if (i > self%count_usual()) then
+        call self%effects%set(i - self%count_usual(), value)
+      else if (i <= N_COMMON + size(self%vein_factor)) then
         self%vein_factor(i - N_COMMON) = value
       else
         self%joint(i - N_COMMON - size(self%vein_factor)) = value

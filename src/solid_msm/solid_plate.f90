@@ -11,13 +11,14 @@ module solid_plate
   use solid_vectors, only: cross
   implicit none
   private
-  public :: plate_t, plate_weights, plate_energy, plate_gradient
+  public :: plate_t, plate_weights, plate_energy, plate_gradient, edges_energy, edges_tangent
 
   !> The interior edges of a membrane.
   type :: plate_t
     integer :: n = 0
     integer, allocatable :: nodes(:, :)    !< (4, n) ends and apexes
     real(rp), allocatable :: weights(:, :) !< (4, n) [1/m]
+    integer, allocatable :: blocks(:, :, :) !< (4, 4, n) upper part: places in the matrix, 0 clamped
     real(rp), allocatable :: tangent(:)    !< (n_blocks) Hessian for D = 1 N m; the blocks are multiples of 1
   end type plate_t
 
@@ -52,15 +53,46 @@ contains
     end do
   end function plate_energy
 
-  !> Adds the gradient for bending stiffness d [N m] to g(3, :) [N].
-  pure subroutine plate_gradient(self, d, u, g)
+  !> Energy [J] of bending stiffnesses d(n) [N m] of single edges at displacements u(3, :) [m].
+  pure real(rp) function edges_energy(self, d, u) result(energy)
     type(plate_t), intent(in) :: self
-    real(rp), intent(in) :: d, u(:, :)
+    real(rp), intent(in) :: d(:), u(:, :)
+    integer :: e
+    energy = 0
+    do e = 1, self%n
+      energy = energy + 0.5_rp*d(e)*sum(bend(self, e, u)**2)
+    end do
+  end function edges_energy
+
+  !> Adds the Hessian of `edges_energy` to blocks(3, 3, :).
+  pure subroutine edges_tangent(self, d, blocks)
+    type(plate_t), intent(in) :: self
+    real(rp), intent(in) :: d(:)
+    real(rp), intent(inout) :: blocks(:, :, :)
+    integer :: e, i, j, k, b
+    do e = 1, self%n
+      if (.not. abs(d(e)) > 0) cycle
+      do j = 1, 4
+        do i = 1, j
+          b = self%blocks(i, j, e)
+          if (b == 0) cycle
+          do k = 1, 3
+            blocks(k, k, b) = blocks(k, k, b) + d(e)*self%weights(i, e)*self%weights(j, e)
+          end do
+        end do
+      end do
+    end do
+  end subroutine edges_tangent
+
+  !> Adds the gradient for bending stiffness d + edge(n) [N m] to g(3, :) [N].
+  pure subroutine plate_gradient(self, d, edge, u, g)
+    type(plate_t), intent(in) :: self
+    real(rp), intent(in) :: d, edge(:), u(:, :)
     real(rp), intent(inout) :: g(:, :)
     real(rp) :: q(3)
     integer :: e, a
     do e = 1, self%n
-      q = d*bend(self, e, u)
+      q = (d + edge(e))*bend(self, e, u)
       do a = 1, 4
         g(:, self%nodes(a, e)) = g(:, self%nodes(a, e)) + self%weights(a, e)*q
       end do

@@ -2,15 +2,17 @@
 !> Derivatives of an equilibrium shape with respect to the parameters, by one back-substitution each.
 !>
 !> The equilibrium g(u, p) = F gives du/dp = -K^-1 dg/dp; K is factorised already when the statics end.
+!> The parameter may be any that changes the stiffness, also one that the model does not have (see
+!> solid_stiffness_effects), or one that changes the load: du/dp = K^-1 dF/dp.
 module solid_sensitivity
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
   use solid_model, only: solid_model_t
-  use solid_params, only: parameter_t
   use solid_stiffness, only: stiffness_t
+  use solid_stiffness_effects, only: parameter_direction
   implicit none
   private
-  public :: shape_sensitivities
+  public :: shape_sensitivities, direction_sensitivity, force_sensitivity
 
 contains
 
@@ -23,15 +25,34 @@ contains
     real(rp), intent(in) :: u(:, :)
     integer, intent(in) :: numbers(:)
     real(rp), intent(out) :: derivatives(:, :, :)
-    type(parameter_t) :: parameter
     type(stiffness_t) :: dk
     integer :: p
     do p = 1, size(numbers)
-      parameter = model%params%describe(numbers(p))
-      call model%stiffness_derivative(numbers(p), parameter%is_log, dk)
-      call model%gradient(u, work%g, dk)
-      call work%newton_step(model, work%g)
-      derivatives(:, :, p) = work%du
+      call parameter_direction(model, numbers(p), dk)
+      call direction_sensitivity(work, model, u, dk, derivatives(:, :, p))
     end do
   end subroutine shape_sensitivities
+
+  !> The derivative(3, n_all) [m] of the equilibrium u when the stiffness changes along `direction`, as above.
+  subroutine direction_sensitivity(work, model, u, direction, derivative)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: u(:, :)
+    type(stiffness_t), intent(in) :: direction
+    real(rp), intent(out) :: derivative(:, :)
+    call model%gradient(u, work%g, direction)
+    call work%newton_step(model, work%g)
+    derivative = work%du
+  end subroutine direction_sensitivity
+
+  !> The derivative(3, n_all) [m] of the equilibrium when the dead load changes along force(3, n_all) [N], as above.
+  subroutine force_sensitivity(work, model, force, derivative)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: force(:, :)
+    real(rp), intent(out) :: derivative(:, :)
+    work%g = -force
+    call work%newton_step(model, work%g)
+    derivative = work%du
+  end subroutine force_sensitivity
 end module solid_sensitivity

@@ -4,7 +4,8 @@
 !> A loaded wing has many stable equilibria, so the path decides. It is followed in stages with a
 !> mixed-stress Newton corrector: the axial forces N of the springs are independent iterates, used in
 !> the geometric stiffness and updated by their linearised law, while the residual is the true one.
-!> That keeps Newton's method quadratic without being thrown off by the stiff springs. A tangent that
+!> That keeps Newton's method quadratic without being thrown off by the stiff springs; near its end a
+!> factorisation serves several steps. Stages begin with the parabola through the last three. A tangent that
 !> is not positive definite marks a fold; there the wing falls to the next stable state (a snap).
 module solid_statics
   use base_kinds, only: rp
@@ -85,9 +86,10 @@ contains
     real(rp), parameter :: COLD_STEP = 0.05_rp, SHRINK = 0.35_rp, SMALLEST = 0.01_rp, &
                            PATH_TOLERANCE = 1.0e-3_rp
     integer, parameter :: STRAIGHT = 6 ! factorisations of a stage that Newton's method takes in its stride
-    real(rp) :: t, dt, target, tolerance, moved, ahead, old_t, most_moved
+    real(rp) :: t, dt, target, tolerance, moved, ahead(3), old_t, older_t, most_moved
+    integer :: n_old ! points behind the last one that the extrapolation may use
     integer :: begin, n_used, rejections, rejections_unstable
-    logical :: has_history, accepted, was_unstable
+    logical :: accepted, was_unstable
 
     begin = work%cholesky%n_factorisations
     most_moved = options%step_limit*model%size
@@ -97,7 +99,8 @@ contains
     work%old = u
     work%old_axial = work%axial
     old_t = 0
-    has_history = .false.
+    older_t = 0
+    n_old = 0
     rejections = 0
     rejections_unstable = 0
     t = 0
@@ -108,7 +111,9 @@ contains
       work%stage = target
       tolerance = merge(max(options%tolerance, rounding(work, model, u)), PATH_TOLERANCE, target >= 1)
       ahead = 0
-      if (has_history) ahead = (target - t)/(t - old_t)
+      if (n_old >= 1) ahead(1) = (target - t)/(t - old_t)
+      if (n_old >= 2) ahead(2) = (target - t)*(target - old_t)/(t - older_t)
+      if (n_old >= 2) ahead(2:3) = ahead(2)/[t - old_t, old_t - older_t]
       call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, moved, &
                    accepted, was_unstable, n_used)
       if (is_warm .and. options%redo_cold) then
@@ -118,13 +123,16 @@ contains
         end if
       end if
       if (accepted) then
+        work%older = work%old
+        work%older_axial = work%old_axial
         work%old = u
         work%old_axial = work%here_axial
         u = work%trial
         work%here_axial = work%axial
+        older_t = old_t
         old_t = t
         t = target
-        has_history = .true.
+        n_old = n_old + 1
         rejections = 0
         rejections_unstable = 0
         report%stages = report%stages + 1
@@ -149,7 +157,7 @@ contains
           work%here_axial = work%axial
           t = target
           dt = max(dt, 2*SMALLEST)
-          has_history = .false.
+          n_old = 0
           rejections = 0
           rejections_unstable = 0
         end if
@@ -178,24 +186,27 @@ contains
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
-    real(rp), intent(in) :: ahead, tolerance, most_moved
+    real(rp), intent(in) :: ahead(3), tolerance, most_moved
     integer, intent(in) :: limit
     real(rp), intent(in) :: u(:, :)
     real(rp), intent(out) :: moved !< [m] largest movement from the last point
     logical, intent(out) :: accepted, was_unstable
-    integer, intent(out) :: n_used !< factorisations
+    integer, intent(out) :: n_used !< factorisations, and one more if the last had to serve several steps
     real(rp), parameter :: SHIFT = 1.0e-13_rp ! of k_e
+    real(rp), parameter :: WORTH_REUSE = 0.1_rp ! of the load and of the residual before
     real(rp) :: size_g, last_size
-    integer :: iteration, begin, growths
+    integer :: iteration, begin, growths, n_more
     logical :: is_spd
 
     begin = work%cholesky%n_factorisations
     accepted = .false.
     was_unstable = .false.
     growths = 0
+    n_more = 0
     moved = 0
-    work%trial = u + ahead*(u - work%old)
-    work%axial = work%here_axial + ahead*(work%here_axial - work%old_axial)
+    work%trial = u + (ahead(1) + ahead(2))*(u - work%old) - ahead(3)*(work%old - work%older)
+    work%axial = work%here_axial + (ahead(1) + ahead(2))*(work%here_axial - work%old_axial) - &
+                 ahead(3)*(work%old_axial - work%older_axial)
     call work%residual(model, load, work%trial, work%g)
     size_g = norm2(work%g)
     do iteration = 1, limit
@@ -219,9 +230,61 @@ contains
       if (accepted) exit
       if (iteration > 1 .and. size_g > last_size) growths = growths + 1
       if (growths >= 2) exit
+      if (was_unstable .or. size_g > WORTH_REUSE*min(last_size, work%force_scale)) cycle
+      call reuse_factors(work, model, load, tolerance, u, size_g, moved, accepted)
+      if (.not. accepted) cycle
+      n_more = 1
+      exit
     end do
-    n_used = work%cholesky%n_factorisations - begin
+    n_used = work%cholesky%n_factorisations - begin + n_more
   end subroutine correct
+
+  !> Further steps with the last factorisation while each reduces the residual well; one costs an eighth of a new
+  !> factorisation. What the old factors get wrong lies in few directions: the steps are combined with those before
+  !> as by Anderson (1965), doi:10.1145/321296.321305, with a memory of one. Sets what `correct` does.
+  subroutine reuse_factors(work, model, load, tolerance, u, size_g, moved, accepted)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(in) :: tolerance
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(inout) :: size_g, moved
+    logical, intent(out) :: accepted
+    integer, parameter :: MOST = 8
+    real(rp), parameter :: GOOD = 0.6_rp ! reduction
+    real(rp) :: last_size, change, share
+    integer :: step
+    accepted = .false.
+    work%last_du = work%du
+    work%step = work%du
+    do step = 1, MOST
+      last_size = size_g
+      work%kept = work%trial
+      work%kept_g = work%g
+      work%kept_axial = work%axial
+      call work%newton_step(model, work%g)
+      work%last_du = work%du - work%last_du
+      change = sum(work%last_du**2)
+      share = 0
+      if (change > 0) share = sum(work%last_du*work%du)/change
+      work%step = work%du - share*(work%step + work%last_du)
+      work%last_du = work%du
+      call extension_axial(model%springs, model%stiffness%extension, work%trial, work%axial, work%step)
+      work%trial = work%trial + work%step
+      call work%residual(model, load, work%trial, work%g)
+      size_g = norm2(work%g)
+      if (size_g > GOOD*last_size) then
+        work%trial = work%kept
+        work%g = work%kept_g
+        work%axial = work%kept_axial
+        size_g = last_size
+        exit
+      end if
+      accepted = size_g <= tolerance*work%force_scale
+      if (accepted) exit
+    end do
+    moved = longest(work%trial, u)
+  end subroutine reuse_factors
 
   !> Tests the end of the path for stability with the exact tangent, whose factorisation stays, and
   !> spends three more steps on it. Rounding u to its last bit alone changes the residual by k_e times

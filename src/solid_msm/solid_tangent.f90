@@ -5,6 +5,7 @@ module solid_tangent
   use solid_extension, only: extension_tangent
   use solid_hinge, only: hinge_evaluate, HINGE_NODES
   use solid_model, only: solid_model_t
+  use solid_plate, only: edges_tangent
   implicit none
   private
   public :: assemble_tangent
@@ -30,6 +31,7 @@ contains
       blocks(2, 2, b) = blocks(1, 1, b)
       blocks(3, 3, b) = blocks(1, 1, b)
     end do
+    if (model%stiffness%has_edges) call edges_tangent(model%plate, model%stiffness%edge, blocks)
     call extension_tangent(model%springs, model%stiffness%extension, u, axial, semidefinite, blocks)
     local = 0
     do n = 1, size(model%hinges)
@@ -37,7 +39,8 @@ contains
         do i = 1, hinge%n_nodes
           local(:, i) = u(:, hinge%nodes(i))
         end do
-        call hinge_evaluate(hinge, model%stiffness%hinge(n), local, energy, h=h, semidefinite=semidefinite)
+        call hinge_evaluate(hinge, model%stiffness%hinge(n), local, energy, h=h, semidefinite=semidefinite, &
+                            cubic=model%stiffness%cubic(n))
         do j = 1, hinge%n_nodes
           do i = 1, j
             b = hinge%blocks(i, j)

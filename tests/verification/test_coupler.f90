@@ -6,7 +6,8 @@ program test_coupler
   use base_kinds, only: rp
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
-  use fsi_coupler, only: coupler_params_t, coupler_t
+  use fsi_coupler, only: coupler_t
+  use fsi_coupler_params, only: coupler_params_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_flight_params, only: flight_params_t
   use fsi_kinematics, only: body_rotation

@@ -7,7 +7,8 @@ program test_coupling_limits
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use fsi_added_mass, only: added_mass_ratio
-  use fsi_coupler, only: coupler_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
+  use fsi_coupler, only: coupler_t
+  use fsi_coupler_params, only: COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
   use fsi_coupling_history, only: coupling_history_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_flight_params, only: flight_params_t

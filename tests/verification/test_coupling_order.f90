@@ -4,7 +4,7 @@
 !> steps resolve.
 program test_coupling_order
   use base_kinds, only: rp
-  use fsi_coupler, only: COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
+  use fsi_coupler_params, only: COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
   use support_coupling, only: flight_t
   use testkit, only: testkit_t
   implicit none

@@ -335,6 +335,7 @@ contains
     spin%omega0 = 500
     spin%alpha = 1.0e6_rp
     best = 0
+    options%worth_reuse = 0
     do i = 1, 20
       call stepper%step(model, inertia, spin, force, 2.0e-5_rp, options, state, report)
       if (.not. report%converged) exit

@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> [Wing] keys of effects that a usual wing leaves out: where they act. How strong they are stands in [Wing] parameters.
+module app_wing_effects
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_suggest, only: suggestion_t
+  use solid_effects, only: effects_t
+  use solid_params, only: solid_params_t
+  implicit none
+  private
+  public :: register_effect_keys, read_effect_places, unplaced_effect, effect_place_lines
+
+contains
+
+  !> Adds the keys to [Wing] of `r`.
+  subroutine register_effect_keys(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_reals('Wing', 'damage_disc', [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and radius of the disc in which the '// &
+                     'parameter damage multiplies all stiffness; radius 0: none', unit='m', length=3)
+   call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the hinge '// &
+                    'at the point inside this vein that is nearest to this share (0 to 1) of its length')
+  end subroutine register_effect_keys
+
+  !> Reads them; mistakes go to `errors`.
+  subroutine read_effect_places(c, params, errors)
+    type(config_t), intent(in) :: c
+    type(solid_params_t), intent(inout) :: params
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: text, problem
+    type(suggestion_t) :: suggestion
+    integer :: position, first(3), last(3), n, i
+    logical :: found
+    params%effects%disc = c%get_reals('Wing', 'damage_disc')
+    if (params%effects%disc(3) < 0) call c%complain(errors, 'Wing', 'damage_disc', 'the radius must not be negative')
+    text = c%get_text('Wing', 'soft_place')
+    if (text == '') return
+    position = 1
+    n = 0
+    do while (n < 3)
+      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
+      if (.not. found) exit
+      n = n + 1
+    end do
+    if (n /= 2) then
+      call c%complain(errors, 'Wing', 'soft_place', quoted(text)//' is no VEIN SHARE')
+      return
+    end if
+    call parse_real(text(first(2):last(2)), params%effects%soft_share, problem)
+    if (allocated(problem)) then
+      call c%complain(errors, 'Wing', 'soft_place', problem)
+    else if (.not. (params%effects%soft_share > 0 .and. params%effects%soft_share < 1)) then
+      call c%complain(errors, 'Wing', 'soft_place', 'the share of the length lies between 0 and 1')
+    end if
+    associate (name => text(first(1):last(1)))
+      if (all(params%vein_names /= name)) then
+        call suggestion%start(name)
+        do i = 1, size(params%vein_names)
+          call suggestion%offer(trim(params%vein_names(i)))
+        end do
+        call c%complain(errors, 'Wing', 'soft_place', 'there is no vein '//quoted(name)//suggestion%hint())
+      else
+        params%effects%soft_vein = name
+      end if
+    end associate
+  end subroutine read_effect_places
+
+  !> What is missing to seek or to set the parameter called `name`; '' if nothing.
+  function unplaced_effect(effects, name) result(problem)
+    type(effects_t), intent(in) :: effects
+    character(*), intent(in) :: name
+    character(:), allocatable :: problem
+    problem = ''
+    if (name == 'damage' .and. .not. effects%has_damage()) problem = 'needs a disc: [Wing] damage_disc'
+    if (name == 'soft' .and. .not. allocated(effects%soft_vein)) problem = 'needs a place: [Wing] soft_place'
+  end function unplaced_effect
+
+  !> The keys as lines of an ini file, those that are given.
+  function effect_place_lines(effects) result(text)
+    type(effects_t), intent(in) :: effects
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    if (effects%has_damage()) then
+      text = 'damage_disc ='
+      do i = 1, 3
+        text = text//' '//number_text(effects%disc(i))
+      end do
+      text = text//'; m'//new_line('a')
+    end if
+    if (allocated(effects%soft_vein)) text = text//'soft_place = '//effects%soft_vein//' '// &
+                                             number_text(effects%soft_share)//';'//new_line('a')
+  end function effect_place_lines
+end module app_wing_effects

@@ -1,0 +1,241 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> From the odds of all hypotheses to a verdict.
+!>
+!> | verdict | when |
+!> |---|---|
+!> | adequate | chance alone is as sure as the combined test in more than LEVEL of all experiments |
+!> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high; and were
+!> the truth an unknown cause of this strength, the name would be rejected with a probability of at least POWER |
+!> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
+!> | unknown | no effects of the catalogue, up to three together, leave nothing but noise, or an unknown cause is more
+!> probable than they are |
+!> | insufficient | there is nothing that the data could show |
+module diagnosis_decision
+  use base_kinds, only: i8, rp
+  use diagnosis_calibration, only: calibration_t, statistics_t
+  use diagnosis_design, only: design_t
+  use diagnosis_distributions, only: log_add
+  use diagnosis_hypotheses, only: expected_loss, explain, explained_t, hypotheses_t, name_power, remainder_log_p, &
+                                  IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
+  implicit none
+  private
+  public :: decision_t, decide, rank_effects, verdict_word
+
+  integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
+                                VERDICT_INSUFFICIENT = 20 !< exit codes
+  real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
+  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
+  real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
+  integer, parameter :: POWER_DRAWS = 200, MOST_TOGETHER = 3, MOST_LEADERS = 8
+
+  type :: decision_t
+    integer :: verdict = VERDICT_INSUFFICIENT
+    real(rp) :: log_p_global = 0
+    real(rp) :: probability = 0             !< posterior, of what the verdict says
+    integer, allocatable :: causes(:)       !< candidates of the best explanation
+    integer, allocatable :: set(:)          !< effects that explain the data alone as well, best first
+    real(rp) :: remainder_log_p = 0         !< of what the causes leave
+    real(rp) :: name_power = 0              !< see above; 0 where it was not asked
+    real(rp) :: snr = 0                     !< |signal| of the causes in units of the noise
+    real(rp), allocatable :: posterior(:)   !< (effects) each alone
+    real(rp) :: posterior_none = 0, posterior_together = 0, posterior_unknown = 0
+  end type decision_t
+
+contains
+
+  !> The word for a verdict.
+  pure function verdict_word(verdict) result(word)
+    integer, intent(in) :: verdict
+    character(:), allocatable :: word
+    select case (verdict)
+    case (VERDICT_ADEQUATE)
+      word = 'adequate'
+    case (VERDICT_NAMED)
+      word = 'named'
+    case (VERDICT_SET)
+      word = 'consistent_with_set'
+    case (VERDICT_UNKNOWN)
+      word = 'unknown_cause'
+    case default
+      word = 'data_insufficient'
+    end select
+  end function verdict_word
+
+  !> Effects that can be tested, the largest evidence first.
+  pure function rank_effects(hypotheses) result(order)
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, allocatable :: order(:)
+    real(rp) :: left(size(hypotheses%effect))
+    integer :: e
+    left = hypotheses%effect
+    allocate (order(0))
+    do
+      e = maxloc(left, 1)
+      if (e == 0) exit
+      if (.not. left(e) > IMPOSSIBLE) exit
+      order = [order, e]
+      left(e) = IMPOSSIBLE
+    end do
+  end function rank_effects
+
+  !> The verdict for z(k), in units of the noise, with its statistics and hypotheses; the evidences may have been corrected
+  !> by nonlinear fits. remainder(effects), where given and not positive, is the log p of what the nonlinear fit of an
+  !> effect leaves; elsewhere it is computed in the linear approximation.
+  subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision, remainder)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    type(statistics_t), intent(in) :: statistics
+    type(hypotheses_t), intent(in) :: hypotheses
+    real(rp), intent(in) :: z(:)
+    integer(i8), intent(in) :: seed
+    type(decision_t), intent(out) :: decision
+    real(rp), intent(in), optional :: remainder(:)
+    type(explained_t) :: one, together
+    integer, allocatable :: order(:)
+    real(rp) :: log_together
+    integer :: first
+    allocate (decision%causes(0), decision%set(0))
+    decision%log_p_global = calibration%log_p_global(statistics)
+    order = rank_effects(hypotheses)
+    call find_together(design, hypotheses, order, z, together, log_together)
+    call find_posterior(hypotheses, size(order), log_together, decision)
+    if (size(order) == 0 .and. size(design%families) == 0) return
+    if (decision%log_p_global > log(LEVEL)) then
+      decision%verdict = VERDICT_ADEQUATE
+      decision%probability = decision%posterior_none
+      return
+    end if
+    decision%verdict = VERDICT_UNKNOWN
+    decision%probability = decision%posterior_unknown
+    if (size(order) == 0) return
+    first = order(1)
+    call explain(design, [hypotheses%best(first)], z, one)
+    decision%causes = one%members
+    decision%snr = sqrt(one%square)
+    decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
+    if (present(remainder)) then
+      if (remainder(first) <= 0) decision%remainder_log_p = remainder(first)
+    end if
+    if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
+        decision%posterior(first) > decision%posterior_together) then
+      call find_set(design, hypotheses, order, z, decision)
+      if (decision%posterior_unknown > sum(decision%posterior(decision%set))) return
+      call grade(design, calibration, one, seed, decision)
+    else if (size(together%members) > 1) then
+      decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
+      if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) return
+      if (decision%posterior_together < decision%posterior_unknown) return
+      decision%causes = together%members
+      decision%snr = sqrt(together%square)
+      decision%set = design%candidates(together%members)%effect
+      call grade(design, calibration, together, seed, decision)
+    end if
+  end subroutine decide
+
+  !> Two or three effects that explain z together better than any other pair: every pair of the leaders is tried, then
+  !> every third one; log_together is the logarithm of their odds.
+  subroutine find_together(design, hypotheses, order, z, together, log_together)
+    type(design_t), intent(in) :: design
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: order(:)
+    real(rp), intent(in) :: z(:)
+    type(explained_t), intent(out) :: together
+    real(rp), intent(out) :: log_together
+    type(explained_t) :: one, best
+    integer :: i, j, n
+    logical :: is_better
+    n = min(size(order), MOST_LEADERS)
+    allocate (together%members(0))
+    log_together = IMPOSSIBLE
+    if (n < 2) return
+    best%log_evidence = IMPOSSIBLE
+    do i = 1, n
+      do j = 1, size(order)
+        if (j <= i .and. j <= n) cycle
+        call explain(design, hypotheses%best([order(i), order(j)]), z, one)
+        if (one%log_evidence > best%log_evidence) best = one
+      end do
+    end do
+    log_together = best%log_evidence + log(PRIOR_TWO) - log(0.5_rp*size(order)*(size(order) - 1))
+    together = best
+    do while (size(together%members) < min(MOST_TOGETHER, size(order)))
+      is_better = .false.
+      do j = 1, size(order)
+        if (any(design%candidates(together%members)%effect == order(j))) cycle
+        call explain(design, [together%members, hypotheses%best(order(j))], z, one)
+        if (one%log_evidence > best%log_evidence) then
+          best = one
+          is_better = .true.
+        end if
+      end do
+      ! A further cause has the odds of a second one, spread over the catalogue.
+      if (.not. is_better .or. best%log_evidence < together%log_evidence + log(size(order)*PRIOR_ONE/PRIOR_TWO)) exit
+      log_together = log_together + best%log_evidence - together%log_evidence - log(size(order)*PRIOR_ONE/PRIOR_TWO)
+      together = best
+    end do
+  end subroutine find_together
+
+  !> Posterior probabilities of all hypotheses.
+  subroutine find_posterior(hypotheses, n, log_together, decision)
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: n
+    real(rp), intent(in) :: log_together
+    type(decision_t), intent(inout) :: decision
+    real(rp) :: total, unknown
+    integer :: e, f
+    decision%posterior = hypotheses%effect + log(PRIOR_ONE) - log(real(max(1, n), rp))
+    unknown = IMPOSSIBLE
+    do f = 1, size(hypotheses%unknown)
+      unknown = log_add(unknown, hypotheses%unknown(f) + log(PRIOR_UNKNOWN) - log(real(size(hypotheses%unknown), rp)))
+    end do
+    total = log_add(log_add(log(PRIOR_NONE), unknown), log_together)
+    do e = 1, size(decision%posterior)
+      total = log_add(total, decision%posterior(e))
+    end do
+    decision%posterior = exp(max(-700.0_rp, decision%posterior - total))
+    decision%posterior_none = exp(max(-700.0_rp, log(PRIOR_NONE) - total))
+    decision%posterior_together = exp(max(-700.0_rp, log_together - total))
+    decision%posterior_unknown = exp(max(-700.0_rp, unknown - total))
+  end subroutine find_posterior
+
+  !> The first effect and all that the data cannot tell from it: found nearly as good, or expected to be so.
+  subroutine find_set(design, hypotheses, order, z, decision)
+    type(design_t), intent(in) :: design
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: order(:)
+    real(rp), intent(in) :: z(:)
+    type(decision_t), intent(inout) :: decision
+    real(rp) :: behind, loss
+    integer :: i, c
+    decision%set = order(:1)
+    do i = 2, size(order)
+      behind = hypotheses%effect(order(1)) - hypotheses%effect(order(i))
+      if (behind > 2*ALIAS_LOSS) exit
+      loss = huge(loss)
+      do c = 1, size(design%candidates)
+        if (design%candidates(c)%effect /= order(i)) cycle
+        loss = min(loss, expected_loss(design, hypotheses%best(order(1)), c, z))
+      end do
+      if (behind <= ALIAS_LOSS .or. loss <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
+    end do
+  end subroutine find_set
+
+  !> A name or a set, and its probability.
+  subroutine grade(design, calibration, one, seed, decision)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    type(explained_t), intent(in) :: one
+    integer(i8), intent(in) :: seed
+    type(decision_t), intent(inout) :: decision
+    logical :: is_one
+    decision%name_power = name_power(design, calibration, one%basis, decision%snr, log(LEVEL), POWER_DRAWS, seed)
+    is_one = size(decision%set) == 1
+    decision%probability = sum(decision%posterior(decision%set))
+    if (size(one%members) > 1) then
+      is_one = .true.
+      decision%probability = decision%posterior_together
+    end if
+    decision%verdict = merge(VERDICT_NAMED, VERDICT_SET, is_one .and. decision%name_power >= POWER .and. &
+                             decision%probability >= NAME_PROBABILITY)
+  end subroutine grade
+end module diagnosis_decision

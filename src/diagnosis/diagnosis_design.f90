@@ -1,0 +1,292 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The linear core: everything that can be computed before one looks at the residuals.
+!>
+!> With whitened tangents J of the baseline (priors as further rows) and S of all effects, what the baseline can imitate is
+!> projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. What is left of all effects and of patterns of
+!> unknown causes spans k dimensions with the orthonormal basis X. z = X^T r holds all that tests ask of the residuals r:
+!> k independent numbers of variance 1 if the baseline is true. This is the min-max test of Doehler, Mevel and Zhang,
+!> Annual Reviews in Control 42 (2016) 244, for which nuisance parameters are rejected by projection.
+module diagnosis_design
+  use base_errors, only: failure_t, require
+  use base_kinds, only: rp
+  use diagnosis_lapack, only: decompose, orthogonalise
+  use diagnosis_simulator, only: simulator_t
+  use diagnosis_whitener, only: whitener_t
+  implicit none
+  private
+  public :: design_t, candidate_t, family_t, build_design
+
+  real(rp), parameter, public :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
+  integer, parameter :: N_SCALES = 13
+  real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
+
+  !> Strengths over which unknown ones are averaged, uniform in their logarithm.
+  type :: strengths_t
+    real(rp), allocatable :: gain(:, :)   !< (m, N_SCALES) half of tau s^2/(1 + tau s^2)
+    real(rp), allocatable :: offset(:)    !< (N_SCALES) half of the sum of log(1 + tau s^2)
+  contains
+    procedure :: init => strengths_init
+    procedure :: log_evidence => strengths_log_evidence
+    procedure :: log_likelihood => strengths_log_likelihood
+  end type strengths_t
+
+  !> One variant of one effect.
+  type :: candidate_t
+    integer :: effect = 0, variant = 0
+    integer, allocatable :: columns(:)      !< its parameters
+    integer :: df = 0                       !< directions that the baseline does not absorb; 0: absorbed
+    real(rp) :: retained = 0                !< largest retained fraction of a direction
+    real(rp), allocatable :: basis(:, :)    !< (k, df) orthonormal
+    real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
+    real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is solve*(basis^T z)
+    type(strengths_t) :: strengths
+  end type candidate_t
+
+  !> Unknown causes of one kind: smooth fields with a Gaussian prior.
+  type :: family_t
+    integer, allocatable :: patterns(:)     !< of the simulator
+    real(rp), allocatable :: basis(:, :)    !< (k, m) principal directions
+    real(rp), allocatable :: scale(:)       !< (m) their sd for unit strength, the largest is 1
+    real(rp), allocatable :: weights(:, :)  !< (patterns, m) pattern amplitudes of unit strength
+    real(rp), allocatable :: alone(:, :)    !< (k, patterns) of length 1, those that the baseline does not absorb
+    type(strengths_t) :: strength_alone
+    type(strengths_t) :: strengths
+  end type family_t
+
+  type :: design_t
+    real(rp), allocatable :: q(:)           !< the point at which tangents were taken
+    type(whitener_t) :: whitener
+    integer :: k = 0
+    integer :: n_rows = 0                   !< observations and priors
+    integer :: n_rest = 0                   !< degrees of freedom beside baseline and z
+    type(candidate_t), allocatable :: candidates(:)
+    type(family_t), allocatable :: families(:)
+    real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
+    real(rp), allocatable, private :: q_base(:, :), q_all(:, :)
+  contains
+    procedure :: compress => design_compress
+  end type design_t
+
+contains
+
+  !> The design of a simulator at q. Candidates whose data are missing are left out. Fails if the simulator has no
+  !> result at q.
+  subroutine build_design(simulator, q, design, failure)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    type(design_t), intent(out) :: design
+    type(failure_t), intent(out) :: failure
+    real(rp), allocatable :: residuals(:), tangents(:, :), nuisances(:, :), patterns(:, :), all(:, :), r(:, :)
+    integer, allocatable :: columns(:)
+    logical :: is_valid
+    integer :: i, n, b
+    n = simulator%n_observations
+    b = simulator%n_baseline
+    columns = [(i, i=1, b), effect_columns(simulator)]
+    allocate (residuals(n), tangents(n, size(columns)), nuisances(n, simulator%n_nuisances), &
+              patterns(n, simulator%n_patterns))
+    design%q = q
+    call simulator%evaluate(q, columns, residuals, tangents, is_valid)
+    if (is_valid) call simulator%accept()
+    if (is_valid) call simulator%directions(q, nuisances, patterns, is_valid)
+    if (.not. is_valid) then
+      call failure%raise('the simulator has no result at the best fit of the baseline')
+      return
+    end if
+    call design%whitener%init(simulator, [(i, i=1, n)], failure)
+    if (failure%failed) return
+    call design%whitener%add_directions(nuisances)
+    call design%whitener%apply(tangents)
+    call design%whitener%apply(patterns)
+    design%prior = simulator%quantities(:b)%null
+    allocate (design%weight(b), source=0.0_rp)
+    where (simulator%quantities(:b)%prior_sd > 0) design%weight = 1/simulator%quantities(:b)%prior_sd
+    design%n_rows = n + b
+    allocate (all(n + b, b), source=0.0_rp)
+    all(:n, :) = tangents(:, :b)
+    do i = 1, b
+      all(n + i, i) = design%weight(i)
+    end do
+    call orthogonalise(all, design%q_base, r)
+    deallocate (all)
+    allocate (all(n + b, size(columns) - b + size(patterns, 2)), source=0.0_rp)
+    all(:n, :size(columns) - b) = tangents(:, b + 1:)
+    all(:n, size(columns) - b + 1:) = patterns
+    do i = 1, 2 ! once more against rounding
+      all = all - matmul(design%q_base, matmul(transpose(design%q_base), all))
+    end do
+    call orthogonalise(all, design%q_all, r)
+    design%k = size(r, 1)
+    design%n_rest = n + count(design%weight > 0) - b - design%k
+    call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), design)
+    call make_families(simulator, r(:, size(columns) - b + 1:), design)
+  end subroutine build_design
+
+  !> Parameters of all effects that the data can show, each once.
+  function effect_columns(simulator) result(columns)
+    class(simulator_t), intent(in) :: simulator
+    integer, allocatable :: columns(:)
+    integer :: e, v, i
+    allocate (columns(0))
+    do e = 1, size(simulator%effects)
+      if (.not. simulator%effects(e)%is_testable()) cycle
+      do v = 1, size(simulator%effects(e)%variants)
+        associate (wanted => simulator%effects(e)%variants(v)%columns)
+          do i = 1, size(wanted)
+            if (.not. any(columns == wanted(i))) columns = [columns, wanted(i)]
+          end do
+        end associate
+      end do
+    end do
+  end function effect_columns
+
+  !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection.
+  subroutine make_candidates(simulator, columns, raw, retained, design)
+    class(simulator_t), intent(in) :: simulator
+    integer, intent(in) :: columns(:)
+    real(rp), intent(in) :: raw(:, :), retained(:, :)
+    type(design_t), intent(inout) :: design
+    integer :: e, v, n, i, j
+    integer, allocatable :: at(:)
+    n = 0
+    do e = 1, size(simulator%effects)
+      if (simulator%effects(e)%is_testable()) n = n + size(simulator%effects(e)%variants)
+    end do
+    allocate (design%candidates(n))
+    n = 0
+    do e = 1, size(simulator%effects)
+      if (.not. simulator%effects(e)%is_testable()) cycle
+      do v = 1, size(simulator%effects(e)%variants)
+        n = n + 1
+        associate (c => design%candidates(n))
+          c%effect = e
+          c%variant = v
+          c%columns = simulator%effects(e)%variants(v)%columns
+          if (allocated(at)) deallocate (at)
+          allocate (at(size(c%columns)))
+          do i = 1, size(at)
+            at(i) = findloc_integer(columns, c%columns(i))
+          end do
+          call require(all(simulator%quantities(c%columns)%prior_sd > 0), 'diagnosis_design: effects need a prior')
+          c%tangents = retained(:, at)
+          call fill_candidate(raw(:, at), [(simulator%quantities(c%columns(j))%prior_sd, j=1, size(at))], c)
+        end associate
+      end do
+    end do
+  end subroutine make_candidates
+
+  pure integer function findloc_integer(values, value) result(at)
+    integer, intent(in) :: values(:), value
+    do at = 1, size(values)
+      if (values(at) == value) return
+    end do
+    at = 0
+  end function findloc_integer
+
+  !> Directions of the candidate in units of prior sd, without those that the baseline absorbs.
+  subroutine fill_candidate(raw, prior_sd, c)
+    real(rp), intent(in) :: raw(:, :), prior_sd(:)
+    type(candidate_t), intent(inout) :: c
+    real(rp) :: scaled(size(c%tangents, 1), size(prior_sd)), length
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :)
+    logical, allocatable :: keep(:)
+    integer :: i, m
+    do i = 1, size(prior_sd)
+      scaled(:, i) = c%tangents(:, i)*prior_sd(i)
+    end do
+    call decompose(scaled, u, s, vt)
+    allocate (keep(size(s)), source=.false.)
+    do i = 1, size(s)
+      length = norm2(matmul(raw, prior_sd*vt(i, :)))
+      if (.not. length > 0) cycle
+      c%retained = max(c%retained, min(1.0_rp, s(i)/length))
+      keep(i) = s(i) >= ABSORBED*length .and. s(i) > 1.0e-9_rp*s(1)
+    end do
+    c%df = count(keep)
+    allocate (c%basis(size(u, 1), c%df), c%solve(size(prior_sd), c%df))
+    m = 0
+    do i = 1, size(s)
+      if (.not. keep(i)) cycle
+      m = m + 1
+      c%basis(:, m) = u(:, i)
+      c%solve(:, m) = prior_sd*vt(i, :)/s(i)
+    end do
+    if (c%df > 0) call c%strengths%init(pack(s, keep)/maxval(s, mask=keep))
+  end subroutine fill_candidate
+
+  subroutine make_families(simulator, retained, design)
+    class(simulator_t), intent(in) :: simulator
+    real(rp), intent(in) :: retained(:, :)
+    type(design_t), intent(inout) :: design
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :)
+    integer :: f, i, m
+    m = 0
+    if (simulator%n_patterns > 0) m = maxval(simulator%family)
+    allocate (design%families(m))
+    do f = 1, m
+      associate (one => design%families(f))
+        one%patterns = pack([(i, i=1, simulator%n_patterns)], simulator%family == f)
+        call decompose(retained(:, one%patterns), u, s, vt)
+        i = count(s > 1.0e-6_rp*maxval(s))
+        one%basis = u(:, :i)
+        one%scale = s(:i)/maxval(s)
+        one%weights = transpose(vt(:i, :))/maxval(s)
+        call one%strengths%init(one%scale)
+        call one%strength_alone%init([1.0_rp])
+        one%alone = retained(:, pack(one%patterns, norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s)))
+        do i = 1, size(one%alone, 2)
+          one%alone(:, i) = one%alone(:, i)/norm2(one%alone(:, i))
+        end do
+      end associate
+    end do
+  end subroutine make_families
+
+  !> s(m): sd of the directions for unit strength.
+  subroutine strengths_init(self, s)
+    class(strengths_t), intent(out) :: self
+    real(rp), intent(in) :: s(:)
+    real(rp) :: tau
+    integer :: i
+    allocate (self%gain(size(s), N_SCALES), self%offset(N_SCALES))
+    do i = 1, N_SCALES
+      tau = LARGEST_SCALE**(real(i - 1, rp)/(N_SCALES - 1))
+      self%gain(:, i) = 0.5_rp*tau*s**2/(1 + tau*s**2)
+      self%offset(i) = 0.5_rp*sum(log(1 + tau*s**2))
+    end do
+  end subroutine strengths_init
+
+  !> Logarithm of the probability density of projections w(m) on the directions, over that without a signal, averaged
+  !> over strengths.
+  pure real(rp) function strengths_log_evidence(self, w) result(log_evidence)
+    class(strengths_t), intent(in) :: self
+    real(rp), intent(in) :: w(:)
+    real(rp) :: terms(N_SCALES), most
+    terms = matmul(w**2, self%gain) - self%offset
+    most = maxval(terms)
+    log_evidence = most + log(sum(exp(max(-700.0_rp, terms - most)))/N_SCALES)
+  end function strengths_log_evidence
+
+  !> The same at the most likely strength, at least 0.
+  pure real(rp) function strengths_log_likelihood(self, w) result(log_likelihood)
+    class(strengths_t), intent(in) :: self
+    real(rp), intent(in) :: w(:)
+    log_likelihood = max(0.0_rp, maxval(matmul(w**2, self%gain) - self%offset))
+  end function strengths_log_likelihood
+
+  !> z(k) and the sum of squares of what lies beside baseline and z, of residuals(n) of the simulator where its baseline
+  !> unknowns have the values p(:).
+  subroutine design_compress(self, residuals, p, z, rest)
+    class(design_t), intent(in) :: self
+    real(rp), intent(in) :: residuals(:), p(:)
+    real(rp), intent(out) :: z(:), rest
+    real(rp) :: r(self%n_rows)
+    integer :: n
+    n = size(residuals)
+    r(:n) = residuals
+    call self%whitener%apply_one(r(:n))
+    r(n + 1:) = (p - self%prior)*self%weight
+    r = r - matmul(self%q_base, matmul(r, self%q_base))
+    z = matmul(r, self%q_all)
+    rest = max(0.0_rp, sum(r**2) - sum(z**2))
+  end subroutine design_compress
+end module diagnosis_design

@@ -1,0 +1,250 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds, nonlinear refits of
+!> the leaders, verdict, validation on locations that were left out, intervals.
+module diagnosis_engine
+  use base_errors, only: failure_t
+  use base_kinds, only: i8, rp
+  use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
+  use diagnosis_decision, only: decide, decision_t, rank_effects, LEVEL, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, &
+                                VERDICT_NAMED, VERDICT_SET
+  use diagnosis_design, only: build_design, design_t
+  use diagnosis_distributions, only: detectable_noncentrality
+  use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
+  use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
+  use diagnosis_simulator, only: simulator_t
+  use diagnosis_validation, only: compare_folds, validate, validation_t
+  use diagnosis_whitener, only: whitener_t
+  use measurement_fit, only: fit_options_t
+  use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
+  implicit none
+  private
+  public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis, find_detectable
+
+  type :: diagnosis_options_t
+    type(fit_options_t) :: fit
+    integer :: n_draws = 4000            !< of the bootstrap
+    integer(i8) :: seed = 1
+    integer :: most_refits = 5           !< leaders that are fitted in full
+    logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
+    logical :: validates = .true.
+    logical :: finds_intervals = .true.
+  end type diagnosis_options_t
+
+  !> A leader that was fitted in full.
+  type :: refit_t
+    integer :: candidate = 0
+    type(nested_fit_t) :: found
+    real(rp) :: gain = 0                 !< of the sum of squares over the baseline, in units of the noise
+    real(rp) :: remainder_log_p = 0
+  end type refit_t
+
+  !> Everything that came out.
+  type :: diagnosis_t
+    type(whitener_t) :: whitener
+    type(nested_fit_t) :: baseline
+    real(rp), allocatable :: spread(:)   !< of the starts, see fit_baseline
+    type(design_t) :: design
+    type(calibration_t) :: calibration
+    real(rp) :: scale = 1                !< estimated over declared variance of the noise
+    real(rp), allocatable :: z(:)        !< in units of the noise
+    real(rp) :: rest = 0
+    type(statistics_t) :: statistics
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: linear, decision !< before and after the refits
+    type(refit_t), allocatable :: refits(:)
+    type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
+    type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
+    logical :: is_null_excluded = .false.
+    type(validation_t) :: validated, validated_extended
+    real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out
+    logical :: has_gain = .false.
+    real(rp), allocatable :: detectable_snr(:) !< (effects)
+    integer :: n_design_evaluations = 0
+  end type diagnosis_t
+
+contains
+
+  !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit.
+  subroutine run_diagnosis(simulator, starts, options, d, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: starts(:, :)
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(out), target :: d
+    type(failure_t), intent(out) :: failure
+    integer :: n_effects
+    n_effects = size(simulator%effects)
+    allocate (d%refits(0))
+    call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure)
+    if (failure%failed) return
+    call build_design(simulator, d%baseline%q, d%design, failure)
+    if (failure%failed) return
+    d%calibration%is_scale_known = options%is_scale_known
+    if (d%design%n_rest < 20) then
+      d%decision%verdict = VERDICT_INSUFFICIENT
+      allocate (d%decision%causes(0), d%decision%set(0))
+      return
+    end if
+    call d%calibration%init(d%design, n_effects, options%is_scale_known, options%n_draws, options%seed)
+    call find_detectable(d%design, d%calibration, n_effects, d%detectable_snr)
+    allocate (d%z(d%design%k))
+    call compress_at(simulator, d%baseline%q, d%design, d%z, d%rest, failure)
+    if (failure%failed) return
+    call find_statistics(d%design, n_effects, options%is_scale_known, d%z, d%rest, d%statistics)
+    if (.not. options%is_scale_known) d%scale = d%rest/d%design%n_rest
+    d%z = d%z/sqrt(d%scale)
+    call d%hypotheses%init(d%design, n_effects, d%z)
+    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear)
+    d%decision = d%linear
+    if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
+      if (options%validates) call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
+      return
+    end if
+    call refit_leaders(simulator, options, d)
+    call confirm(simulator, options, d)
+  end subroutine run_diagnosis
+
+  !> z and rest of the data at the point q.
+  subroutine compress_at(simulator, q, design, z, rest, failure)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    type(design_t), intent(in) :: design
+    real(rp), intent(out) :: z(:), rest
+    type(failure_t), intent(out) :: failure
+    real(rp) :: residuals(simulator%n_observations), jacobian(simulator%n_observations, 0)
+    logical :: is_valid
+    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    if (.not. is_valid) then
+      z = 0
+      rest = 0
+      call failure%raise('the simulator has no result at a point that was fitted')
+      return
+    end if
+    call design%compress(residuals, q(:simulator%n_baseline), z, rest)
+  end subroutine compress_at
+
+  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global level, for
+  !> its variant of the fewest directions; huge if the baseline absorbs it.
+  subroutine find_detectable(design, calibration, n_effects, snr)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer, intent(in) :: n_effects
+    real(rp), allocatable, intent(out) :: snr(:)
+    integer :: c
+    allocate (snr(n_effects), source=huge(1.0_rp))
+    do c = 1, size(design%candidates)
+      associate (one => design%candidates(c))
+        if (one%df == 0) cycle
+        if (snr(one%effect) < huge(1.0_rp)) cycle
+        snr(one%effect) = sqrt(detectable_noncentrality(calibration%local_level(one%effect, LEVEL), one%df, 0.9_rp))
+      end associate
+    end do
+  end subroutine find_detectable
+
+  !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew.
+  subroutine refit_leaders(simulator, options, d)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t) :: one
+    type(explained_t) :: alone
+    type(failure_t) :: failure
+    integer, allocatable :: order(:)
+    real(rp) :: z(d%design%k), rest, remainder(size(simulator%effects)), correction
+    integer :: i
+    order = rank_effects(d%hypotheses)
+    remainder = 1
+    do i = 1, min(options%most_refits, size(order))
+      one%candidate = d%hypotheses%best(order(i))
+      if (i > 1 .and. .not. any(d%linear%set == order(i)) .and. &
+          d%hypotheses%effect(order(i)) < d%hypotheses%effect(order(1)) - 10) cycle
+      call fit_extended(simulator, options, d, [one%candidate], one%found)
+      if (.not. one%found%is_found) cycle
+      one%gain = (d%baseline%cost() - one%found%cost())/d%scale
+      call explain(d%design, [one%candidate], d%z, alone)
+      correction = 0.5_rp*(one%gain - alone%square)
+      d%hypotheses%effect(order(i)) = d%hypotheses%effect(order(i)) + correction
+      call compress_at(simulator, one%found%q, d%design, z, rest, failure)
+      if (.not. failure%failed) then
+        z = z/sqrt(d%scale)
+        z = z - matmul(alone%basis, matmul(z, alone%basis))
+        one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
+        remainder(order(i)) = one%remainder_log_p
+      end if
+      d%refits = [d%refits, one]
+    end do
+    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, remainder)
+  end subroutine refit_leaders
+
+  !> The baseline with candidates, fitted in full from their linear estimate.
+  subroutine fit_extended(simulator, options, d, candidates, found)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(in), target :: d
+    integer, intent(in) :: candidates(:)
+    type(nested_fit_t), intent(out) :: found
+    integer, allocatable :: active(:)
+    real(rp), allocatable :: jacobian(:, :)
+    real(rp) :: residuals(simulator%n_observations)
+    logical :: is_valid
+    integer :: i
+    active = d%baseline%active
+    do i = 1, size(candidates)
+      active = [active, d%design%candidates(candidates(i))%columns]
+    end do
+    ! Warm solutions start from the baseline, whatever was fitted before.
+    allocate (jacobian(simulator%n_observations, 0))
+    call simulator%evaluate(d%baseline%q, [integer ::], residuals, jacobian, is_valid)
+    if (is_valid) call simulator%accept()
+    call fit_nested(simulator, d%whitener, active, d%baseline%q, options%fit, found)
+  end subroutine fit_extended
+
+  !> The causes of the verdict: fitted together, with intervals, and tried on locations that the fit did not see. A name
+  !> whose interval holds the null, or that does not predict better, is not given.
+  subroutine confirm(simulator, options, d)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout), target :: d
+    logical :: ok
+    if (size(d%decision%causes) == 0) return
+    call fit_extended(simulator, options, d, d%decision%causes, d%extended)
+    if (.not. d%extended%is_found) then
+      if (d%decision%verdict == VERDICT_NAMED) d%decision%verdict = VERDICT_SET
+      return
+    end if
+    if (options%finds_intervals) call find_intervals(simulator, options, d)
+    if (options%validates) then
+      call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
+      call validate(simulator, d%extended%active, d%extended%q, options%fit, d%validated_extended)
+      call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
+      d%has_gain = ok
+    end if
+    if (d%decision%verdict /= VERDICT_NAMED) return
+    if (options%finds_intervals .and. .not. d%is_null_excluded) d%decision%verdict = VERDICT_SET
+    if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) d%decision%verdict = VERDICT_SET
+  end subroutine confirm
+
+  !> 90 % intervals of the parameters of the causes by profile likelihood, in units of the noise as it is estimated.
+  subroutine find_intervals(simulator, options, d)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout), target :: d
+    type(nested_problem_t) :: problem
+    integer :: i, n, first
+    logical :: is_outside
+    n = size(d%extended%active)
+    first = size(d%baseline%active) + 1
+    call problem%init(simulator, d%whitener, d%extended%active, d%extended%q)
+    allocate (d%intervals(n - first + 1))
+    d%is_null_excluded = .false.
+    do i = first, n
+      associate (interval => d%intervals(i - first + 1))
+        call profile_interval(problem, nested_unknowns(simulator, d%extended%active), d%extended%q(d%extended%active), &
+                              i, d%extended%sd(i), THRESHOLD_90*d%scale, options%fit, interval)
+        associate (null => simulator%quantities(d%extended%active(i))%null)
+          is_outside = (interval%has_lower .and. null < interval%lower) .or. (interval%has_upper .and. null > interval%upper)
+        end associate
+        d%is_null_excluded = d%is_null_excluded .or. is_outside
+      end associate
+    end do
+  end subroutine find_intervals
+end module diagnosis_engine

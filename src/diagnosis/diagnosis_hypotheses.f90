@@ -1,0 +1,194 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Which cause explains a misfit, as odds: every effect, pairs of effects, and unknown causes are hypotheses about z.
+!>
+!> The evidence of a hypothesis is the density of z averaged over strengths (uniform in their logarithm over six decades
+!> of variance, the same for all) and over positions, relative to the baseline alone (1). Small and large models thus pay
+!> for what they could have explained (Kass and Raftery 1995, DOI 10.1080/01621459.1995.10476572). Odds are evidences
+!> times PRIOR_.., which say how often a cause is expected before the data.
+module diagnosis_hypotheses
+  use base_kinds, only: i8, rp
+  use base_random, only: random_stream_t
+  use diagnosis_calibration, only: calibration_t
+  use diagnosis_design, only: candidate_t, design_t, family_t
+  use diagnosis_distributions, only: log_add
+  use diagnosis_lapack, only: decompose
+  implicit none
+  private
+  public :: hypotheses_t, explained_t, explain, remainder_log_p, name_power, expected_loss
+
+  real(rp), parameter, public :: PRIOR_NONE = 0.35_rp, PRIOR_ONE = 0.35_rp, PRIOR_TWO = 0.1_rp, PRIOR_UNKNOWN = 0.2_rp
+  integer(i8), parameter :: UNKNOWN_STREAM = 11
+
+  !> Candidates together.
+  type :: explained_t
+    integer, allocatable :: members(:)      !< candidates
+    integer :: df = 0
+    real(rp), allocatable :: basis(:, :)    !< (k, df)
+    real(rp), allocatable :: left(:)        !< (k) what they leave of z
+    real(rp) :: square = 0                  !< |z|^2 - |left|^2
+    real(rp) :: log_evidence = 0
+  end type explained_t
+
+  !> Log evidences of all single hypotheses.
+  type :: hypotheses_t
+    real(rp), allocatable :: candidate(:)   !< (candidates)
+    real(rp), allocatable :: effect(:)      !< (effects) averaged over its variants; very small if absorbed
+    integer, allocatable :: best(:)         !< (effects) variant of the largest evidence, 0: none
+    real(rp), allocatable :: unknown(:)     !< (families)
+  contains
+    procedure :: init => hypotheses_init
+  end type hypotheses_t
+
+  real(rp), parameter, public :: IMPOSSIBLE = -1.0e4_rp !< log evidence of what cannot be tested
+
+contains
+
+  !> For z(k), in units of the noise.
+  subroutine hypotheses_init(self, design, n_effects, z)
+    class(hypotheses_t), intent(out) :: self
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: n_effects
+    real(rp), intent(in) :: z(:)
+    integer :: c, e, f, n(n_effects)
+    allocate (self%candidate(size(design%candidates)), source=IMPOSSIBLE)
+    allocate (self%effect(n_effects), source=IMPOSSIBLE)
+    allocate (self%best(n_effects), source=0)
+    allocate (self%unknown(size(design%families)))
+    n = 0
+    do c = 1, size(design%candidates)
+      associate (one => design%candidates(c))
+        if (one%df == 0) cycle
+        e = one%effect
+        n(e) = n(e) + 1
+        self%candidate(c) = one%strengths%log_evidence(matmul(z, one%basis))
+        if (self%best(e) == 0) then
+          self%best(e) = c
+        else if (self%candidate(c) > self%candidate(self%best(e))) then
+          self%best(e) = c
+        end if
+      end associate
+    end do
+    do e = 1, n_effects
+      if (n(e) == 0) cycle
+      associate (top => self%candidate(self%best(e)))
+        self%effect(e) = top + log(sum(exp(max(-700.0_rp, self%candidate - top)), mask=design%candidates%effect == e)/n(e))
+      end associate
+    end do
+    do f = 1, size(design%families)
+      self%unknown(f) = unknown_evidence(design%families(f), z)
+    end do
+  end subroutine hypotheses_init
+
+  !> An unknown cause is as likely a field over the whole wing as one place of it.
+  pure real(rp) function unknown_evidence(family, z) result(log_evidence)
+    type(family_t), intent(in) :: family
+    real(rp), intent(in) :: z(:)
+    real(rp) :: one
+    integer :: i
+    one = IMPOSSIBLE
+    do i = 1, size(family%alone, 2)
+      one = log_add(one, family%strength_alone%log_evidence([dot_product(z, family%alone(:, i))]))
+    end do
+    log_evidence = log_add(family%strengths%log_evidence(matmul(z, family%basis)), &
+                           one - log(real(max(1, size(family%alone, 2)), rp))) - log(2.0_rp)
+  end function unknown_evidence
+
+  !> What candidates, each in the space that those before it leave, explain of z(k).
+  subroutine explain(design, members, z, explained)
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: members(:)
+    real(rp), intent(in) :: z(:)
+    type(explained_t), intent(out) :: explained
+    type(candidate_t) :: one
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :), basis(:, :)
+    integer :: i, m
+    explained%members = members
+    explained%left = z
+    allocate (explained%basis(size(z), 0))
+    do i = 1, size(members)
+      one = design%candidates(members(i))
+      if (one%df == 0) cycle
+      if (i > 1) then ! the directions that the others do not hold
+        basis = one%basis - matmul(explained%basis, matmul(transpose(explained%basis), one%basis))
+        call decompose(basis, u, s, vt)
+        m = count(s > 0.05_rp)
+        one%basis = u(:, :m)
+        one%df = m
+        if (m > 0) call one%strengths%init(s(:m)/s(1))
+      end if
+      if (one%df == 0) cycle
+      explained%log_evidence = explained%log_evidence + one%strengths%log_evidence(matmul(explained%left, one%basis))
+      explained%left = explained%left - matmul(one%basis, matmul(explained%left, one%basis))
+      explained%basis = reshape([explained%basis, one%basis], [size(z), explained%df + one%df])
+      explained%df = explained%df + one%df
+    end do
+    explained%square = max(0.0_rp, sum(z**2) - sum(explained%left**2))
+  end subroutine explain
+
+  !> log p of the hypothesis that what is left(k) of z behind some candidates is noise, against unknown causes. The
+  !> reference distribution is that of z itself, which makes the test a little conservative.
+  real(rp) function remainder_log_p(design, calibration, left) result(log_p)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    real(rp), intent(in) :: left(:)
+    integer :: f
+    log_p = 0
+    do f = 1, size(design%families)
+      associate (one => design%families(f))
+        log_p = min(log_p, calibration%log_p_unknown(f, one%strengths%log_likelihood(matmul(left, one%basis))) &
+                    + log(real(size(design%families), rp)))
+      end associate
+    end do
+  end function remainder_log_p
+
+  !> The probability that a name, the directions basis(k, df), were rejected at the level exp(log_level) if the truth were
+  !> an unknown cause of signal-to-noise ratio `snr`: a random field of one of the families.
+  real(rp) function name_power(design, calibration, basis, snr, log_level, n_draws, seed) result(power)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    real(rp), intent(in) :: basis(:, :), snr, log_level
+    integer, intent(in) :: n_draws
+    integer(i8), intent(in) :: seed
+    type(random_stream_t) :: stream
+    real(rp) :: z(design%k), signal(design%k)
+    integer :: d, f, n
+    power = 0
+    if (size(design%families) == 0) return
+    stream = random_stream_t(seed=seed, stream=UNKNOWN_STREAM)
+    n = 0
+    do d = 1, n_draws
+      f = 1 + modulo(d, size(design%families))
+      call draw_unknown(design, f, stream, signal)
+      call stream%gaussians(z)
+      z = z + snr*signal
+      z = z - matmul(basis, matmul(z, basis))
+      if (remainder_log_p(design, calibration, z) < log_level) n = n + 1
+    end do
+    power = real(n, rp)/n_draws
+  end function name_power
+
+  !> A random field of family f, of length 1.
+  subroutine draw_unknown(design, f, stream, signal)
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: f
+    type(random_stream_t), intent(inout) :: stream
+    real(rp), intent(out) :: signal(:)
+    real(rp) :: amplitudes(size(design%families(f)%scale))
+    call stream%gaussians(amplitudes)
+    signal = matmul(design%families(f)%basis, amplitudes*design%families(f)%scale)
+    signal = signal/max(norm2(signal), tiny(1.0_rp))
+  end subroutine draw_unknown
+
+  !> How much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found.
+  real(rp) function expected_loss(design, a, b, z) result(loss)
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: a, b
+    real(rp), intent(in) :: z(:)
+    real(rp) :: signal(design%k)
+    associate (one => design%candidates(a), other => design%candidates(b))
+      signal = matmul(one%basis, matmul(z, one%basis))
+      loss = 0.5_rp*sum(signal**2)
+      if (other%df > 0) loss = loss - 0.5_rp*sum(matmul(signal, other%basis)**2)
+    end associate
+  end function expected_loss
+end module diagnosis_hypotheses

@@ -1,0 +1,133 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The dense factorisations of the statistics: Cholesky, orthonormal bases, singular vectors.
+!>
+!> LAPACK tests the arithmetic of infinities by dividing by zero, so traps are off while it runs.
+module diagnosis_lapack
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
+  implicit none
+  private
+  public :: factorise, solve_lower, orthogonalise, decompose
+
+  interface
+    subroutine dpotrf(uplo, n, a, lda, info)
+      import :: rp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(rp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dpotrf
+    subroutine dtrtrs(uplo, trans, diag, n, nrhs, a, lda, b, ldb, info)
+      import :: rp
+      character, intent(in) :: uplo, trans, diag
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(rp), intent(in) :: a(lda, *)
+      real(rp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dtrtrs
+    subroutine dgeqrf(m, n, a, lda, tau, work, lwork, info)
+      import :: rp
+      integer, intent(in) :: m, n, lda, lwork
+      real(rp), intent(inout) :: a(lda, *)
+      real(rp), intent(out) :: tau(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dgeqrf
+    subroutine dorgqr(m, n, k, a, lda, tau, work, lwork, info)
+      import :: rp
+      integer, intent(in) :: m, n, k, lda, lwork
+      real(rp), intent(inout) :: a(lda, *)
+      real(rp), intent(in) :: tau(*)
+      real(rp), intent(out) :: work(*)
+      integer, intent(out) :: info
+    end subroutine dorgqr
+    subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+      import :: rp
+      character, intent(in) :: jobu, jobvt
+      integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+      real(rp), intent(inout) :: a(lda, *)
+      real(rp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
+      integer, intent(out) :: info
+    end subroutine dgesvd
+  end interface
+
+contains
+
+  !> Replaces the lower triangle of the symmetric a(n, n) by its Cholesky factor L, a = L L^T. `ok` is false if a is not
+  !> positive definite.
+  subroutine factorise(a, ok)
+    real(rp), intent(inout), contiguous :: a(:, :)
+    logical, intent(out) :: ok
+    logical :: halting(size(ieee_usual))
+    integer :: info
+    info = 0
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    if (size(a, 1) > 0) call dpotrf('L', size(a, 1), a, size(a, 1), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info >= 0, 'diagnosis_lapack: dpotrf was called wrongly')
+    ok = info == 0
+  end subroutine factorise
+
+  !> b(n, :) becomes L^-1 b, with the factor l(n, n) of `factorise`.
+  subroutine solve_lower(l, b)
+    real(rp), intent(in), contiguous :: l(:, :)
+    real(rp), intent(inout), contiguous :: b(:, :)
+    logical :: halting(size(ieee_usual))
+    integer :: info
+    info = 0
+    if (size(b) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dtrtrs('L', 'N', 'N', size(l, 1), size(b, 2), l, size(l, 1), b, size(b, 1), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'diagnosis_lapack: dtrtrs')
+  end subroutine solve_lower
+
+  !> The QR factorisation of a(m, n): q(m, k) with orthonormal columns, r(k, n), k = min(m, n).
+  subroutine orthogonalise(a, q, r)
+    real(rp), intent(in) :: a(:, :)
+    real(rp), allocatable, intent(out) :: q(:, :), r(:, :)
+    real(rp), allocatable :: copy(:, :), tau(:), work(:)
+    logical :: halting(size(ieee_usual))
+    integer :: m, n, k, i, info
+    m = size(a, 1)
+    n = size(a, 2)
+    k = min(m, n)
+    allocate (q(m, k), r(k, n), source=0.0_rp)
+    if (k == 0) return
+    copy = a
+    allocate (tau(k), work(64*(n + 1)))
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgeqrf(m, n, copy, m, tau, work, size(work), info)
+    do i = 1, n
+      r(:min(i, k), i) = copy(:min(i, k), i)
+    end do
+    q = copy(:, :k)
+    if (info == 0) call dorgqr(m, k, k, q, m, tau, work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'diagnosis_lapack: dgeqrf or dorgqr')
+  end subroutine orthogonalise
+
+  !> a(m, n) = u diag(s) vt with u(m, k), s(k) from the largest, vt(k, n), k = min(m, n).
+  subroutine decompose(a, u, s, vt)
+    real(rp), intent(in) :: a(:, :)
+    real(rp), allocatable, intent(out) :: u(:, :), s(:), vt(:, :)
+    real(rp), allocatable :: copy(:, :), work(:)
+    logical :: halting(size(ieee_usual))
+    integer :: m, n, k, info
+    m = size(a, 1)
+    n = size(a, 2)
+    k = min(m, n)
+    allocate (u(m, k), s(k), vt(k, n), source=0.0_rp)
+    if (k == 0) return
+    copy = a
+    allocate (work(64*(m + n) + 64))
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgesvd('S', 'S', m, n, copy, m, s, u, m, vt, k, work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'the singular values did not converge')
+  end subroutine decompose
+end module diagnosis_lapack

@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Full nonlinear fits of nested models: the unknowns of the baseline and, with them, parameters of effects.
+!>
+!> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out.
+!> The directions of nuisances depend on the point, and are taken anew at the optimum of the baseline until it stays.
+module diagnosis_refit
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use diagnosis_simulator, only: simulator_t
+  use diagnosis_whitener, only: whitener_t
+  use measurement_fit, only: fit, fit_options_t, fit_report_t
+  use measurement_least_squares, only: least_squares_t, unknowns_t
+  implicit none
+  private
+  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, nested_unknowns
+
+  !> A model with the quantities `active` free and all others at q.
+  type, extends(least_squares_t) :: nested_problem_t
+    class(simulator_t), pointer :: simulator => null()
+    type(whitener_t), pointer :: whitener => null()
+    integer, allocatable :: active(:)
+    real(rp), allocatable :: q(:)
+    real(rp), allocatable, private :: raw(:), raw_jacobian(:, :)
+  contains
+    procedure :: init => nested_init
+    procedure :: evaluate => nested_evaluate
+    procedure :: accept => nested_accept
+  end type nested_problem_t
+
+  !> A model that was fitted.
+  type :: nested_fit_t
+    logical :: is_found = .false.
+    integer, allocatable :: active(:)
+    real(rp), allocatable :: q(:)            !< all quantities
+    real(rp) :: chi2 = 0, prior_chi2 = 0     !< of whitened residuals, of priors
+    real(rp), allocatable :: sd(:)           !< (active) in the linear approximation
+    logical, allocatable :: is_at_bound(:)   !< (active)
+    integer :: n_evaluations = 0
+  contains
+    procedure :: cost => nested_cost
+  end type nested_fit_t
+
+contains
+
+  !> The problem over the observations of the whitener, from the point q. Both must live as long as the problem.
+  subroutine nested_init(self, simulator, whitener, active, q)
+    class(nested_problem_t), intent(inout) :: self
+    class(simulator_t), intent(in), target :: simulator
+    type(whitener_t), intent(in), target :: whitener
+    integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
+    self%simulator => simulator
+    self%whitener => whitener
+    self%n_residuals = whitener%n
+    self%active = active
+    self%q = q
+    if (allocated(self%raw)) deallocate (self%raw, self%raw_jacobian)
+    allocate (self%raw(simulator%n_observations), self%raw_jacobian(simulator%n_observations, size(active)))
+  end subroutine nested_init
+
+  subroutine nested_evaluate(self, p, residuals, jacobian, is_valid)
+    class(nested_problem_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    real(rp) :: both(size(residuals), size(p) + 1)
+    self%q(self%active) = p
+    residuals = 0
+    jacobian = 0
+    call self%simulator%evaluate(self%q, self%active, self%raw, self%raw_jacobian, is_valid)
+    if (.not. is_valid) return
+    both(:, 1) = self%raw(self%whitener%rows)
+    both(:, 2:) = self%raw_jacobian(self%whitener%rows, :)
+    call self%whitener%apply(both)
+    residuals = both(:, 1)
+    jacobian = both(:, 2:)
+  end subroutine nested_evaluate
+
+  subroutine nested_accept(self)
+    class(nested_problem_t), intent(inout) :: self
+    call self%simulator%accept()
+  end subroutine nested_accept
+
+  !> Sum of squares with priors.
+  pure real(rp) function nested_cost(self) result(cost)
+    class(nested_fit_t), intent(in) :: self
+    cost = self%chi2 + self%prior_chi2
+  end function nested_cost
+
+  !> Bounds and priors of the quantities `active`.
+  function nested_unknowns(simulator, active) result(unknowns)
+    class(simulator_t), intent(in) :: simulator
+    integer, intent(in) :: active(:)
+    type(unknowns_t) :: unknowns
+    call unknowns%init(size(active))
+    associate (quantities => simulator%quantities(active))
+      unknowns%lower = quantities%lower
+      unknowns%upper = quantities%upper
+      unknowns%prior = quantities%null
+      unknowns%prior_sd = quantities%prior_sd
+    end associate
+  end function nested_unknowns
+
+  !> Fits the quantities `active` over the observations of the whitener, from q.
+  subroutine fit_nested(simulator, whitener, active, q, options, found)
+    class(simulator_t), intent(inout), target :: simulator
+    type(whitener_t), intent(in), target :: whitener
+    integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
+    type(fit_options_t), intent(in) :: options
+    type(nested_fit_t), intent(out) :: found
+    type(nested_problem_t) :: problem
+    type(unknowns_t) :: unknowns
+    type(fit_report_t) :: report
+    real(rp) :: square
+    integer :: i
+    call problem%init(simulator, whitener, active, q)
+    unknowns = nested_unknowns(simulator, active)
+    call fit(problem, unknowns, q(active), options, report)
+    found%is_found = report%is_converged .or. report%n_accepted > 0
+    found%active = active
+    found%q = q
+    found%q(active) = report%p
+    found%chi2 = report%chi2
+    found%prior_chi2 = report%prior_chi2
+    found%is_at_bound = report%is_at_bound
+    found%n_evaluations = report%n_evaluations
+    allocate (found%sd(size(active)))
+    do i = 1, size(active)
+      square = sum(report%jacobian(:, i)**2)
+      if (unknowns%prior_sd(i) > 0) square = square + 1/unknowns%prior_sd(i)**2
+      found%sd(i) = 1/sqrt(max(square, tiny(square)))
+    end do
+  end subroutine fit_nested
+
+  !> Fits the baseline from several starts (quantities, :) and takes the best; `whitener`, over all observations, has
+  !> then the directions of nuisances at this point. spread(starts) is how much worse each start ended, huge without an
+  !> end. Fails if none has one.
+  subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: starts(:, :)
+    type(fit_options_t), intent(in) :: options
+    type(whitener_t), intent(out), target :: whitener
+    type(nested_fit_t), intent(out) :: found
+    real(rp), allocatable, intent(out) :: spread(:)
+    type(failure_t), intent(out) :: failure
+    integer, parameter :: MOST_PASSES = 4
+    type(nested_fit_t) :: one
+    real(rp) :: before
+    integer :: i, s, pass, active(simulator%n_baseline)
+    logical :: is_valid
+    active = [(i, i=1, simulator%n_baseline)]
+    call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
+    if (failure%failed) return
+    allocate (spread(size(starts, 2)), source=huge(1.0_rp))
+    do s = 1, size(starts, 2)
+      call take_directions(simulator, starts(:, s), active, whitener, is_valid)
+      if (.not. is_valid) cycle
+      call fit_nested(simulator, whitener, active, starts(:, s), options, one)
+      if (.not. one%is_found) cycle
+      do pass = 2, MOST_PASSES
+        before = one%cost()
+        call take_directions(simulator, one%q, active, whitener, is_valid)
+        if (.not. is_valid) exit
+        call fit_nested(simulator, whitener, active, one%q, options, one)
+        if (.not. one%is_found) exit
+        if (abs(one%cost() - before) <= 1.0e-3_rp) exit
+      end do
+      if (.not. (one%is_found .and. is_valid)) cycle
+      spread(s) = one%cost()
+      if (.not. found%is_found .or. one%cost() < found%cost()) found = one
+    end do
+    if (.not. found%is_found) then
+      call failure%raise('the baseline could not be fitted from any start')
+      return
+    end if
+    where (spread < huge(1.0_rp)) spread = spread - found%cost()
+    call take_directions(simulator, found%q, active, whitener, is_valid)
+    if (.not. is_valid) call failure%raise('the simulator has no result at the best fit of the baseline')
+  end subroutine fit_baseline
+
+  !> Nuisances at q.
+  subroutine take_directions(simulator, q, active, whitener, is_valid)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: active(:)
+    type(whitener_t), intent(inout) :: whitener
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
+    integer :: n
+    n = simulator%n_observations
+    allocate (residuals(n), jacobian(n, size(active)), nuisances(n, simulator%n_nuisances), &
+              patterns(n, simulator%n_patterns))
+    call simulator%evaluate(q, active, residuals, jacobian, is_valid)
+    if (.not. is_valid) return
+    call simulator%accept()
+    call simulator%directions(q, nuisances, patterns, is_valid)
+    if (is_valid) call whitener%add_directions(nuisances(whitener%rows, :))
+  end subroutine take_directions
+end module diagnosis_refit

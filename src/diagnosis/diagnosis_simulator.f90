@@ -1,0 +1,127 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the statistics see of a simulator and of an experiment, whatever they are: numbers that were observed, their
+!> covariance, a baseline model with unknowns, and candidates for what it lacks.
+!>
+!> All parameters stand in one vector: the unknowns of the baseline, then those of the effects, which have a null value
+!> at which the effect is absent. A candidate is an effect with one or more variants (positions, for instance), and a
+!> variant is a set of parameters that are released together. Surfaces, ring-down or forces differ only in what
+!> extends `simulator_t`.
+module diagnosis_simulator
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: simulator_t, labels_t, quantity_t, effect_t, variant_t
+
+  !> A parameter, in the coordinate that the simulator takes (a logarithm for what varies by factors).
+  type :: quantity_t
+    character(:), allocatable :: name
+    character(:), allocatable :: unit         !< of the value, '1' if it has none
+    logical :: is_log = .false.               !< the coordinate is the natural logarithm of the value
+    real(rp) :: null = 0                      !< start of the baseline, or where the effect is absent
+    real(rp) :: prior_sd = 0                  !< about `null`; 0: nothing was known (baseline only)
+    real(rp) :: lower = -huge(1.0_rp), upper = huge(1.0_rp)
+  end type quantity_t
+
+  !> One way in which an effect may be present.
+  type :: variant_t
+    character(:), allocatable :: label        !< where, or empty
+    integer, allocatable :: columns(:)        !< parameters that it releases
+    real(rp) :: place(2) = 0                  !< [m] of a position on the wing
+  end type variant_t
+
+  !> An entry of the catalogue.
+  type :: effect_t
+    character(:), allocatable :: name         !< a word, as in ini files
+    character(:), allocatable :: title
+    character(:), allocatable :: sentence     !< for a biologist
+    logical :: is_measurement = .false.       !< of the measurement, not of the wing
+    character(:), allocatable :: missing      !< what the data lack to test it; empty: nothing
+    type(variant_t), allocatable :: variants(:)
+  contains
+    procedure :: is_testable => effect_is_testable
+  end type effect_t
+
+  !> To what every observation belongs. Surfaces are numbered from 1; what is said of a surface has their number as index.
+  type :: labels_t
+    integer, allocatable :: surface(:)        !< (n) load under which it was observed
+    integer, allocatable :: block(:)          !< (n) observations of different blocks have independent errors
+    real(rp), allocatable :: place(:, :)      !< (2, n) [m]
+    integer, allocatable :: fold(:)           !< (surfaces) location: all levels and repeats of it are one fold
+    real(rp), allocatable :: level(:)         !< (surfaces) signed strength of the load
+    real(rp), allocatable :: order(:)         !< (surfaces) in the sequence of measurements, 0: not stated
+    real(rp), allocatable :: hold(:)          !< (surfaces) [s], negative: not stated
+    real(rp), allocatable :: moment(:)        !< (surfaces) of the load about the root
+    integer, allocatable :: twin(:)           !< (surfaces) first surface under the same load, itself if none
+  end type labels_t
+
+  type, abstract :: simulator_t
+    integer :: n_observations = 0
+    integer :: n_baseline = 0                 !< parameters 1 .. n_baseline are the unknowns of the baseline
+    integer :: n_nuisances = 0                !< directions of errors that are known only by their sd
+    integer :: n_patterns = 0                 !< of unknown causes
+    type(labels_t) :: labels
+    type(quantity_t), allocatable :: quantities(:)
+    type(effect_t), allocatable :: effects(:)
+    integer, allocatable :: family(:)         !< (n_patterns) 1, 2, .. kind of unknown cause
+    real(rp), allocatable :: pattern_place(:, :) !< (2, n_patterns) [m] where on the wing
+  contains
+    procedure(evaluate_interface), deferred :: evaluate
+    procedure(covariance_interface), deferred :: covariance
+    procedure(directions_interface), deferred :: directions
+    procedure :: accept => simulator_accept
+    procedure :: null_point => simulator_null_point
+  end type simulator_t
+
+  abstract interface
+    !> residuals(n) (computed minus observed) at q(quantities), and their derivatives jacobian(n, size(columns)) with
+    !> respect to the quantities `columns`. `is_valid` false: there is no result at q.
+    subroutine evaluate_interface(self, q, columns, residuals, jacobian, is_valid)
+      import :: simulator_t, rp
+      class(simulator_t), intent(inout) :: self
+      real(rp), intent(in) :: q(:)
+      integer, intent(in) :: columns(:)
+      real(rp), intent(out) :: residuals(:), jacobian(:, :)
+      logical, intent(out) :: is_valid
+    end subroutine evaluate_interface
+
+    !> c(size(rows), size(rows)): covariance of the noise of these observations, which are of one block.
+    subroutine covariance_interface(self, rows, c)
+      import :: simulator_t, rp
+      class(simulator_t), intent(in) :: self
+      integer, intent(in) :: rows(:)
+      real(rp), intent(out) :: c(:, :)
+    end subroutine covariance_interface
+
+    !> At q: nuisances(n, n_nuisances), what an error of one sd of each nuisance does to the residuals; and
+    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do.
+    subroutine directions_interface(self, q, nuisances, patterns, is_valid)
+      import :: simulator_t, rp
+      class(simulator_t), intent(inout) :: self
+      real(rp), intent(in) :: q(:)
+      real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
+      logical, intent(out) :: is_valid
+    end subroutine directions_interface
+  end interface
+
+contains
+
+  !> Whether the data can show the effect at all.
+  pure logical function effect_is_testable(self) result(is_testable)
+    class(effect_t), intent(in) :: self
+    is_testable = .true.
+    if (allocated(self%missing)) is_testable = self%missing == ''
+  end function effect_is_testable
+
+  !> The point that was evaluated last is where a solver now stands.
+  subroutine simulator_accept(self)
+    class(simulator_t), intent(inout) :: self
+    self%n_observations = self%n_observations
+  end subroutine simulator_accept
+
+  !> All quantities at their null values.
+  pure function simulator_null_point(self) result(q)
+    class(simulator_t), intent(in) :: self
+    real(rp) :: q(size(self%quantities))
+    q = self%quantities%null
+  end function simulator_null_point
+end module diagnosis_simulator

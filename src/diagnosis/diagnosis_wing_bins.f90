@@ -1,0 +1,156 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Heights averaged over the squares of a lattice: a few hundred numbers that hold what thousands of pixels say about
+!> smooth shapes; and the covariance of their errors.
+!>
+!> Errors of one height are white with the variance share `white`, and correlated as exp(-(r/length)^2/2) with the rest
+!> of it. Averaging divides the white part by the number of pixels. The error of the unloaded scan is common to all
+!> loads.
+module diagnosis_wing_bins
+  use base_kinds, only: rp
+  use measurement_data, only: measurement_t
+  use measurement_experiment, only: experiment_t
+  implicit none
+  private
+  public :: bins_t, make_bins, bin_rows, bin_covariance, noise_model_t, usual_size
+
+  !> Errors of one height.
+  type :: noise_model_t
+    real(rp) :: white = 1      !< share of the declared variance that is independent from pixel to pixel
+    real(rp) :: length = 0     !< [m] of the correlation of the rest
+    real(rp) :: factor = 1     !< of the declared variance
+  end type noise_model_t
+
+  !> The observations of all loads: averages, then scalar observations as they are.
+  type :: bins_t
+    integer :: n = 0
+    real(rp) :: size = 0                       !< [m] of a square
+    integer, allocatable :: first(:), count(:) !< (loads) observations of a load
+    integer, allocatable :: load(:)            !< (n)
+    integer, allocatable :: cell(:, :)         !< (2, n) of the lattice; (0, k): scalar observation k
+    integer, allocatable :: pixels(:)          !< (n) in it
+    real(rp), allocatable :: place(:, :)       !< (2, n) [m] mean of its pixels
+    real(rp), allocatable :: loaded(:)         !< (n) mean declared variance of the loaded heights
+    real(rp), allocatable :: unloaded(:)       !< (n) the same of the unloaded ones
+    integer, allocatable :: of_pixel(:, :)     !< (pixels of a load at most, loads) observation that holds it
+  end type bins_t
+
+contains
+
+  !> Lattice with at most `most` observations in all.
+  real(rp) function usual_size(experiment, most) result(size_of_bin)
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: most
+    type(bins_t) :: bins
+    size_of_bin = 0.02_rp*experiment%model%size
+    do
+      call make_bins(experiment, size_of_bin, bins)
+      if (bins%n <= most) exit
+      size_of_bin = 1.1_rp*size_of_bin
+      if (size_of_bin > experiment%model%size) exit
+    end do
+  end function usual_size
+
+  subroutine make_bins(experiment, size_of_bin, bins)
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: size_of_bin
+    type(bins_t), intent(out) :: bins
+    integer, allocatable :: at(:, :)
+    integer :: l, k, i, j, n, nx, ny, most, cell(2)
+    bins%size = size_of_bin
+    associate (m => experiment%measurement, comparisons => experiment%comparisons)
+      most = sum(comparisons%n)
+      nx = 1
+      ny = 1
+      if (size(m%x) > 0) nx = 1 + int((m%x(size(m%x)) - m%x(1))/size_of_bin)
+      if (size(m%y) > 0) ny = 1 + int((m%y(size(m%y)) - m%y(1))/size_of_bin)
+      allocate (at(nx, ny), bins%first(size(comparisons)), bins%count(size(comparisons)), bins%load(most), &
+                bins%cell(2, most), bins%pixels(most))
+      allocate (bins%place(2, most), bins%loaded(most), bins%unloaded(most), source=0.0_rp)
+      allocate (bins%of_pixel(max(1, maxval(comparisons%n)), size(comparisons)), source=0)
+      n = 0
+      do l = 1, size(comparisons)
+        bins%first(l) = n + 1
+        at = 0
+        do k = 1, comparisons(l)%n_heights
+          i = comparisons(l)%node(1, k)
+          j = comparisons(l)%node(2, k)
+          cell = 1 + int([m%x(i) - m%x(1), m%y(j) - m%y(1)]/size_of_bin)
+          if (at(cell(1), cell(2)) == 0) then
+            n = n + 1
+            at(cell(1), cell(2)) = n
+            bins%load(n) = l
+            bins%cell(:, n) = cell
+            bins%pixels(n) = 0
+          end if
+          associate (b => at(cell(1), cell(2)))
+            bins%of_pixel(k, l) = b
+            bins%pixels(b) = bins%pixels(b) + 1
+            bins%place(:, b) = bins%place(:, b) + [m%x(i), m%y(j)]
+            bins%unloaded(b) = bins%unloaded(b) + m%unloaded_sigma(i, j)**2
+            bins%loaded(b) = bins%loaded(b) + comparisons(l)%sigma(k)**2 - m%unloaded_sigma(i, j)**2
+          end associate
+        end do
+        do k = comparisons(l)%n_heights + 1, comparisons(l)%n
+          n = n + 1
+          bins%of_pixel(k, l) = n
+          bins%load(n) = l
+          bins%cell(:, n) = [0, k]
+          bins%pixels(n) = 1
+          bins%loaded(n) = comparisons(l)%sigma(k)**2
+        end do
+        bins%count(l) = n - bins%first(l) + 1
+      end do
+    end associate
+    bins%n = n
+    do k = 1, n
+      bins%place(:, k) = bins%place(:, k)/bins%pixels(k)
+      bins%loaded(k) = bins%loaded(k)/bins%pixels(k)
+      bins%unloaded(k) = bins%unloaded(k)/bins%pixels(k)
+    end do
+  end subroutine make_bins
+
+  !> Averages(count) of the values(:, :) of all pixels of load l, column by column.
+  subroutine bin_rows(bins, l, values, averages)
+    type(bins_t), intent(in) :: bins
+    integer, intent(in) :: l
+    real(rp), intent(in) :: values(:, :)
+    real(rp), intent(out) :: averages(:, :)
+    integer :: k, b
+    averages = 0
+    do k = 1, size(values, 1)
+      b = bins%of_pixel(k, l)
+      averages(b - bins%first(l) + 1, :) = averages(b - bins%first(l) + 1, :) + values(k, :)/bins%pixels(b)
+    end do
+  end subroutine bin_rows
+
+  !> Covariance c(:, :) of the observations `rows`.
+  subroutine bin_covariance(bins, noise, rows, c)
+    type(bins_t), intent(in) :: bins
+    type(noise_model_t), intent(in) :: noise
+    integer, intent(in) :: rows(:)
+    real(rp), intent(out) :: c(:, :)
+    integer :: i, j, a, b
+    real(rp) :: near, own
+    do j = 1, size(rows)
+      b = rows(j)
+      do i = 1, size(rows)
+        a = rows(i)
+        c(i, j) = 0
+        if (bins%cell(1, a) == 0 .or. bins%cell(1, b) == 0) then ! scalar observations
+          if (a == b) c(i, j) = bins%loaded(a)
+          cycle
+        end if
+        near = 0
+        if (noise%length > 0) near = (1 - noise%white)*exp(-0.5_rp*sum((bins%place(:, a) - bins%place(:, b))**2)/ &
+                                                           noise%length**2)
+        own = 0
+        if (all(bins%cell(:, a) == bins%cell(:, b))) own = noise%white/max(bins%pixels(a), bins%pixels(b))
+        c(i, j) = sqrt(bins%unloaded(a)*bins%unloaded(b))*(near + own)
+        if (bins%load(a) == bins%load(b)) c(i, j) = c(i, j) + sqrt(bins%loaded(a)*bins%loaded(b))*(near + own)
+        c(i, j) = noise%factor*c(i, j)
+        ! Rounding must not make a smooth covariance indefinite.
+        if (a == b) c(i, j) = c(i, j)*(1 + 1.0e-6_rp)
+      end do
+    end do
+  end subroutine bin_covariance
+end module diagnosis_wing_bins

@@ -1,0 +1,260 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A wing of masses and springs and a measurement of it as the statistics see them. Loads are tasks of a farm: rank 0 leads,
+!> all ranks solve, and results do not depend on their number.
+!>
+!>     call simulator%init(...)                    collective
+!>     if (world%is_root) then
+!>       ... statistics ...; call simulator%dismiss()
+!>     else
+!>       call simulator%serve()
+!>     end if
+module diagnosis_wing_simulator
+  use base_kinds, only: rp
+  use diagnosis_simulator, only: effect_t, quantity_t, simulator_t
+  use diagnosis_wing_bins, only: bin_covariance, bins_t, noise_model_t
+  use diagnosis_wing_quantities, only: wing_quantity_t
+  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
+                                 TASK_DIRECTIONS, TASK_EVALUATE, TASK_PIXELS
+  use measurement_experiment, only: experiment_t
+  use parallel_farm, only: farm_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: wing_simulator_t
+
+  integer, parameter :: N_SCAN_NUISANCES = 3 !< tilt about x and y, piston
+
+  type, extends(simulator_t) :: wing_simulator_t
+    type(experiment_t), pointer :: experiment => null()
+    type(wing_runner_t) :: runner
+    type(bins_t) :: bins
+    type(noise_model_t) :: noise
+    real(rp), allocatable :: band(:, :)          !< (n, :) further directions of errors, of the mesh for instance
+    integer :: n_evaluations = 0
+    type(farm_t), private :: farm
+    real(rp), allocatable, private :: shapes(:, :, :), tried(:, :, :)
+    logical, allocatable, private :: is_start(:), was_straight(:)
+  contains
+    procedure :: init => wing_init
+    procedure :: free => wing_free
+    procedure :: serve => wing_serve
+    procedure :: dismiss => wing_dismiss
+    procedure :: set_band => wing_set_band
+    procedure :: pixels => wing_pixels
+    procedure :: evaluate => wing_evaluate
+    procedure :: covariance => wing_covariance
+    procedure :: directions => wing_directions
+    procedure :: accept => wing_accept
+  end type wing_simulator_t
+
+contains
+
+  !> quantities(i) and kinds(i) are the same parameter; the first n_baseline are those of the baseline. The experiment
+  !> must live as long as the simulator. Collective.
+  subroutine wing_init(self, world, experiment, quantities, kinds, n_baseline, effects, bins, patterns)
+    class(wing_simulator_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(experiment_t), intent(in), target :: experiment
+    type(quantity_t), intent(in) :: quantities(:)
+    type(wing_quantity_t), intent(in) :: kinds(:)
+    integer, intent(in) :: n_baseline
+    type(effect_t), intent(in) :: effects(:)
+    type(bins_t), intent(in) :: bins
+    type(wing_patterns_t), intent(in) :: patterns
+    integer :: l, n
+    self%experiment => experiment
+    self%quantities = quantities
+    self%effects = effects
+    self%bins = bins
+    self%n_baseline = n_baseline
+    self%n_observations = bins%n
+    n = size(patterns%place, 2)
+    self%n_patterns = 2*n
+    self%family = [(1, l=1, 2*n)]
+    self%family(n + 1:) = 2
+    self%pattern_place = reshape([patterns%place, patterns%place], [2, 2*n])
+    call self%runner%init(experiment, kinds, bins, patterns)
+    call self%farm%start(world, self%runner%input_size(), self%runner%output_size())
+    n = size(experiment%loads)
+    allocate (self%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
+    allocate (self%is_start(n), self%was_straight(n), source=.false.)
+    allocate (self%band(bins%n, 0))
+    self%n_nuisances = n*(N_LOAD_NUISANCES + N_SCAN_NUISANCES) + 1
+    call label(self)
+  end subroutine wing_init
+
+  !> What belongs together: see `labels_t`.
+  subroutine label(self)
+    class(wing_simulator_t), intent(inout) :: self
+    integer :: l, k, n, folds
+    n = size(self%experiment%loads)
+    associate (labels => self%labels, loads => self%experiment%measurement%loads)
+      labels%surface = self%bins%load(:self%bins%n)
+      labels%place = self%bins%place(:, :self%bins%n)
+      ! The error of the unloaded scan makes one block of all heights.
+      if (any(self%bins%unloaded(:self%bins%n) > 0)) then
+        labels%block = [(1, l=1, self%bins%n)]
+      else
+        labels%block = labels%surface
+      end if
+      allocate (labels%fold(n), labels%twin(n), source=0)
+      labels%level = [(loads(l)%force*sign(1.0_rp, sum(loads(l)%direction)), l=1, n)]
+      labels%order = [(real(loads(l)%order, rp), l=1, n)]
+      labels%hold = [(loads(l)%hold, l=1, n)]
+      labels%moment = [(loads(l)%force*(loads(l)%point(1) - self%experiment%root(1)), l=1, n)]
+      folds = 0
+      do l = 1, n
+        labels%twin(l) = l
+        do k = l - 1, 1, -1
+          if (norm2(loads(l)%point - loads(k)%point) > 0.02_rp*self%experiment%model%size) cycle
+          labels%fold(l) = labels%fold(k)
+          if (abs(loads(l)%force - loads(k)%force) <= 1.0e-6_rp*loads(k)%force .and. &
+              norm2(loads(l)%direction - loads(k)%direction) < 1.0e-6_rp) labels%twin(l) = labels%twin(k)
+        end do
+        if (labels%fold(l) > 0) cycle
+        folds = folds + 1
+        labels%fold(l) = folds
+      end do
+    end associate
+  end subroutine label
+
+  !> Releases everything.
+  subroutine wing_free(self)
+    class(wing_simulator_t), intent(inout) :: self
+    call self%runner%free()
+  end subroutine wing_free
+
+  !> Does tasks until rank 0 dismisses. On the other ranks.
+  subroutine wing_serve(self)
+    class(wing_simulator_t), intent(inout) :: self
+    call self%farm%serve(self%runner)
+  end subroutine wing_serve
+
+  !> Ends `serve`. On rank 0.
+  subroutine wing_dismiss(self)
+    class(wing_simulator_t), intent(inout) :: self
+    call self%farm%dismiss()
+  end subroutine wing_dismiss
+
+  !> Takes band(n, :) as further directions of errors of unit strength.
+  subroutine wing_set_band(self, band)
+    class(wing_simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: band(:, :)
+    self%n_nuisances = self%n_nuisances - size(self%band, 2) + size(band, 2)
+    self%band = band
+  end subroutine wing_set_band
+
+  !> One batch: all loads at q. outputs(:, loads).
+  subroutine run_all(self, task, q, columns, outputs, is_valid)
+    class(wing_simulator_t), intent(inout) :: self
+    integer, intent(in) :: task, columns(:)
+    real(rp), intent(in) :: q(:)
+    real(rp), allocatable, intent(out) :: outputs(:, :)
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: inputs(:, :), seconds(:)
+    integer, allocatable :: statuses(:)
+    integer :: l, n
+    n = size(self%experiment%loads)
+    allocate (inputs(self%runner%input_size(), n), outputs(self%runner%output_size(), n), seconds(n), statuses(n))
+    do l = 1, n
+      inputs(:, l) = task_input(task, l, self%is_start(l), q, columns)
+    end do
+    call self%farm%share(self%runner, reshape(self%shapes, [size(self%shapes)]))
+    call self%farm%run(self%runner, [(l, l=1, n)], inputs, outputs, statuses, seconds)
+    is_valid = all(statuses == 0)
+    self%n_evaluations = self%n_evaluations + 1
+  end subroutine run_all
+
+  subroutine wing_evaluate(self, q, columns, residuals, jacobian, is_valid)
+    class(wing_simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: outputs(:, :)
+    integer :: l, i, k, b, first, at
+    residuals = 0
+    jacobian = 0
+    call run_all(self, TASK_EVALUATE, q, columns, outputs, is_valid)
+    if (.not. is_valid) return
+    do l = 1, size(outputs, 2)
+      b = self%bins%count(l)
+      first = self%bins%first(l)
+      self%was_straight(l) = outputs(1, l) > 0.5_rp
+      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l)
+      at = N_FACTS + b
+      do i = 1, size(q)
+        if (.not. any(columns == i)) cycle
+        do k = 1, size(columns)
+          if (columns(k) == i) jacobian(first:first + b - 1, k) = outputs(at + 1:at + b, l)
+        end do
+        at = at + b
+      end do
+      self%tried(:, :, l) = reshape(outputs(at + 1:at + size(self%tried)/size(outputs, 2), l), shape(self%tried(:, :, l)))
+    end do
+  end subroutine wing_evaluate
+
+  !> The shapes of the last evaluation become starts of what follows.
+  subroutine wing_accept(self)
+    class(wing_simulator_t), intent(inout) :: self
+    self%shapes = self%tried
+    self%is_start = self%was_straight
+  end subroutine wing_accept
+
+  !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
+  subroutine wing_pixels(self, q, values, is_valid)
+    class(wing_simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    real(rp), allocatable, intent(out) :: values(:, :)
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: outputs(:, :)
+    call run_all(self, TASK_PIXELS, q, [integer ::], outputs, is_valid)
+    values = outputs(N_FACTS + 1:N_FACTS + maxval(self%experiment%comparisons%n), :)
+  end subroutine wing_pixels
+
+  subroutine wing_covariance(self, rows, c)
+    class(wing_simulator_t), intent(in) :: self
+    integer, intent(in) :: rows(:)
+    real(rp), intent(out) :: c(:, :)
+    call bin_covariance(self%bins, self%noise, rows, c)
+  end subroutine wing_covariance
+
+  !> Nuisances: force, place, tilt and piston of every load, the gain of all forces, and the band.
+  subroutine wing_directions(self, q, nuisances, patterns, is_valid)
+    class(wing_simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: outputs(:, :)
+    integer :: l, i, b, first, at, last, v
+    nuisances = 0
+    patterns = 0
+    call run_all(self, TASK_DIRECTIONS, q, [integer ::], outputs, is_valid)
+    if (.not. is_valid) return
+    v = 0
+    associate (a => self%experiment%measurement%accuracy, gain => size(outputs, 2)*(N_LOAD_NUISANCES + N_SCAN_NUISANCES) + 1)
+      do l = 1, size(outputs, 2)
+        b = self%bins%count(l)
+        first = self%bins%first(l)
+        last = first + b - 1
+        associate (values => outputs(N_FACTS + 1:, l), force => self%experiment%measurement%loads(l)%force)
+          nuisances(first:last, gain) = a%force_gain*values(:b)
+          if (force > 0) nuisances(first:last, v + 1) = a%force/force*values(:b)
+          nuisances(first:last, v + 2) = a%position*values(b + 1:2*b)
+          nuisances(first:last, v + 3) = a%position*values(2*b + 1:3*b)
+          do i = first, last
+            if (self%bins%cell(1, i) == 0) cycle
+            nuisances(i, v + 4:v + 6) = [a%tilt*self%bins%place(1, i), a%tilt*self%bins%place(2, i), a%piston]
+          end do
+          at = N_LOAD_NUISANCES*b
+          do i = 1, size(patterns, 2)
+            patterns(first:last, i) = values(at + 1:at + b)
+            at = at + b
+          end do
+        end associate
+        v = v + N_LOAD_NUISANCES + N_SCAN_NUISANCES
+      end do
+      nuisances(:, gain + 1:) = self%band
+    end associate
+  end subroutine wing_directions
+end module diagnosis_wing_simulator

@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a wing may do beyond the usual model, as parameters with a value at which nothing happens.
+!>
+!> | name | what | unit | null |
+!> |---|---|---|---|
+!> | `E_gradient` | g: E of the veins times exp(g (x/R - 1/2)) | 1 | 0 |
+!> | `damage` | factor on all stiffness inside the disc `disc` | 1 | 1 |
+!> | `soft` | factor on the stiffness of one more hinge | 1 | 1 |
+!> | `orthotropy` | a: springs of the membrane times 1 + a cos 2 phi, phi their angle to the span | 1 | 0 |
+!> | `joint_hardening` | h: moment of all joints k Theta (1 + h Theta^2) | 1/rad^2 | 0 |
+!> | `hardening:<joint>` | what is added to h for one joint | 1/rad^2 | 0 |
+!> | `cuticle` | c: moment of all other hinges EI kappa (1 + c kappa^2) | m^2 | 0 |
+!>
+!> The laws are in the modules solid_effect_*; where they act is given beside them and is not sought.
+module solid_effects
+  use base_kinds, only: rp
+  use solid_parameter, only: define_effect, parameter_t
+  implicit none
+  private
+  public :: effects_t
+
+  integer, parameter, public :: EFFECT_GRADIENT = 1, EFFECT_DAMAGE = 2, EFFECT_SOFT = 3, EFFECT_ORTHOTROPY = 4, &
+                                EFFECT_HARDENING = 5, EFFECT_CUTICLE = 6
+  integer, parameter, public :: N_EFFECTS = 6 !< of the whole wing; the hardening of single joints follows
+
+  !> Values of the effects, and where they act.
+  type :: effects_t
+    real(rp) :: gradient = 0
+    real(rp) :: damage = 1
+    real(rp) :: disc(3) = 0                   !< [m] x, y and radius of the damage; radius 0: none
+    real(rp) :: soft = 1
+    character(:), allocatable :: soft_vein    !< with one more soft hinge; not allocated: none
+    real(rp) :: soft_share = 0                !< its place, of the vein's length
+    real(rp) :: orthotropy = 0
+    real(rp) :: hardening = 0                 !< [1/rad^2]
+    real(rp) :: cuticle = 0                   !< [m^2]
+    real(rp), allocatable :: joint_hardening(:) !< (joints) [1/rad^2] beside `hardening`
+  contains
+    procedure :: count => effects_count
+    procedure :: describe => effects_describe
+    procedure :: get => effects_get
+    procedure :: set => effects_set
+    procedure :: has_damage => effects_has_damage
+  end type effects_t
+
+contains
+
+  !> Number of effects.
+  pure integer function effects_count(self) result(n)
+    class(effects_t), intent(in) :: self
+    n = N_EFFECTS + size(self%joint_hardening)
+  end function effects_count
+
+  !> Name, unit, scale, bounds and null of effect i; `joint_names` are those of the wing.
+  function effects_describe(self, i, joint_names) result(p)
+    class(effects_t), intent(in) :: self
+    integer, intent(in) :: i
+    character(*), intent(in) :: joint_names(:)
+    type(parameter_t) :: p
+    select case (i)
+    case (EFFECT_GRADIENT)
+      call define_effect(p, 'E_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
+    case (EFFECT_DAMAGE)
+      call define_effect(p, 'damage', '1', .true., 1.0e-2_rp, 1.0e2_rp, 1.0_rp)
+    case (EFFECT_SOFT)
+      call define_effect(p, 'soft', '1', .true., 1.0e-4_rp, 1.0e2_rp, 2.0_rp)
+    case (EFFECT_ORTHOTROPY)
+      call define_effect(p, 'orthotropy', '1', .false., -0.9_rp, 0.9_rp, 0.5_rp)
+    case (EFFECT_HARDENING)
+      call define_effect(p, 'joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e3_rp, 10.0_rp)
+    case (EFFECT_CUTICLE)
+      call define_effect(p, 'cuticle', 'm^2', .false., -1.0e-5_rp, 1.0e-3_rp, 1.0e-5_rp)
+    case default
+      call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e3_rp, &
+                         10.0_rp)
+    end select
+  end function effects_describe
+
+  !> Value of effect i in its unit.
+  pure real(rp) function effects_get(self, i) result(value)
+    class(effects_t), intent(in) :: self
+    integer, intent(in) :: i
+    select case (i)
+    case (EFFECT_GRADIENT)
+      value = self%gradient
+    case (EFFECT_DAMAGE)
+      value = self%damage
+    case (EFFECT_SOFT)
+      value = self%soft
+    case (EFFECT_ORTHOTROPY)
+      value = self%orthotropy
+    case (EFFECT_HARDENING)
+      value = self%hardening
+    case (EFFECT_CUTICLE)
+      value = self%cuticle
+    case default
+      value = self%joint_hardening(i - N_EFFECTS)
+    end select
+  end function effects_get
+
+  !> Sets effect i.
+  pure subroutine effects_set(self, i, value)
+    class(effects_t), intent(inout) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: value
+    select case (i)
+    case (EFFECT_GRADIENT)
+      self%gradient = value
+    case (EFFECT_DAMAGE)
+      self%damage = value
+    case (EFFECT_SOFT)
+      self%soft = value
+    case (EFFECT_ORTHOTROPY)
+      self%orthotropy = value
+    case (EFFECT_HARDENING)
+      self%hardening = value
+    case (EFFECT_CUTICLE)
+      self%cuticle = value
+    case default
+      self%joint_hardening(i - N_EFFECTS) = value
+    end select
+  end subroutine effects_set
+
+  !> Whether a place of damage is given.
+  pure logical function effects_has_damage(self) result(has)
+    class(effects_t), intent(in) :: self
+    has = self%disc(3) > 0
+  end function effects_has_damage
+end module solid_effects

@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Where the elements of a model lie in the unloaded wing: what laws that depend on the place need.
+module solid_layout
+  use base_kinds, only: rp
+  use solid_extension, only: extensions_t
+  use solid_junctions, only: hinge_plan_t
+  use solid_plate, only: plate_t
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: layout_t, make_layout, hinge_in_vein
+
+  !> Constant once made.
+  type :: layout_t
+    real(rp) :: mean_diameter = 0                !< [m] of the veins, the reference of `diameter_exponent`
+    real(rp), allocatable :: spring_place(:, :)  !< (2, springs) [m] x, y of the middles
+    real(rp), allocatable :: spring_cosine(:)    !< (springs) cos 2 phi, phi the angle to x
+    real(rp), allocatable :: hinge_place(:, :)   !< (2, hinges) [m] of their points
+    real(rp), allocatable :: edge_place(:, :, :) !< (2, 2, edges of the plate) [m] centroids of both triangles
+    integer :: soft_hinge = 0                    !< the hinge that the effect `soft` belongs to; 0: none
+  end type layout_t
+
+contains
+
+  !> The layout of elements between points(3, :) [m].
+  pure subroutine make_layout(points, springs, plans, plate, layout)
+    real(rp), intent(in) :: points(:, :)
+    type(extensions_t), intent(in) :: springs
+    type(hinge_plan_t), intent(in) :: plans(:)
+    type(plate_t), intent(in) :: plate
+    type(layout_t), intent(inout) :: layout
+    integer :: s, h, e
+    allocate (layout%spring_place(2, springs%n), layout%spring_cosine(springs%n), layout%hinge_place(2, size(plans)), &
+              layout%edge_place(2, 2, plate%n))
+    do s = 1, springs%n
+      layout%spring_place(:, s) = sum(points(:2, springs%nodes(:, s)), 2)/2
+      associate (d => springs%d0(:, s))
+        layout%spring_cosine(s) = (d(1)**2 - d(2)**2)/(d(1)**2 + d(2)**2)
+      end associate
+    end do
+    do h = 1, size(plans)
+      layout%hinge_place(:, h) = points(:2, plans(h)%nodes(2))
+    end do
+    do e = 1, plate%n
+      associate (n => plate%nodes(:, e))
+        layout%edge_place(:, 1, e) = sum(points(:2, n([1, 2, 3])), 2)/3
+        layout%edge_place(:, 2, e) = sum(points(:2, n([1, 2, 4])), 2)/3
+      end associate
+    end do
+  end subroutine make_layout
+
+  !> The hinge at the point inside vein number `vein` that is nearest to `share` (0 to 1) of its length; 0 if the vein
+  !> has no point inside, or if a joint is there already.
+  pure integer function hinge_in_vein(wing, plans, vein, share) result(found)
+    type(wing_t), intent(in) :: wing
+    type(hinge_plan_t), intent(in) :: plans(:)
+    integer, intent(in) :: vein
+    real(rp), intent(in) :: share
+    real(rp) :: way(size(wing%veins(vein)%nodes))
+    integer :: k, n, h, at
+    found = 0
+    associate (nodes => wing%veins(vein)%nodes)
+      n = size(nodes)
+      if (n < 3) return
+      way(1) = 0
+      do k = 2, n
+        way(k) = way(k - 1) + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))
+      end do
+      at = 1 + minloc(abs(way(2:n - 1)/way(n) - share), 1)
+      do h = 1, size(plans)
+        if (plans(h)%nodes(2) /= nodes(at) .or. plans(h)%joint > 0) cycle
+        if (any(plans(h)%nodes(1) == nodes([at - 1, at + 1])) .and. &
+            any(plans(h)%nodes(3) == nodes([at - 1, at + 1]))) found = h
+      end do
+    end associate
+  end function hinge_in_vein
+end module solid_layout

@@ -1,0 +1,161 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The derivatives of the shape of a wing, in the file that the first argument names, with respect to everything that
+!> goes beyond the usual model equal central differences of equilibria: where the effects vanish and where they do not.
+!> So do derivatives with respect to effects that the model does not have.
+program test_effect_sensitivities
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use bench_places, only: load_at, wing_of_argument
+  use solid_equilibrium, only: equilibrium_t
+  use solid_loads, only: load_t
+  use solid_model, only: solid_model_t
+  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_sensitivity, only: direction_sensitivity, force_sensitivity, shape_sensitivities
+  use solid_statics, only: solve_static, static_options_t, static_report_t
+  use solid_stiffness, only: stiffness_t
+  use solid_stiffness_effects, only: damage_direction
+  use solid_wing, only: wing_t
+  use testkit, only: testkit_t
+  implicit none
+  integer, parameter :: N_LOADS = 2, PLACES(N_LOADS) = [4, 6]
+  real(rp), parameter :: FORCES(N_LOADS) = [2.5e-4_rp, 6.0e-4_rp] !< [N] move the places by some 0.05 R
+  real(rp), parameter :: LIMIT = 1.0e-6_rp !< of the largest value; the wing solver's 1e-10 over the step
+  type(testkit_t) :: t
+  type(wing_t) :: wing
+  type(solid_model_t) :: model
+  type(equilibrium_t) :: work
+  type(load_t) :: load
+  type(static_options_t) :: options
+
+  call t%start(parallel=.false.)
+  options%tolerance = 1.0e-10_rp
+  wing = wing_of_argument()
+  call check_all('at null', is_null=.true.)
+  call check_all('away from null', is_null=.false.)
+  call t%finish()
+
+contains
+
+  subroutine check_all(where, is_null)
+    character(*), intent(in) :: where
+    logical, intent(in) :: is_null
+    type(solid_params_t) :: params
+    type(failure_t) :: failure
+    type(static_report_t) :: report
+    type(parameter_t) :: p
+    real(rp), allocatable :: u(:, :), d(:, :, :), difference(:, :)
+    integer :: l, i, first
+    params = default_params(wing)
+    params%joint = 1.0e-6_rp
+    params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp]
+    params%effects%soft_vein = 'R4+5'
+    params%effects%soft_share = 0.4_rp
+    if (.not. is_null) then
+      params%effects%gradient = -0.7_rp
+      params%effects%damage = 0.4_rp
+      params%effects%soft = 0.1_rp
+      params%effects%orthotropy = 0.3_rp
+      params%effects%hardening = 8
+      params%effects%joint_hardening(2) = -3
+      params%effects%cuticle = 1.0e-6_rp
+    end if
+    call model%init(wing, params, failure)
+    call t%check('the wing is valid',.not. failure%failed)
+    call work%init(model)
+    first = params%count_usual() + 1
+    allocate (u(3, model%n_all), difference(3, model%n_all), d(3, model%n_all, first:params%count()), source=0.0_rp)
+    do l = 1, N_LOADS
+      call load_at(model, PLACES(l), FORCES(l), load)
+      call solve_static(work, model, load, .false., options, u, report)
+      call t%check('the shape is found '//where, report%converged .and. report%snaps == 0)
+      call shape_sensitivities(work, model, u, [(i, i=first, params%count())], d)
+      call check_scan(where, u)
+      do i = first, params%count()
+        p = params%describe(i)
+        if (index(p%name, 'hardening:') == 1 .and. i /= params%find('hardening:'//trim(params%joint_names(2)))) cycle
+        call differ(i, p, u, difference)
+        call t%check('it depends on '//p%name, maxval(abs(d(:, :, i))) > 0)
+        call t%check_below('derivative to '//p%name//' '//where, maxval(abs(difference - d(:, :, i)))/ &
+                           max(maxval(abs(d(:, :, i))), 1.0e-8_rp/p%prior_sd), LIMIT)
+      end do
+    end do
+    call work%free()
+  end subroutine check_all
+
+  !> A central difference of the fourth order.
+  subroutine differ(i, p, u, difference)
+    integer, intent(in) :: i
+    type(parameter_t), intent(in) :: p
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(out) :: difference(:, :)
+    real(rp), dimension(3, size(u, 2)) :: ahead, behind
+    real(rp) :: value, step
+    integer :: s
+    value = model%params%get(i)
+    step = 2.0e-3_rp*p%prior_sd
+    difference = 0
+    do s = 1, 2
+      call shape_with(i, moved(value, s*step, p%is_log), u, ahead)
+      call shape_with(i, moved(value, -s*step, p%is_log), u, behind)
+      difference = difference + merge(4, -1, s == 1)*(ahead - behind)/(2*s*step*3)
+    end do
+    call model%set_parameter(i, value)
+  end subroutine differ
+
+  pure real(rp) function moved(value, by, is_log)
+    real(rp), intent(in) :: value, by
+    logical, intent(in) :: is_log
+    moved = value + by
+    if (is_log) moved = value*exp(by)
+  end function moved
+
+  subroutine shape_with(i, value, u, shape)
+    integer, intent(in) :: i
+    real(rp), intent(in) :: value, u(:, :)
+    real(rp), intent(out) :: shape(:, :)
+    type(static_report_t) :: report
+    call model%set_parameter(i, value)
+    shape = u
+    call solve_static(work, model, load, .true., options, shape, report)
+    if (.not. report%converged .or. report%was_redone_cold) call t%check('a neighbour is on the same path', .false.)
+  end subroutine shape_with
+
+  !> Damage where the model has none, and another force, against differences.
+  subroutine check_scan(where, u)
+    character(*), intent(in) :: where
+    real(rp), intent(in) :: u(:, :)
+    real(rp), parameter :: elsewhere(3) = [6.5e-3_rp, 0.0_rp, 0.9e-3_rp]
+    type(stiffness_t) :: direction
+    type(solid_params_t) :: params
+    type(static_report_t) :: report
+    real(rp), dimension(3, size(u, 2)) :: derivative, pushed, shape, difference
+    real(rp) :: kept(3)
+    integer :: i, s
+    params = model%params
+    call force_sensitivity(work, model, load%force, pushed)
+    call damage_direction(model, elsewhere, direction)
+    call direction_sensitivity(work, model, u, direction, derivative)
+    if (.not. abs(params%effects%damage - 1) > 0) then
+      kept = params%effects%disc
+      i = params%find('damage')
+      model%params%effects%disc = elsewhere
+      call differ(i, params%describe(i), u, difference)
+      model%params%effects%disc = kept
+      call model%set_parameter(i, 1.0_rp)
+      call t%check_below('derivative to damage elsewhere '//where, maxval(abs(difference - derivative))/ &
+                         maxval(abs(derivative)), LIMIT)
+    end if
+    difference = 0
+    do s = -1, 1, 2
+      load%force = load%force*(1 + s*1.0e-3_rp)
+      shape = u
+      call solve_static(work, model, load, .true., options, shape, report)
+      load%force = load%force/(1 + s*1.0e-3_rp)
+      difference = difference + s*shape/2.0e-3_rp
+    end do
+  call t%check_below('derivative to the force '//where, maxval(abs(difference - pushed))/maxval(abs(pushed)), 1.0e-5_rp)
+    ! the factorisation of this shape again
+    shape = u
+    call solve_static(work, model, load, .true., options, shape, report)
+  end subroutine check_scan
+end program test_effect_sensitivities
