@@ -11,7 +11,7 @@ module app_wing_effects
   use solid_params, only: solid_params_t
   implicit none
   private
-  public :: register_effect_keys, read_effect_places, unplaced_effect, effect_place_lines
+  public :: register_effect_keys, read_effect_places, unplaced_effect, effect_place_lines, refuse_root_compliance
 
 contains
 
@@ -66,6 +66,16 @@ contains
       end if
     end associate
   end subroutine read_effect_places
+
+  !> A clamp that gives way is a matter of statics: a wing in motion is held by its frame.
+  subroutine refuse_root_compliance(c, params, errors)
+    type(config_t), intent(in) :: c
+    type(solid_params_t), intent(in) :: params
+    type(message_list_t), intent(inout) :: errors
+    if (abs(params%effects%root_flap) + abs(params%effects%root_twist) > 0) &
+      call c%complain(errors, 'Wing', 'parameters', 'root_flap and root_twist turn the clamp of a test bench; a wing in '// &
+                      'motion is held by its frame: leave them out')
+  end subroutine refuse_root_compliance
 
   !> What is missing to seek or to set the parameter called `name`; '' if nothing.
   function unplaced_effect(effects, name) result(problem)
