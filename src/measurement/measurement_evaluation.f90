@@ -100,7 +100,7 @@ contains
     evaluation%residuals = 0
     evaluation%jacobian = 0
     if (.not. report%converged) return
-    evaluation%violation = zone_violations(experiment, l, work%loaded%moved)
+    evaluation%violation = zone_violations(experiment, l, work%loaded%moved/work%view%scale)
     call work%residuals(experiment, coordinates, l, evaluation%residuals)
     do i = 1, size(evaluation%jacobian, 2)
       call work%derivative(experiment, l, i, evaluation%jacobian(:, i))

@@ -79,11 +79,13 @@ class HiddenEffects(unittest.TestCase):
             self.assertLess(error, FOUND, name)
 
     def test_wing(self):
-        """Of the wing: a gradient, damage, hardening joints and a clamp that gives way, all at once."""
+        """Of the wing: a gradient, damage, hardening joints a clamp that gives way and large deflections, all at once."""
         hide(self.place, {"E_gradient": -0.6, "damage": [4.5e-3, -0.5e-3, 1.2e-3, 0.4], "joint_hardening": 6.0,
                           "root_compliance": [3000, 8000]}, {})
         truth = {"E_gradient": -0.6, "damage": 0.4, "joint_hardening": 6.0, "root_flap": 3000, "root_twist": 8000}
-        found, text = seek(self.place, truth, "damage_disc = 4.5e-3 -0.5e-3 1.2e-3;")
+        truth["nonlinearity"] = 1.0  # sought from small deflections
+        found, text = seek(self.place, truth,
+                           "damage_disc = 4.5e-3 -0.5e-3 1.2e-3;\n[Instrument]\nparameters = nonlinearity 0")
         self.compare(truth, found, {"damage": 1})
         # The fragment is a wing for flusi --static, on the same clamp.
         self.assertIn("damage_disc", text)

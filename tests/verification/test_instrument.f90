@@ -26,7 +26,7 @@ program test_instrument
   real(rp), parameter :: VALUES(N_INSTRUMENT) = [1.07_rp, 1.5e-5_rp, 0.06_rp, -0.04_rp, 3.0e-5_rp, -2.1e-5_rp, -0.02_rp, &
                                                  1.0e-4_rp, 0.015_rp, 0.08_rp, 2.0_rp, 1.03_rp, 4.0e-3_rp, -3.0e-3_rp, &
                                                  2.0e-5_rp, 4.0e-5_rp, -3.3e-5_rp, 0.011_rp, 1.004_rp, 3.0_rp, -2.0_rp, &
-                                                 9.0_rp]
+                                                 9.0_rp, 0.3_rp]
   !> Differences of the fourth order with steps of 1/500 of the usual size, from shapes to 1e-10 of the load. Residuals
   !> whose grid point passes from one triangle to the next within the steps, less than 1 um of 0.5 mm, have a kink there: up
   !> to 1 in 100 of them are left out.
