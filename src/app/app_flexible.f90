@@ -169,7 +169,7 @@ contains
     if (size(flight%wings(1)%points) == 0) return
     if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
       call config%complain(errors, F, 'load_distance', &
-                                      'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
-                                                                         ': the pressure there is not that on the wing')
+                           'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
+                           ': the pressure there is not that on the wing')
   end subroutine read_coupler
 end module app_flexible

@@ -153,7 +153,7 @@ contains
     end do
     do i = 1, size(SIDES)
       if (type /= 'flapping' .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
-        call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
+     call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
     end do
   end subroutine notice_idle_keys
 

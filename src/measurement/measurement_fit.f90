@@ -32,7 +32,7 @@ module measurement_fit
     real(rp) :: prior_chi2 = 0                  !< the same of the priors
     logical, allocatable :: is_at_bound(:)
     integer :: n_accepted = 0, n_evaluations = 0
-    real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step that was tried
+    real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step tried
     real(rp), allocatable :: path(:, :)         !< (3, 0:n_accepted) evaluations so far, chi2, prior_chi2
   end type fit_report_t
 

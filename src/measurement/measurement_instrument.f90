@@ -35,17 +35,17 @@ module measurement_instrument
                                 GRAVITY_Y = 21, GRAVITY_Z = 22, NONLINEARITY = 23
   integer, parameter, public :: N_INSTRUMENT = 23
   character(12), parameter :: NAMES(N_INSTRUMENT) = [character(12) :: 'force_gain', 'force_offset', 'force_tilt_x', &
-                              'force_tilt_y', 'load_shift_x', 'load_shift_y', 'drift', 'drift_rate', 'drift_veins', &
-                                                     'creep', 'creep_time', 'height_scale', 'tilt_x', 'tilt_y', &
-                                                     'piston', 'map_shift_x', 'map_shift_y', 'map_rotation', &
+                                 'force_tilt_y', 'load_shift_x', 'load_shift_y', 'drift', 'drift_rate', 'drift_veins', &
+                                                            'creep', 'creep_time', 'height_scale', 'tilt_x', 'tilt_y', &
+                                                               'piston', 'map_shift_x', 'map_shift_y', 'map_rotation', &
                                                      'map_scale', 'gravity_x', 'gravity_y', 'gravity_z', 'nonlinearity']
 
   !> The values, in the order of the names, and what sets their scales.
   type :: instrument_t
-    real(rp) :: values(N_INSTRUMENT) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, &
-                                        1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
+   real(rp) :: values(N_INSTRUMENT) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, &
+                                       1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
                                         0.0_rp, 0.0_rp, 1.0_rp]
-    logical :: is_linear_usual = .false.       !< the usual model is that of small deflections: null of `nonlinearity` is 0
+    logical :: is_linear_usual = .false.       !< small deflections are usual: the null of `nonlinearity` is 0
     real(rp), private :: length = 1            !< [m] of the wing
     real(rp), private :: smallest_force = 1    !< [N] that was applied
     real(rp), private :: last_order = 2, last_time = 1 !< [1], [s]

@@ -89,8 +89,8 @@ contains
     self%params = params
     call self%view%set(experiment%instrument_at(coordinates))
     associate (load => experiment%measurement%loads(l))
-      call apply_load(self%view%instrument, load, experiment%places(l), experiment%model%points, experiment%model%triangles, &
-                      experiment%model%size, self%applied, self%force)
+      call apply_load(self%view%instrument, load, experiment%places(l), experiment%model%points, &
+                      experiment%model%triangles, experiment%model%size, self%applied, self%force)
       factor = stiffness_factor(self%view%instrument, load)
     end associate
     if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'
@@ -145,7 +145,8 @@ contains
     else if (experiment%moves_rest) then
       call self%view%look_at_rest(experiment, l)
     end if
-    call self%view%residuals(experiment, l, self%loaded%moved, coordinates(experiment%count_parameters() + 1:), residuals)
+    call self%view%residuals(experiment, l, self%loaded%moved, coordinates(experiment%count_parameters() + 1:), &
+                             residuals)
     call keep_outcome(self, experiment, coordinates, l, residuals)
     call self%view%add_plane(experiment, l, residuals)
   end subroutine simulation_residuals
@@ -156,12 +157,13 @@ contains
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: coordinates(:), residuals(:)
     integer, intent(in) :: l
-    integer :: k
+    integer :: k, zero
     associate (comparison => experiment%comparisons(l))
       self%outcome(:comparison%n) = residuals + comparison%measured
       do k = 1, size(comparison%gauges)
-        if (comparison%gauges(k)%zero > 0) self%outcome(comparison%n_heights + k) = self%outcome(comparison%n_heights + k) &
-          - coordinates(experiment%count_parameters() + comparison%gauges(k)%zero)
+        zero = comparison%gauges(k)%zero
+        if (zero > 0) self%outcome(comparison%n_heights + k) = self%outcome(comparison%n_heights + k) - &
+                                                               coordinates(experiment%count_parameters() + zero)
       end do
     end associate
   end subroutine keep_outcome
@@ -242,7 +244,7 @@ contains
     real(rp) :: slope(2)
     logical :: is_weight
     is_weight = number >= GRAVITY_X .and. number <= GRAVITY_Z
-    call require(missing_for(number, experiment%measurement) == '', 'measurement_simulation: the measurement lacks data')
+    call require(missing_for(number, experiment%measurement) == '', 'measurement_simulation: data are missing')
     if (is_weight .and. .not. experiment%bends_rest) call find_rest(self, experiment)
     if (number == NONLINEARITY) then
       call find_nonlinearity(self, experiment, l, column)
@@ -251,8 +253,8 @@ contains
     column = 0
     associate (load => experiment%measurement%loads(l))
       slope = stiffness_slopes(self%view%instrument, load, number)
-      call force_derivative(self%view%instrument, load, self%applied, experiment%masses, experiment%model%points, number, &
-                            self%change)
+      call force_derivative(self%view%instrument, load, self%applied, experiment%masses, experiment%model%points, &
+                            number, self%change)
       self%change = self%view%scale*self%change
       if (any(abs(self%change) > 0)) then
         call self%loaded%force_motion(self%change, self%motion)

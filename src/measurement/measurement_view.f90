@@ -79,8 +79,8 @@ contains
     end associate
   end subroutine view_look_at_rest
 
-  !> residuals(n) under load l without the plane of the scan: the wing is moved(3, :) [m], and `look_at_rest` was done if
-  !> the experiment moves the wing without a load; zeros(:) are unknown offsets.
+  !> residuals(n) under load l without the plane of the scan: the wing is moved(3, :) [m], and `look_at_rest` was done
+  !> if the experiment moves the wing without a load; zeros(:) are unknown offsets.
   subroutine view_residuals(self, experiment, l, moved, zeros, residuals)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

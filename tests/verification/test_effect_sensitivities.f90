@@ -154,7 +154,8 @@ contains
       load%force = load%force/(1 + s*1.0e-3_rp)
       difference = difference + s*shape/2.0e-3_rp
     end do
-  call t%check_below('derivative to the force '//where, maxval(abs(difference - pushed))/maxval(abs(pushed)), 1.0e-5_rp)
+    call t%check_below('derivative to the force '//where, maxval(abs(difference - pushed))/maxval(abs(pushed)), &
+                       1.0e-5_rp)
     ! the factorisation of this shape again
     shape = u
     call solve_static(work, model, load, .true., options, shape, report)
