@@ -47,7 +47,7 @@ contains
                     'weights, population 16, end at h < 1e-6 m (their 1e-4 in cm) or after 100 generations, no '// &
                     'polish, two stages, cross-springs')
     call r%add_text('Train', 'parameters', 'E, joint:*', 'what is sought: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
-                   'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
+                  'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
                     'joint:*, E:* and hardening:* mean all joints and all veins')
     call r%add_word('Train', 'scale', 'preset', 'preset|log|linear', 'of bounds that do not say it; paper: linear')
     call r%add_word('Train', 'cost', 'auto', 'auto|h|chi2', &
