@@ -186,5 +186,5 @@ def make_case(seed, number, individual, options):
     return content, {
         "case": f"{number:04d}", "seed": int(seed), **head, "snr": joint, "band_snr": oracle.band_snr(),
         "causes": [{"name": effect.name, "strength": float(strength), "snr": snr, "is_known": effect.is_known,
-                    "parameters": effect.parameters(strength), "place": list(effect.place)}
+                    "also": list(effect.also), "parameters": effect.parameters(strength), "place": list(effect.place)}
                    for effect, strength, snr in effects], "generator": truth}

@@ -20,6 +20,7 @@ class Effect:
     most: float          # the largest that makes sense
     is_known: bool = True  # in the catalogue of what can be named
     place: tuple = ()    # [m] where it is, if it is anywhere
+    also: tuple = ()     # other names of the same thing in these data
 
 
 def stiffness(case, **changes):
@@ -63,16 +64,16 @@ def E_gradient(rng, wing, case):
     return plain("E_gradient", stiffness, 0.05, 3.0, sign_of(rng))
 
 
-def E_of_vein(rng, wing, case):
+def E_per_vein(rng, wing, case):
     vein, sign = str(rng.choice(inner_hinges(wing, 2))), sign_of(rng)
     def factor(s):
         return float(np.exp(sign * s))
-    return Effect("E:" + vein, lambda case, s: stiffness(case, veins={**case.stiffness.veins, vein: factor(s)}),
+    return Effect("E_per_vein", lambda case, s: stiffness(case, veins={**case.stiffness.veins, vein: factor(s)}),
                   lambda s: {"E:" + vein: factor(s)}, 0.05, np.log(20))
 
 
-def diameter_exponent(rng, wing, case):
-    return plain("diameter_exponent", stiffness, 0.05, 2.0, sign_of(rng), null=4.0)
+def taper(rng, wing, case):
+    return replace(plain("diameter_exponent", stiffness, 0.05, 2.0, sign_of(rng), null=4.0), name="taper")
 
 
 def root_compliance(rng, wing, case):
@@ -83,7 +84,7 @@ def root_compliance(rng, wing, case):
                   lambda s: {"root_flap": pair(s)[0], "root_twist": pair(s)[1]}, 50.0, 2e4)
 
 
-def extra_joint(rng, wing, case):
+def soft_place(rng, wing, case):
     """The stiffness of a hinge of the wing file's mesh falls by 1 + s."""
     while True:
         vein, share = str(rng.choice(inner_hinges(wing))), float(rng.uniform(0.1, 0.9))
@@ -95,7 +96,7 @@ def extra_joint(rng, wing, case):
     probe = replace(case, hidden=replace(case.hidden, soft_places=((vein, share, 1.0),)))
     model = Model(with_soft_places(wing, probe), replace(case.stiffness, joints={}))
     k, = [model.hinge_stiffness(h, with_joint=False) for h in model.hinge_plan if h.joint.startswith("soft")]
-    return Effect("extra_joint", lambda case, s: hidden(case, soft_places=case.hidden.soft_places +
+    return Effect("soft_place", lambda case, s: hidden(case, soft_places=case.hidden.soft_places +
                                                         ((vein, share, k / (1 + s)),)),
                   lambda s: {}, 0.1, 300.0, place=tuple(map(float, wing.points[node][:2])))
 
@@ -104,8 +105,8 @@ def joint_hardening(rng, wing, case):
     return plain("joint_hardening", stiffness, 0.5, 3000.0, 1.0)
 
 
-def cuticle_hardening(rng, wing, case):
-    return plain("cuticle_hardening", stiffness, 1e-9, 1e-4, 1.0)
+def cuticle(rng, wing, case):
+    return of(plain("cuticle_hardening", stiffness, 1e-9, 1e-4, 1.0), "cuticle", "cuticle")
 
 
 def one_way_joint(rng, wing, case):
@@ -146,20 +147,21 @@ def force_offset(rng, wing, case):
     return plain("force_offset", hidden, 0.02 * least, 0.7 * least, sign_of(rng))
 
 
-def force_tilt(rng, wing, case):
+def force_direction(rng, wing, case):
     a, b = direction(rng)
-    return Effect("force_tilt", lambda case, s: hidden(case, force_tilt=(s * a, s * b)),
+    return Effect("force_direction", lambda case, s: hidden(case, force_tilt=(s * a, s * b)),
                   lambda s: {"force_tilt_x": s * a, "force_tilt_y": s * b}, 0.02, 0.5)
 
 
 def drift(rng, wing, case):
     n = len(case.loads) * len(case.protocol.levels) * case.protocol.repeats
-    return plain("drift", hidden, 0.02 / n, 0.5 / n, sign_of(rng))
+    effect = plain("drift", hidden, 0.02 / n, 0.5 / n, sign_of(rng))
+    return replace(effect, also=("drift_in_time",))  # scans follow each other at equal intervals
 
 
-def load_shift(rng, wing, case):
+def load_position(rng, wing, case):
     a, b = direction(rng)
-    return Effect("load_shift", lambda case, s: hidden(case, load_shift=(s * a, s * b)),
+    return Effect("load_position", lambda case, s: hidden(case, load_shift=(s * a, s * b)),
                   lambda s: {"load_shift_x": s * a, "load_shift_y": s * b}, 1e-5, 3e-4)
 
 
@@ -167,18 +169,18 @@ def height_scale(rng, wing, case):
     return plain("height_scale", hidden, 0.02, np.log(2), sign_of(rng), null=1.0, factor=True)
 
 
-def map_shift(rng, wing, case):
+def registration(rng, wing, case):
     a, b = direction(rng)
-    return Effect("map_shift", lambda case, s: hidden(case, map_shift=(s * a, s * b)),
+    return Effect("registration", lambda case, s: hidden(case, map_shift=(s * a, s * b)),
                   lambda s: {"map_shift_x": s * a, "map_shift_y": s * b}, 1e-5, 3e-4)
 
 
-def tilt_piston(rng, wing, case):
+def scan_plane(rng, wing, case):
     a, b, c = rng.standard_normal(3)
     reach = float(np.ptp(wing.points[:, 0])) / 2
     def parts(s):
         return (float(s * a / reach), float(s * b / reach)), float(s * c)
-    return Effect("tilt_piston", lambda case, s: hidden(case, tilt=parts(s)[0], piston=parts(s)[1]),
+    return Effect("scan_plane", lambda case, s: hidden(case, tilt=parts(s)[0], piston=parts(s)[1]),
                   lambda s: {"tilt_x": parts(s)[0][0], "tilt_y": parts(s)[0][1], "piston": parts(s)[1]}, 1e-6, 2e-4)
 
 
@@ -210,7 +212,7 @@ def fringe(rng, wing, case):
     return Effect("fringe", lambda case, s: hidden(case, fringe=(s, length, angle)), lambda s: {}, 1e-6, 2e-4, False)
 
 
-KNOWN = (E_gradient, E_of_vein, diameter_exponent, root_compliance, extra_joint, joint_hardening, cuticle_hardening,
-         one_way_joint, damage, camber, membrane_bending, force_gain, force_offset, force_tilt, drift, load_shift,
-         height_scale, map_shift, tilt_piston)
+KNOWN = (E_gradient, E_per_vein, taper, root_compliance, soft_place, joint_hardening, cuticle,
+         one_way_joint, damage, camber, membrane_bending, force_gain, force_offset, force_direction, drift,
+         load_position, height_scale, registration, scan_plane)
 OUTSIDE = (E_wave, D_wave, memory, bow, fringe)

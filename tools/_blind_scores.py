@@ -37,12 +37,18 @@ class Case:
         self.name, self.kind, self.mesh, self.rig, self.snr = name, truth["kind"], truth["mesh"], truth["rig"], \
             truth["snr"]
         self.causes = truth["causes"]
-        self.true_names = [cause["name"] for cause in self.causes if cause["is_known"]]
+        known = verdict.get("catalogue")
+        self.true_names = [cause["name"] for cause in self.causes
+                           if (cause["is_known"] if known is None else cause["name"] in known)]
+        if self.causes and not self.true_names:
+            self.kind = "outside"
+        same = {other: cause["name"] for cause in self.causes for other in cause.get("also", ())}
         self.verdict = verdict.get("verdict")
         if self.verdict not in VERDICTS:
             raise InputError(f"case {name}: the verdict is {self.verdict!r}; known are {', '.join(VERDICTS)}")
         try:
-            self.sets = [[str(n) for n in cause["names"]] for cause in verdict.get("causes", [])]
+            self.sets = [sorted({same.get(str(n), str(n)) for n in cause["names"]})
+                         for cause in verdict.get("causes") or []]
             self.probability = None if verdict.get("probability") is None else float(verdict["probability"])
             self.intervals = dict(verdict.get("intervals") or {})
             self.gain = verdict.get("gain") or None

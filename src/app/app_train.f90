@@ -2,7 +2,7 @@
 !> A training from beginning to end: search, polish, files. Rank 0 leads, all ranks solve.
 module app_train
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use app_train_command, only: train_command_t, TRAIN_CHECK, TRAIN_RUN, TRAIN_SCREEN
+  use app_train_command, only: train_command_t, TRAIN_RUN, TRAIN_SCREEN
   use app_train_crew, only: train_crew_t
   use app_train_evaluate, only: evaluate_wing, print_loads
   use app_train_log, only: train_log_t
@@ -30,6 +30,8 @@ module app_train
     type(train_search_t) :: search
     type(train_log_t) :: log
     type(failure_t) :: failure  !< of files
+    type(trained_t) :: trained  !< on rank 0, once `has_outcome`
+    logical :: has_outcome = .false.
     integer :: code = EXIT_OK   !< of the program
   contains
     procedure :: load => training_load
@@ -41,20 +43,17 @@ module app_train
 
 contains
 
-  !> Reads the input; mistakes are printed, and `code` is then not EXIT_OK. Collective.
-  subroutine training_load(self, command, world)
+  !> Reads the input for individual `number`; mistakes are printed, and `code` is then not EXIT_OK. Collective.
+  subroutine training_load(self, command, number, world)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command
+    integer, intent(in) :: number
     type(world_t), intent(in) :: world
-    type(message_list_t) :: errors, notices
+    type(message_list_t) :: errors, ignored
     self%world = world
-    call load_train_settings(command%ini, world, self%settings, errors, notices)
+    call load_train_settings(command%ini, number, world, self%settings, errors, ignored)
     if (errors%count() > 0) self%code = EXIT_USER
-    if (world%is_root .and. errors%count() > 0) then
-      call errors%print(error_unit, '')
-    else if (world%is_root) then
-      call notices%print(merge(output_unit, error_unit, command%action == TRAIN_CHECK), 'notice: ')
-    end if
+    if (world%is_root) call errors%print(error_unit, '')
     flush (error_unit)
     self%code = world%max_integer(self%code)
   end subroutine training_load
@@ -78,7 +77,6 @@ contains
   subroutine training_lead(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
-    type(trained_t) :: trained
     real(rp), allocatable :: u(:), starts(:, :)
     real(rp) :: cost
     logical :: has_best, ok
@@ -88,7 +86,9 @@ contains
       return
     end if
     call self%search%init(self%settings, self%crew)
-    if (command%restart) then
+    if (command%restart .and. self%settings%n_individuals > 1 .and. .not. self%search%has_backup()) then
+      call self%log%say('restart   there is no backup of '//self%settings%individual//': it begins anew')
+    else if (command%restart) then
       call self%search%restore(self%settings, command%restart_file, self%log, self%failure)
       if (self%failure%failed) then
         self%code = EXIT_USER
@@ -112,7 +112,7 @@ contains
       call self%log%say('search    best cost '//number_text(cost))
       call self%search%starts(self%settings, u, starts)
       call polish_points(self%settings, self%crew, self%search%space, self%search%objective, starts, self%log, &
-                         trained)
+                         self%trained)
     end if
     if (self%crew%is_stopped) then
       self%code = EXIT_STOPPED
@@ -121,7 +121,7 @@ contains
                         '; the backup is written, go on with --restart')
       return
     end if
-    call tell_outcome(self, trained)
+    call tell_outcome(self, self%trained)
   end subroutine training_lead
 
   !> A failure of files in the search ends the training.
@@ -184,6 +184,7 @@ contains
     call self%log%say(trim(line))
     call self%log%say('evaluations '//number_text(int(self%search%evaluations()) + trained%n_evaluations)// &
                       ' in all')
+    self%has_outcome = .true.
     call write_fragment(self%settings, self%search%space, trained, self%failure)
     call write_history(self%settings, self%search%space, self%search%history, self%failure, trained)
     if (.not. self%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &

@@ -20,7 +20,8 @@ contains
     call register_wing_keys(registry, required=.true.)
     call registry%add_section('Measurement', 'what the wing did in the experiment')
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
-                           'here and then in the folder of the input file', required=.true.)
+                           'here and then in the folder of the input file. Several individuals: a list, separated by '// &
+                           'commas; [Wing] file may then be a list as long', required=.true.)
     call register_instrument_keys(registry)
     call register_train(registry)
     call register_search(registry)

@@ -46,6 +46,7 @@ module app_train_search
     integer, private :: since_checkpoint = 0
   contains
     procedure :: init => search_init
+    procedure :: has_backup => search_has_backup
     procedure :: restore => search_restore
     procedure :: choose_start => search_choose_start
     procedure :: run => search_run
@@ -127,6 +128,13 @@ contains
     call self%search%start(options, settings%restarts, settings%max_restarts, region)
     call self%objective%forget()
   end subroutine begin_stage
+
+  !> Whether there is a checkpoint from which to go on.
+  logical function search_has_backup(self) result(found)
+    class(train_search_t), intent(in) :: self
+    character(:), allocatable :: name
+    call self%slots%newest_valid(name, found)
+  end function search_has_backup
 
   !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty.
   subroutine search_restore(self, settings, path, log, failure)

@@ -4,6 +4,7 @@
 module app_train_settings
   use app_instrument, only: read_instrument
   use app_settings, only: output_params_t
+  use app_train_files, only: choose_individual, of_individual
   use app_train_keys, only: register_train_keys
   use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
@@ -36,6 +37,8 @@ module app_train_settings
     type(measurement_t) :: measurement
     type(instrument_t) :: instrument        !< what the measurement is taken to have done
     character(:), allocatable :: measurement_path
+    integer :: n_individuals = 1            !< in the lists of [Measurement] and [Wing]
+    character(:), allocatable :: individual !< name of this one, part of the names of its files; empty if it is the only one
     type(experiment_t) :: experiment        !< with the parameters that are sought
     type(static_options_t) :: options
     type(cmaes_options_t) :: search
@@ -55,15 +58,16 @@ module app_train_settings
 
 contains
 
-  !> Reads the ini file `path` and what it names on all ranks; all mistakes go to `errors`, remarks to `notices`.
-  !> Collective.
-  subroutine load_train_settings(path, world, s, errors, notices)
+  !> Reads the ini file `path` and what it names for one individual on all ranks; all mistakes go to `errors`, remarks to
+  !> `notices`. Collective.
+  subroutine load_train_settings(path, number, world, s, errors, notices)
     character(*), intent(in) :: path
+    integer, intent(in) :: number !< of the individual
     type(world_t), intent(in) :: world
     type(train_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
-    character(:), allocatable :: text, problem, scale
+    character(:), allocatable :: text, problem, scale, wing, measurement
     logical :: found
     call register_train_keys(registry)
     call read_shared_text(path, text, problem, world)
@@ -73,11 +77,13 @@ contains
     end if
     call s%config%load_text(text, path, registry, errors, notices, .false., world)
     s%is_paper = s%config%get_word('Train', 'preset') == 'paper'
+    call choose_individual(s%config, number, s%n_individuals, s%individual, wing, measurement, errors)
+    if (number > s%n_individuals) return
     call read_options(s, path, errors)
-    call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
+    call load_wing(s%config, path, .false., s%setup, found, errors, notices, world, wing)
     if (.not. found) return
     scale = s%config%get_word('Train', 'scale')
-    call read_measurement_file(s, path, world, errors)
+    call read_measurement_file(s, path, measurement, world, errors)
     if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
     call read_instrument(s%config, s%instrument, errors)
     call read_sought(s%config, 'Train', s%setup%asked, s%instrument, &
@@ -107,8 +113,8 @@ contains
       s%prior_decades = c%get_real('Polish', 'prior_decades')
       s%fit%most_iterations = c%get_integer('Polish', 'iterations')
       s%polish_starts = c%get_integer('Polish', 'starts')
-      s%name = c%get_text('Saving', 'name')
-      s%result = c%get_text('Saving', 'result')
+      s%name = of_individual(c%get_text('Saving', 'name'), s%individual, '')
+      s%result = of_individual(c%get_text('Saving', 'result'), s%individual, '.ini')
       call check_name(c, s%name, errors)
       if (s%result == '') call c%complain(errors, 'Saving', 'result', 'must be the name of a file')
       if (real_path(s%result) == real_path(ini)) &
@@ -120,14 +126,14 @@ contains
     end associate
   end subroutine read_options
 
-  subroutine read_measurement_file(s, ini, world, errors)
+  subroutine read_measurement_file(s, ini, file, world, errors)
     type(train_settings_t), intent(inout) :: s
-    character(*), intent(in) :: ini
+    character(*), intent(in) :: ini, file
     type(world_t), intent(in) :: world
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: problem
     if (.not. s%config%is_given('Measurement', 'file')) return
-    call find_beside(ini, s%config%get_text('Measurement', 'file'), s%measurement_path, problem, world)
+    call find_beside(ini, file, s%measurement_path, problem, world)
     if (allocated(problem)) then
       call s%config%complain(errors, 'Measurement', 'file', problem)
     else

@@ -36,7 +36,7 @@ contains
   !> Reads the wing of the ini file `ini`, whose keys are loaded in `config`; all mistakes go to `errors`,
   !> remarks to `notices`. Without `found` there is no model. A wing without a valid mass is a mistake if the
   !> mass is needed and a remark if not.
-  subroutine load_wing(config, ini, needs_mass, s, found, errors, notices, world)
+  subroutine load_wing(config, ini, needs_mass, s, found, errors, notices, world, file)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     logical, intent(in) :: needs_mass
@@ -44,13 +44,16 @@ contains
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world !< with it root reads the file for all, and this is collective
+    character(*), intent(in), optional :: file   !< to take in place of [Wing] file
     type(failure_t) :: failure
-    character(:), allocatable :: problem
+    character(:), allocatable :: problem, name
     real(rp) :: centre(3)
     integer :: n_before
     found = .false.
     if (.not. config%is_given('Wing', 'file')) return
-    call find_beside(ini, config%get_text('Wing', 'file'), s%path, problem, world)
+    name = config%get_text('Wing', 'file')
+    if (present(file)) name = file
+    call find_beside(ini, name, s%path, problem, world)
     if (allocated(problem)) then
       call config%complain(errors, 'Wing', 'file', problem)
       return

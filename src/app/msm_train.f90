@@ -3,9 +3,9 @@
 program msm_train
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use app_command_line, only: print_version
-  use app_train, only: training_t
-  use app_train_command, only: parse_train_command, print_train_usage, train_command_t, TRAIN_CHECK, &
-                               TRAIN_HELP, TRAIN_PARAMETERS, TRAIN_RUN, TRAIN_VERSION
+  use app_train_command, only: parse_train_command, print_train_usage, train_command_t, TRAIN_HELP, &
+                               TRAIN_PARAMETERS, TRAIN_VERSION
+  use app_train_individuals, only: train_individuals
   use app_train_keys, only: write_train_reference
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
@@ -14,8 +14,8 @@ program msm_train
   implicit none
   type(train_command_t) :: command
   type(message_list_t) :: errors
-  type(training_t), target :: training
   type(world_t) :: world
+  integer :: code
 
   call parse_train_command(command, errors)
   ! Whatever runs without MPI is said once, also behind a launcher.
@@ -36,20 +36,7 @@ program msm_train
   end if
 
   call world%start()
-  call training%load(command, world)
-  if (training%code == EXIT_OK .and. command%action == TRAIN_CHECK) then
-    if (world%is_root) call training%settings%config%print_effective(output_unit)
-  else if (training%code == EXIT_OK) then
-    call training%begin(command)
-    if (world%is_root) then
-      if (command%action == TRAIN_RUN) call training%lead(command)
-      if (command%action /= TRAIN_RUN) call training%evaluate(command)
-      call training%crew%dismiss()
-    else
-      call training%crew%serve()
-    end if
-    call training%finish()
-  end if
+  call train_individuals(command, world, code)
   call world%stop()
-  call exit_with(training%code)
+  call exit_with(code)
 end program msm_train
