@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of the ini keys of `msm_diagnose`. All units are SI.
 module app_diagnose_keys
+  use app_instrument, only: register_instrument_keys
   use app_wing_keys, only: register_wing_keys
   use base_kinds, only: rp
   use io_include, only: register_include
@@ -19,6 +20,7 @@ contains
     call registry%add_section('Measurement', 'what the wing did in the experiment')
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
                            'here and then in the folder of the input file', required=.true.)
+    call register_instrument_keys(registry)
     call register_diagnose(registry)
     call registry%add_section('Solver', 'path of the static solution')
     call registry%add_real('Solver', 'tolerance', 1.0e-8_rp, 'of the residual, relative to the load', min=1.0e-12_rp, &
@@ -47,6 +49,8 @@ contains
                     'msm_train; everything else that can vary is a candidate for what it lacks')
     call r%add_real('Diagnose', 'prior_decades', 1.0_rp, 'sd of the prior about the values of [Wing]', unit='decades', &
                     above=0.0_rp)
+    call r%add_real('Diagnose', 'membrane_sd', 0.1_rp, 'sd of log D that is no discovery: meshes change the effective D by '// &
+                    '5 to 15 % (docs/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
     call r%add_integer('Diagnose', 'starts', 3, 'points from which the baseline is fitted: the values of [Wing], then '// &
                        'random ones', min=1, max=100)
     call r%add_integer('Diagnose', 'observations', 900, 'at most; heights are averaged over squares until there are no '// &

@@ -3,6 +3,7 @@
 !> and the choices of the statistics. Whatever a user can do wrong is found here. SI units.
 module app_diagnose_settings
   use app_diagnose_keys, only: register_diagnose_keys
+  use app_instrument, only: read_instrument
   use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
   use base_errors, only: failure_t, message_list_t
@@ -17,6 +18,7 @@ module app_diagnose_settings
   use io_shared_text, only: read_shared_text
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
+  use measurement_instrument, only: instrument_t
   use measurement_share, only: load_measurement
   use parallel_world, only: world_t
   use solid_statics, only: static_options_t
@@ -28,6 +30,8 @@ module app_diagnose_settings
     type(config_t) :: config
     type(wing_settings_t) :: setup
     type(sought_t) :: sought                !< of the baseline
+    type(instrument_t) :: instrument
+    real(rp) :: membrane_sd = 0             !< of log D
     type(measurement_t) :: measurement
     character(:), allocatable :: measurement_path
     type(experiment_t) :: experiment        !< without unknowns of its own
@@ -62,7 +66,6 @@ contains
     call read_options(s, errors)
     call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
     if (.not. found) return
-    call read_sought(s%config, 'Diagnose', s%setup%asked, .true., s%sought, errors)
     if (s%config%is_given('Measurement', 'file')) then
       call find_beside(path, s%config%get_text('Measurement', 'file'), s%measurement_path, problem, world)
       if (allocated(problem)) then
@@ -71,6 +74,11 @@ contains
         call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
       end if
     end if
+    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
+    call read_instrument(s%config, s%instrument, errors)
+    call read_sought(s%config, 'Diagnose', s%setup%asked, s%instrument, .true., s%sought, errors)
+    if (size(s%sought%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
+                                            'the baseline seeks parameters of the wing only, not of the measurement')
     if (errors%count() > 0) return
     call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
@@ -79,6 +87,7 @@ contains
     type(diagnose_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
     associate (c => s%config, o => s%options)
+      s%membrane_sd = c%get_real('Diagnose', 'membrane_sd')
       s%n_starts = c%get_integer('Diagnose', 'starts')
       o%is_scale_known = c%get_word('Diagnose', 'noise') == 'declared'
       o%n_draws = c%get_integer('Diagnose', 'draws')
@@ -104,7 +113,7 @@ contains
     options%tolerance = s%config%get_real('Solver', 'tolerance')
     options%step_limit = s%config%get_real('Solver', 'step_limit')
     options%factorisation_limit = s%config%get_integer('Solver', 'factorisation_limit')
-    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, [integer ::], options, failure)
+    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, [integer ::], options, failure, s%instrument)
     if (failure%failed) then
       call errors%add(failure%reason)
       return

@@ -121,6 +121,8 @@ contains
       call find_set(design, hypotheses, order, z, decision)
       if (decision%posterior_unknown > sum(decision%posterior(decision%set))) return
       call grade(design, calibration, one, seed, decision)
+      ! A second cause beside it would not make the first one wrong.
+      if (any(together%members == one%members(1))) call add_probability(decision)
     else if (size(together%members) > 1) then
       decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
       if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) return
@@ -235,7 +237,19 @@ contains
       is_one = .true.
       decision%probability = decision%posterior_together
     end if
+    call choose(decision, is_one)
+  end subroutine grade
+
+  subroutine choose(decision, is_one)
+    type(decision_t), intent(inout) :: decision
+    logical, intent(in) :: is_one
     decision%verdict = merge(VERDICT_NAMED, VERDICT_SET, is_one .and. decision%name_power >= POWER .and. &
                              decision%probability >= NAME_PROBABILITY)
-  end subroutine grade
+  end subroutine choose
+
+  subroutine add_probability(decision)
+    type(decision_t), intent(inout) :: decision
+    decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
+    call choose(decision, size(decision%set) == 1)
+  end subroutine add_probability
 end module diagnosis_decision

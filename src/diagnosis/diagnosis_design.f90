@@ -51,6 +51,8 @@ module diagnosis_design
     real(rp), allocatable :: alone(:, :)    !< (k, patterns) of length 1, those that the baseline does not absorb
     type(strengths_t) :: strength_alone
     type(strengths_t) :: strengths
+  contains
+    procedure :: map => family_map
   end type family_t
 
   type :: design_t
@@ -65,6 +67,8 @@ module diagnosis_design
     real(rp), allocatable, private :: q_base(:, :), q_all(:, :)
   contains
     procedure :: compress => design_compress
+    procedure :: by_surface => design_by_surface
+    procedure :: observed => design_observed
   end type design_t
 
 contains
@@ -249,7 +253,7 @@ contains
     integer :: i
     allocate (self%gain(size(s), N_SCALES), self%offset(N_SCALES))
     do i = 1, N_SCALES
-      tau = LARGEST_SCALE**(real(i - 1, rp)/(N_SCALES - 1))
+      tau = strength(i)
       self%gain(:, i) = 0.5_rp*tau*s**2/(1 + tau*s**2)
       self%offset(i) = 0.5_rp*sum(log(1 + tau*s**2))
     end do
@@ -273,6 +277,29 @@ contains
     log_likelihood = max(0.0_rp, maxval(matmul(w**2, self%gain) - self%offset))
   end function strengths_log_likelihood
 
+  !> Posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
+  subroutine family_map(self, z, mean, sd)
+    class(family_t), intent(in) :: self
+    real(rp), intent(in) :: z(:)
+    real(rp), allocatable, intent(out) :: mean(:), sd(:)
+    real(rp) :: w(size(self%scale)), tau, largest
+    integer :: i
+    w = matmul(z, self%basis)
+    tau = strength(maxloc(matmul(w**2, self%strengths%gain) - self%strengths%offset, 1))
+    mean = matmul(self%weights, tau*self%scale/(1 + tau*self%scale**2)*w)
+    largest = 1/maxval(norm2(self%weights, 1)) ! the columns of weights have the length of one over the largest singular value
+    allocate (sd(size(mean)))
+    do i = 1, size(sd)
+      sd(i) = sqrt(max(0.0_rp, tau/largest**2 - sum(self%weights(i, :)**2*tau*(tau*self%scale**2/(1 + tau*self%scale**2)))))
+    end do
+  end subroutine family_map
+
+  !> Variance number i of those that are averaged.
+  pure real(rp) function strength(i)
+    integer, intent(in) :: i
+    strength = LARGEST_SCALE**(real(i - 1, rp)/(N_SCALES - 1))
+  end function strength
+
   !> z(k) and the sum of squares of what lies beside baseline and z, of residuals(n) of the simulator where its baseline
   !> unknowns have the values p(:).
   subroutine design_compress(self, residuals, p, z, rest)
@@ -289,4 +316,24 @@ contains
     z = matmul(r, self%q_all)
     rest = max(0.0_rp, sum(r**2) - sum(z**2))
   end subroutine design_compress
+
+  !> What z(k) is among the whitened observations (n).
+  function design_observed(self, z) result(r)
+    class(design_t), intent(in) :: self
+    real(rp), intent(in) :: z(:)
+    real(rp) :: r(self%whitener%n)
+    r = matmul(self%q_all(:self%whitener%n, :), z)
+  end function design_observed
+
+  !> Squares(n_surfaces) of a direction z(k) that come from the observations of each surface; they add up to |z|^2 less
+  !> what stands in priors.
+  function design_by_surface(self, z, surface, n_surfaces) result(squares)
+    class(design_t), intent(in) :: self
+    real(rp), intent(in) :: z(:)
+    integer, intent(in) :: surface(:), n_surfaces
+    real(rp) :: squares(n_surfaces), r(self%whitener%n)
+    integer :: s
+    r = self%observed(z)
+    squares = [(sum(r**2, mask=surface == s), s=1, n_surfaces)]
+  end function design_by_surface
 end module diagnosis_design

@@ -6,7 +6,7 @@ module diagnosis_engine
   use base_kinds, only: i8, rp
   use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
   use diagnosis_decision, only: decide, decision_t, rank_effects, LEVEL, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, &
-                                VERDICT_NAMED, VERDICT_SET
+                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
   use diagnosis_distributions, only: detectable_noncentrality
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
@@ -19,6 +19,8 @@ module diagnosis_engine
   implicit none
   private
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis, find_detectable
+
+  real(rp), parameter :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
 
   type :: diagnosis_options_t
     type(fit_options_t) :: fit
@@ -48,6 +50,7 @@ module diagnosis_engine
     real(rp) :: scale = 1                !< estimated over declared variance of the noise
     real(rp), allocatable :: z(:)        !< in units of the noise
     real(rp) :: rest = 0
+    real(rp) :: extended_scale = 0       !< variance of what the extended model leaves over that of the noise model
     type(statistics_t) :: statistics
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: linear, decision !< before and after the refits
@@ -210,6 +213,12 @@ contains
     if (.not. d%extended%is_found) then
       if (d%decision%verdict == VERDICT_NAMED) d%decision%verdict = VERDICT_SET
       return
+    end if
+    d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
+    ! Whatever the causes explain, most of the misfit is something else.
+    if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
+      d%decision%verdict = VERDICT_UNKNOWN
+      d%decision%probability = 1 - LEVEL
     end if
     if (options%finds_intervals) call find_intervals(simulator, options, d)
     if (options%validates) then

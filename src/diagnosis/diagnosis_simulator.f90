@@ -46,6 +46,7 @@ module diagnosis_simulator
     integer, allocatable :: surface(:)        !< (n) load under which it was observed
     integer, allocatable :: block(:)          !< (n) observations of different blocks have independent errors
     real(rp), allocatable :: place(:, :)      !< (2, n) [m]
+    real(rp), allocatable :: observed(:)      !< (n) what was observed
     integer, allocatable :: fold(:)           !< (surfaces) location: all levels and repeats of it are one fold
     real(rp), allocatable :: level(:)         !< (surfaces) signed strength of the load
     real(rp), allocatable :: order(:)         !< (surfaces) in the sequence of measurements, 0: not stated

@@ -11,18 +11,21 @@
 module diagnosis_wing_simulator
   use base_kinds, only: rp
   use diagnosis_simulator, only: effect_t, quantity_t, simulator_t
-  use diagnosis_wing_bins, only: bin_covariance, bins_t, noise_model_t
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT
+  use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, noise_model_t
+  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
                                  TASK_DIRECTIONS, TASK_EVALUATE, TASK_PIXELS
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
+  use solid_params, only: PARAM_PLATE
   use solid_wing, only: wing_t
   implicit none
   private
   public :: wing_simulator_t
+
+  integer, parameter :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
   type, extends(simulator_t) :: wing_simulator_t
     type(experiment_t), pointer :: experiment => null()
@@ -32,7 +35,8 @@ module diagnosis_wing_simulator
     real(rp), allocatable :: band(:, :)          !< (n, :) further directions of errors, of the mesh for instance
     integer :: n_evaluations = 0
     type(farm_t), private :: farm
-    integer, private :: gain = 0                 !< quantity that is the gain of all forces
+    real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
+    integer, private :: gain = 0, membrane = 0   !< quantities that are the gain of all forces, and D; 0: none
     real(rp), allocatable, private :: shapes(:, :, :), tried(:, :, :)
     logical, allocatable, private :: is_start(:), was_straight(:)
   contains
@@ -81,22 +85,25 @@ contains
     allocate (self%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
     allocate (self%is_start(n), self%was_straight(n), source=.false.)
     allocate (self%band(bins%n, 0))
-    self%n_nuisances = n*N_LOAD_NUISANCES + 1
-    self%gain = 0
-    if (experiment%measurement%accuracy%force_gain > 0) call find_gain(self)
+    self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
+    call find_common(self)
     call label(self)
   end subroutine wing_init
 
-  !> The gain of all forces is a quantity of the catalogue; its declared sd makes it a nuisance too.
-  subroutine find_gain(self)
+  !> The gain of all forces and D are quantities of the catalogue; their sd make them nuisances too. D is none where the
+  !> baseline seeks it.
+  subroutine find_common(self)
     class(wing_simulator_t), intent(inout) :: self
     integer :: i
+    self%gain = 0
+    self%membrane = 0
     associate (kinds => self%runner%quantities)
-      do i = 1, size(kinds)
+      do i = self%n_baseline + 1, size(kinds)
         if (kinds(i)%kind == KIND_INSTRUMENT .and. kinds(i)%number == FORCE_GAIN) self%gain = i
+        if (kinds(i)%kind == KIND_PARAMETER .and. kinds(i)%number == PARAM_PLATE) self%membrane = i
       end do
     end associate
-  end subroutine find_gain
+  end subroutine find_common
 
   !> What belongs together: see `labels_t`.
   subroutine label(self)
@@ -106,6 +113,11 @@ contains
     associate (labels => self%labels, loads => self%experiment%measurement%loads)
       labels%surface = self%bins%load(:self%bins%n)
       labels%place = self%bins%place(:, :self%bins%n)
+      allocate (labels%observed(self%bins%n))
+      do l = 1, n
+        call bin_rows(self%bins, l, self%experiment%comparisons(l)%measured, &
+                      labels%observed(self%bins%first(l):self%bins%first(l) + self%bins%count(l) - 1))
+      end do
       ! The error of the unloaded scan makes one block of all heights.
       if (any(self%bins%unloaded(:self%bins%n) > 0)) then
         labels%block = [(1, l=1, self%bins%n)]
@@ -241,7 +253,7 @@ contains
     real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
     logical, intent(out) :: is_valid
     real(rp), allocatable :: outputs(:, :)
-    real(rp) :: residuals(self%n_observations), column(self%n_observations, 1)
+    real(rp) :: residuals(self%n_observations), columns(self%n_observations, count([self%gain, self%membrane] > 0))
     integer :: l, i, b, first, at, v
     nuisances = 0
     patterns = 0
@@ -262,10 +274,15 @@ contains
       end do
       v = v + N_LOAD_NUISANCES
     end do
+    call self%evaluate(q, pack([self%gain, self%membrane], [self%gain, self%membrane] > 0), residuals, columns, is_valid)
+    v = v + 1
+    i = 0
     if (self%gain > 0) then
-      call self%evaluate(q, [self%gain], residuals, column, is_valid)
-      nuisances(:, v + 1) = self%experiment%measurement%accuracy%force_gain*column(:, 1)
+      i = i + 1
+      nuisances(:, v) = self%experiment%measurement%accuracy%force_gain*columns(:, i)
     end if
-    nuisances(:, v + 2:) = self%band
+    v = v + 1
+    if (self%membrane > 0) nuisances(:, v) = self%membrane_sd*columns(:, i + 1)
+    nuisances(:, v + 1:) = self%band
   end subroutine wing_directions
 end module diagnosis_wing_simulator

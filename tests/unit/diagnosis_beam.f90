@@ -27,7 +27,8 @@ module diagnosis_beam
     real(rp), allocatable :: data(:)
     real(rp) :: sigma = 0.002_rp         !< that is declared
     real(rp) :: tilt_sd = 0.002_rp
-    real(rp), allocatable :: hidden(:)   !< (STATIONS) log compliance that the model does not know
+    real(rp), allocatable :: hidden(:)   !< (STATIONS) log compliance of bending that the model does not know
+    real(rp), allocatable :: hidden_twist(:) !< the same of torsion
     real(rp), allocatable :: load(:, :)  !< (4, surfaces) a, b, F, order
   contains
     procedure :: evaluate => beam_evaluate
@@ -50,8 +51,10 @@ contains
     beam%n_nuisances = 3*n
     beam%n_patterns = 4*N_BUMPS
     allocate (beam%load(4, n), beam%labels%fold(n), beam%labels%level(n), beam%labels%order(n), beam%labels%hold(n), &
-              beam%labels%moment(n), beam%labels%twin(n), beam%hidden(STATIONS))
+              beam%labels%moment(n), beam%labels%twin(n), beam%hidden(STATIONS), &
+              beam%hidden_twist(STATIONS))
     beam%hidden = 0
+    beam%hidden_twist = 0
     s = 0
     do l = 1, 8
       do v = 1, 3
@@ -147,7 +150,7 @@ contains
     do i = 1, STATIONS
       s = (i - 0.5_rp)*ds
       bend(i) = exp(-q(1) - q(P_GRADIENT)*(s - 0.5_rp) + self%hidden(i))*(0.3_rp + s)*ds
-      twist(i) = exp(-q(6) - q(P_BOTH)*(s - 0.5_rp))*3*ds
+      twist(i) = exp(-q(6) - q(P_BOTH)*(s - 0.5_rp) + self%hidden_twist(i))*3*ds
     end do
     do k = 1, size(w)
       l = self%labels%surface(k)
@@ -196,6 +199,7 @@ contains
                                                                    + tilt(3*l)*self%labels%place(2, k))
     end do
     self%hidden = 0
+    self%hidden_twist = 0
   end subroutine beam_observe
 
   subroutine beam_evaluate(self, q, columns, residuals, jacobian, is_valid)

@@ -1,0 +1,272 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> NAME.json: everything that a diagnosis found, for programs. Its form is told by `schema_version` and docs/diagnosis.md.
+module app_diagnose_json
+  use app_diagnose_next, only: next_t
+  use app_diagnose_settings, only: diagnose_settings_t
+  use app_diagnose_summary, only: cause_name, verdict_sentence
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text_file, only: write_text
+  use diagnosis_battery, only: question_t
+  use diagnosis_decision, only: verdict_word
+  use diagnosis_engine, only: diagnosis_t
+  use diagnosis_validation, only: validation_t
+  use io_json, only: json_t
+  implicit none
+  private
+  public :: write_diagnosis_json
+
+  integer, parameter :: SCHEMA_VERSION = 1
+
+contains
+
+  !> Writes the file.
+  subroutine write_diagnosis_json(s, d, next, questions, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(next_t), intent(in) :: next
+    type(question_t), intent(in) :: questions(:)
+    type(failure_t), intent(inout) :: failure
+    type(json_t) :: json
+    logical :: ok
+    integer :: i
+    call json%open_object('')
+    call json%put('schema', 'flusi-msm diagnosis')
+    call json%put('schema_version', SCHEMA_VERSION)
+    call json%put('program', 'msm_diagnose '//BUILD_VERSION//' ('//BUILD_COMMIT//')')
+    call json%put('wing', s%setup%path)
+    call json%put('measurement', s%measurement_path)
+    call json%put('seed', int(s%options%seed))
+    call put_verdict(json, s, d)
+    call put_noise(json, s, d)
+    call put_baseline(json, s, d)
+    call json%open_list('effects')
+    do i = 1, size(s%catalogue%effects)
+      call put_effect(json, s, d, i)
+    end do
+    call json%close()
+    call put_extension(json, s, d)
+    call put_validation(json, d)
+    call json%open_list('questions')
+    do i = 1, size(questions)
+      call json%open_object('')
+      call json%put('name', questions(i)%name)
+      call json%put('statistic', questions(i)%statistic)
+      call json%put('p', questions(i)%p)
+      call json%put('sentence', questions(i)%sentence)
+      call json%close()
+    end do
+    call json%close()
+    call json%open_list('next_measurements')
+    do i = 1, size(next%order)
+      call json%open_object('')
+      call json%put('repeat', s%measurement%loads(next%order(i))%name)
+      call json%put('separation_sd', next%after(next%order(i)))
+      call json%put('separation_now_sd', next%separation)
+      call json%close()
+    end do
+    call json%close()
+    call json%close()
+    call write_text(s%name//'.json', json%text, ok)
+    if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')
+  end subroutine write_diagnosis_json
+
+  subroutine put_verdict(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer :: i
+    associate (v => d%decision)
+      call json%open_object('verdict')
+      call json%put('word', verdict_word(v%verdict))
+      call json%put('exit_code', v%verdict)
+      call json%put('sentence', verdict_sentence(s, d))
+      call json%put('probability', v%probability)
+      call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))
+      call json%put('log_global_p', v%log_p_global)
+      call json%put('snr', v%snr)
+      call json%put('remainder_log_p', v%remainder_log_p)
+      call json%put('rejection_power', v%name_power)
+      call json%put('linear_word', verdict_word(d%linear%verdict))
+      call json%put('posterior_none', v%posterior_none)
+      call json%put('posterior_together', v%posterior_together)
+      call json%put('posterior_unknown', v%posterior_unknown)
+      call json%open_list('causes')
+      do i = 1, size(v%causes)
+        call json%open_object('')
+        call json%put('effect', s%catalogue%effects(d%design%candidates(v%causes(i))%effect)%name)
+        call json%put('name', cause_name(s, d, i))
+        associate (one => d%design%candidates(v%causes(i)))
+          call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
+          call json%put('place', s%catalogue%effects(one%effect)%variants(one%variant)%place)
+        end associate
+        call json%close()
+      end do
+      call json%close()
+      call json%open_list('set')
+      do i = 1, size(v%set)
+        call json%put('', s%catalogue%effects(v%set(i))%name)
+      end do
+      call json%close()
+      call json%close()
+    end associate
+  end subroutine put_verdict
+
+  subroutine put_noise(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    call json%open_object('noise')
+    call json%put('declared_m', s%noise%declared)
+    call json%put('white_m', s%noise%white)
+    call json%put('differences', s%noise%n)
+    call json%put('white_share', s%noise%model%white)
+    call json%put('correlation_length_m', s%noise%model%length)
+    call json%put('variance_ratio', d%scale)
+    call json%put('is_scale_estimated',.not. s%options%is_scale_known)
+    call json%put('warning', s%noise%warning)
+    call json%close()
+  end subroutine put_noise
+
+  subroutine put_baseline(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    call json%open_object('baseline')
+    call json%put('observations', s%bins%n)
+    call json%put('loads', size(s%measurement%loads))
+    call json%put('square_m', s%bins%size)
+    call json%put('chi2', d%baseline%chi2)
+    call json%put('prior_chi2', d%baseline%prior_chi2)
+    call json%put('spread_of_starts', d%spread)
+    call put_parameters(json, s, d%baseline%active, d%baseline%q)
+    call json%close()
+  end subroutine put_baseline
+
+  !> Values of the quantities `active` at q, in their units.
+  subroutine put_parameters(json, s, active, q)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
+    integer :: i
+    call json%open_list('parameters')
+    do i = 1, size(active)
+      associate (one => s%catalogue%quantities(active(i)))
+        call json%open_object('')
+        call json%put('name', one%name)
+        call json%put('unit', one%unit)
+        if (one%is_log) call json%put('value', exp(q(active(i))))
+        if (.not. one%is_log) call json%put('value', q(active(i)))
+        call json%close()
+      end associate
+    end do
+    call json%close()
+  end subroutine put_parameters
+
+  subroutine put_effect(json, s, d, e)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: e
+    character(12) :: status
+    integer :: c, i
+    associate (effect => s%catalogue%effects(e))
+      c = 0
+      if (allocated(d%statistics%best)) c = d%statistics%best(e)
+      status = 'tested'
+      if (c == 0) status = 'absorbed'
+      if (.not. effect%is_testable()) status = 'not_testable'
+      call json%open_object('')
+      call json%put('name', effect%name)
+      call json%put('title', effect%title)
+      call json%put('sentence', effect%sentence)
+      call json%put('is_measurement', effect%is_measurement)
+      call json%put('variants', size(effect%variants))
+      call json%put('status', trim(status))
+      call json%put('missing', effect%missing)
+      if (c > 0) then
+        associate (one => d%design%candidates(c))
+          call json%put('variant', effect%variants(one%variant)%label)
+          call json%put('place', effect%variants(one%variant)%place)
+          call json%put('chi2', d%statistics%squares(c))
+          call json%put('df', one%df)
+          call json%put('local_p', exp(max(-700.0_rp, d%statistics%log_p(c))))
+          call json%put('p', exp(max(-700.0_rp, d%calibration%log_p_effect(e, d%statistics%effect(e)))))
+          call json%put('retained', one%retained)
+          call json%put('estimate', matmul(one%solve, matmul(d%z, one%basis)))
+          call json%put('standard_error', [(norm2(one%solve(i, :)), i=1, size(one%columns))])
+          call json%put('log_evidence', d%hypotheses%effect(e))
+          call json%put('posterior', d%decision%posterior(e))
+          call json%put('detectable_snr', d%detectable_snr(e))
+          call json%put('detectable', [(d%detectable_snr(e)/max(norm2(one%tangents(:, i)), tiny(1.0_rp)), &
+                                        i=1, size(one%columns))])
+          call json%open_list('parameters')
+          do i = 1, size(one%columns)
+            call json%put('', s%catalogue%quantities(one%columns(i))%name)
+          end do
+          call json%close()
+        end associate
+      end if
+      call json%close()
+    end associate
+  end subroutine put_effect
+
+  subroutine put_extension(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    real(rp) :: ends(3)
+    integer :: i, column
+    call json%open_object('extended')
+    call json%put('is_found', d%extended%is_found)
+    if (d%extended%is_found) then
+      call json%put('chi2', d%extended%chi2)
+      call json%put('prior_chi2', d%extended%prior_chi2)
+      call put_parameters(json, s, d%extended%active, d%extended%q)
+      if (allocated(d%intervals)) then
+        call json%put('is_null_excluded', d%is_null_excluded)
+        call json%open_list('intervals_90')
+        do i = 1, size(d%intervals)
+          column = d%extended%active(size(d%baseline%active) + i)
+          ends = [d%intervals(i)%lower, d%intervals(i)%best, d%intervals(i)%upper]
+          if (s%catalogue%quantities(column)%is_log) ends = exp(ends)
+          call json%open_object('')
+          call json%put('name', s%catalogue%quantities(column)%name)
+          call json%put('lower_best_upper', ends)
+          call json%put('has_lower', d%intervals(i)%has_lower)
+          call json%put('has_upper', d%intervals(i)%has_upper)
+          call json%close()
+        end do
+        call json%close()
+      end if
+    end if
+    call json%close()
+  end subroutine put_extension
+
+  subroutine put_validation(json, d)
+    type(json_t), intent(inout) :: json
+    type(diagnosis_t), intent(in) :: d
+    call json%open_object('validation')
+    call json%put('has_gain', d%has_gain)
+    call json%put('gain_per_location', d%gain)
+    call json%put('standard_error', d%gain_error)
+    if (allocated(d%validated%fold)) call put_folds(json, 'baseline', d%validated)
+    if (allocated(d%validated_extended%fold)) call put_folds(json, 'extended', d%validated_extended)
+    call json%close()
+  end subroutine put_validation
+
+  subroutine put_folds(json, name, v)
+    type(json_t), intent(inout) :: json
+    character(*), intent(in) :: name
+    type(validation_t), intent(in) :: v
+    call json%open_object(name)
+    call json%put('location', real(v%fold, rp))
+    call json%put('observations', real(v%n, rp))
+    call json%put('log_density', v%density)
+    call json%put('chi2', v%chi2)
+    call json%put('sum_of_squares', v%square)
+    call json%close()
+  end subroutine put_folds
+end module app_diagnose_json

@@ -1,0 +1,249 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a diagnosis says on the terminal, in at most 15 lines, and what the loads of a measurement could show.
+module app_diagnose_summary
+  use app_diagnose_next, only: next_t
+  use app_diagnose_settings, only: diagnose_settings_t
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use diagnosis_calibration, only: calibration_t
+  use diagnosis_decision, only: verdict_word, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use diagnosis_design, only: build_design, design_t
+  use diagnosis_engine, only: diagnosis_t, find_detectable
+  use diagnosis_wing_simulator, only: wing_simulator_t
+  implicit none
+  private
+  public :: print_verdict, print_plan, verdict_sentence, cause_name, probability_text, value_text
+
+contains
+
+  !> At most 15 lines.
+  subroutine print_verdict(unit, s, d, next)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(next_t), intent(in) :: next
+    character(200) :: line
+    integer :: i
+    write (line, '(a,i0,a,i0,a,es10.3,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
+      ' averages over squares of ', s%bins%size, ' m; '//s%measurement_path
+    write (unit, '(a)') trim(line)
+    write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, ' um, declared are ', &
+      1.0e6_rp*s%noise%declared, ' um'
+    write (unit, '(a)') trim(line)
+    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%baseline%chi2, ' of ', s%bins%n, &
+      ' averages; variance over that of the noise model ', d%scale
+    write (unit, '(a)') trim(line)
+    write (line, '(a,a,a,f0.1)') 'misfit    global p = ', probability_text(d%decision%log_p_global), &
+      '; signal-to-noise ratio of the causes ', d%decision%snr
+    write (unit, '(a)') trim(line)
+    write (unit, '(a)') 'verdict   '//verdict_word(d%decision%verdict)//': '//verdict_sentence(s, d)
+    if (d%decision%verdict /= VERDICT_ADEQUATE) then
+      do i = 1, min(2, size(d%decision%causes))
+        associate (effect => s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect))
+          write (unit, '(a)') '          '//effect%sentence
+        end associate
+      end do
+      do i = 1, min(3, parameter_count(d))
+        write (unit, '(a)') '          '//value_text(s, d, i)
+      end do
+    end if
+    if (d%has_gain) then
+      write (line, '(a,f0.2,a,f0.2,a)') 'gain      of log predictive density ', d%gain, ' +- ', d%gain_error, &
+        ' for a location that was left out'
+      write (unit, '(a)') trim(line)
+    end if
+    if (size(next%order) > 0) then
+      write (line, '(a,f0.1,a,f0.1,a)') 'next      repeat '//s%measurement%loads(next%order(1))%name//': '// &
+        s%catalogue%effects(next%effects(1))%name//' against '//s%catalogue%effects(next%effects(2))%name//' at ', &
+        next%after(next%order(1)), ' sd, now ', next%separation, ' sd'
+      write (unit, '(a)') trim(line)
+    end if
+    write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini, _extended.ini, _next_measurements.csv'
+    flush (unit)
+  end subroutine print_verdict
+
+  !> One sentence.
+  function verdict_sentence(s, d) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    character(:), allocatable :: text
+    character(8) :: percent
+    integer :: i
+    write (percent, '(f0.0)') 100*d%decision%probability
+    percent = percent(:len_trim(percent) - 1)
+    select case (d%decision%verdict)
+    case (VERDICT_ADEQUATE)
+      text = 'the model explains these data within their errors'
+      return
+    case (VERDICT_NAMED)
+      text = ''
+      do i = 1, size(d%decision%causes)
+        text = text//' and '//cause_name(s, d, i)
+      end do
+      text = text(6:)
+    case (VERDICT_SET)
+      text = 'these data cannot tell apart:'
+      do i = 1, size(d%decision%set)
+        text = text//' '//s%catalogue%effects(d%decision%set(i))%title
+        if (i < size(d%decision%set)) text = text//';'
+      end do
+      if (size(d%decision%set) == 1) text = 'consistent with '//s%catalogue%effects(d%decision%set(1))%title// &
+                                            '; other causes are not excluded'
+    case (VERDICT_UNKNOWN)
+      text = 'something that is not in the catalogue'
+    case default
+      text = 'there are too few data to test anything'
+      return
+    end select
+    text = text//' (probability '//trim(percent)//' %)'
+  end function verdict_sentence
+
+  !> Title and place of a cause.
+  function cause_name(s, d, i) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    associate (one => d%design%candidates(d%decision%causes(i)))
+      associate (effect => s%catalogue%effects(one%effect))
+        text = effect%title
+        if (effect%variants(one%variant)%label /= '') text = text//', '//effect%variants(one%variant)%label
+      end associate
+    end associate
+  end function cause_name
+
+  !> Parameters of the causes that were fitted.
+  pure integer function parameter_count(d) result(n)
+    type(diagnosis_t), intent(in) :: d
+    n = 0
+    if (d%extended%is_found) n = size(d%extended%active) - size(d%baseline%active)
+  end function parameter_count
+
+  !> Parameter number i of the causes: value and, where it was sought, interval.
+  function value_text(s, d, i) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    integer :: column
+    column = d%extended%active(size(d%baseline%active) + i)
+    associate (q => s%catalogue%quantities(column))
+      text = q%name//' = '//shown(d%extended%q(column))//unit()
+      if (.not. allocated(d%intervals)) return
+      associate (one => d%intervals(i))
+        if (one%has_lower .and. one%has_upper) then
+          text = text//', with 90 % confidence between '//shown(one%lower)//' and '//shown(one%upper)//unit()
+        else if (one%has_lower) then
+          text = text//', with 95 % confidence more than '//shown(one%lower)//unit()
+        else if (one%has_upper) then
+          text = text//', with 95 % confidence less than '//shown(one%upper)//unit()
+        end if
+      end associate
+    end associate
+
+  contains
+
+    function shown(x) result(number)
+      real(rp), intent(in) :: x
+      character(:), allocatable :: number
+      character(16) :: buffer
+      if (s%catalogue%quantities(column)%is_log) then
+        write (buffer, '(es11.3)') exp(x)
+      else
+        write (buffer, '(es11.3)') x
+      end if
+      number = trim(adjustl(buffer))
+    end function shown
+
+    function unit() result(word)
+      character(:), allocatable :: word
+      word = ''
+      if (s%catalogue%quantities(column)%unit /= '1') word = ' '//s%catalogue%quantities(column)%unit
+    end function unit
+
+  end function value_text
+
+  !> A probability from its logarithm.
+  function probability_text(log_p) result(text)
+    real(rp), intent(in) :: log_p
+    character(:), allocatable :: text
+    character(16) :: buffer
+    if (log_p > log(1.0e-3_rp)) then
+      write (buffer, '(f6.3)') exp(log_p)
+    else
+      write (buffer, '(a,i0)') '1e', floor(log_p/log(10.0_rp))
+    end if
+    text = trim(adjustl(buffer))
+  end function probability_text
+
+  !> The smallest strength of every effect that the loads would show with a probability of 90 %, from tangents at the wing
+  !> as [Wing] has it. On rank 0; the others serve.
+  subroutine print_plan(unit, s, simulator, failure)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(failure_t), intent(out) :: failure
+    type(design_t) :: design
+    type(calibration_t) :: calibration
+    real(rp), allocatable :: snr(:)
+    integer :: e
+    call build_design(simulator, simulator%null_point(), design, failure)
+    if (failure%failed) return
+    call calibration%init(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed)
+    call find_detectable(design, calibration, size(s%catalogue%effects), snr)
+    write (unit, '(a)') 'effect                parameter             found with 90 % from      at             '// &
+      'seen beside baseline'
+    do e = 1, size(s%catalogue%effects)
+      if (s%catalogue%effects(e)%is_testable()) then
+        call print_detectable(unit, s, design, e, snr(e))
+      else
+        write (unit, '(a)') s%catalogue%effects(e)%name//repeat(' ', max(1, 22 - len(s%catalogue%effects(e)%name)))// &
+          'not testable with these data: '//s%catalogue%effects(e)%missing
+      end if
+    end do
+    flush (unit)
+  end subroutine print_plan
+
+  !> The variant that shows best.
+  subroutine print_detectable(unit, s, design, e, snr)
+    integer, intent(in) :: unit, e
+    type(diagnose_settings_t), intent(in) :: s
+    type(design_t), intent(in) :: design
+    real(rp), intent(in) :: snr
+    real(rp) :: strength, least, length
+    character(40) :: value
+    integer :: c, i, best(2)
+    least = huge(least)
+    best = 0
+    do c = 1, size(design%candidates)
+      associate (one => design%candidates(c))
+        if (one%effect /= e .or. one%df == 0) cycle
+        do i = 1, size(one%columns)
+          length = norm2(one%tangents(:, i))
+          if (.not. length > 0) cycle
+          strength = snr/length/s%catalogue%quantities(one%columns(i))%prior_sd
+          if (.not. strength < least) cycle
+          least = strength
+          best = [c, i]
+        end do
+      end associate
+    end do
+    associate (effect => s%catalogue%effects(e))
+      if (best(1) == 0) then
+        write (unit, '(a)') effect%name//repeat(' ', max(1, 22 - len(effect%name)))//'absorbed by the baseline'
+        return
+      end if
+      associate (one => design%candidates(best(1)))
+        associate (q => s%catalogue%quantities(one%columns(best(2))))
+          strength = least*q%prior_sd
+          if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
+          if (.not. q%is_log) write (value, '(es10.3)') strength
+          if (q%unit /= '1') value = trim(value)//' '//q%unit
+          write (unit, '(a22,a22,a26,a15,f8.3)') effect%name//repeat(' ', 22), q%name//repeat(' ', 22), &
+            adjustl(value), effect%variants(one%variant)%label//repeat(' ', 15), one%retained
+        end associate
+      end associate
+    end associate
+  end subroutine print_detectable
+end module app_diagnose_summary
