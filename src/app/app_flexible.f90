@@ -6,9 +6,10 @@ module app_flexible
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use fsi_added_mass, only: added_mass_ratio
+  use fsi_added_mass, only: added_mass_ratio, light_layer
   use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
-  use fsi_flight_params, only: flight_params_t
+  use fsi_flight_params, only: flapping_wing_t, flight_params_t
+  use fsi_wing_shape, only: SPAN, wing_shape_t
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_units, only: unit_scales_t
@@ -139,6 +140,7 @@ contains
     params%units = units
     params%added_mass = added_mass_ratio(setup%wing%points, setup%wing%triangles, setup%mass%nodal, &
                                          units%mass/units%length**3)
+    params%light_layer = light_layer(setup%wing%points, setup%wing%triangles, setup%mass%nodal)
     params%gravity = config%get_reals(F, 'gravity')
     params%friction = config%get_word(F, 'load') == 'pressure_viscous'
     params%extrapolates = config%get_switch(F, 'load_extrapolated')
@@ -165,9 +167,26 @@ contains
                            't_wing + wing_smoothing')
     if (size(flight%wings) == 0) return
     if (size(flight%wings(1)%points) == 0) return
+    call notice_sections(flight%wings(1), notices)
     if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
       call config%complain(errors, F, 'load_distance', &
-                                      'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
-                                                                         ': the pressure there is not that on the wing')
+                           'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
+                           ': the pressure there is not that on the wing')
   end subroutine read_coupler
+
+  !> Remarks on sections that a wing does not have.
+  subroutine notice_sections(wing, notices)
+    type(flapping_wing_t), intent(in) :: wing
+    type(message_list_t), intent(inout) :: notices
+    type(wing_shape_t) :: shape
+    integer :: i
+    call shape%init(wing%points, wing%triangles, SPAN, 1.0_rp)
+    do i = 1, size(SPAN)
+      if (shape%has(i)) cycle
+    call notices%add('the wing has no section at '//number_text(nint(100*SPAN(i)))//' % of its span: its triangles '// &
+                       'reach from '//number_text(minval(wing%points(1, :)))//' to '// &
+                       number_text(maxval(wing%points(1, :)))//' L; trailing edge, twist and camber there are 0 in '// &
+                       'bending_*.t')
+    end do
+  end subroutine notice_sections
 end module app_flexible

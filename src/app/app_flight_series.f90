@@ -8,7 +8,7 @@ module app_flight_series
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: swap_flusi_wing
   use fsi_wing_loads, only: wing_loads_t
-  use fsi_wing_shape, only: section_t, wing_shape_t
+  use fsi_wing_shape, only: section_t, SPAN, wing_shape_t
   use io_series, only: series_t
   use parallel_world, only: world_t
   use solid_inertia, only: momenta_t
@@ -17,7 +17,6 @@ module app_flight_series
   public :: flight_series_t
 
   character(*), parameter :: XYZ = 'xyz'
-  real(rp), parameter :: SPAN(3) = [0.25_rp, 0.5_rp, 0.75_rp] !< where shapes are measured, in wing lengths
 
   type :: flight_series_t
     private

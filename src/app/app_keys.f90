@@ -3,6 +3,7 @@
 module app_keys
   use app_flexible, only: register_flexible_keys
   use app_flusi_keys, only: register_flusi_legacy
+  use app_instrument, only: register_idle_instrument
   use app_solid_keys, only: write_solid_reference
   use app_static_keys, only: write_static_reference
   use app_train_keys, only: write_train_reference
@@ -27,6 +28,7 @@ contains
     call register_slices(registry)
     call register_flight_keys(registry)
     call register_flexible_keys(registry)
+    call register_idle_instrument(registry)
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')
     call register_flusi_legacy(registry)
     call set_conditions(registry)

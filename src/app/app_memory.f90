@@ -19,9 +19,10 @@ module app_memory
 contains
 
   !> The largest need of any of `ranks` ranks.
-  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, ranks) result(m)
+  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, couples, ranks) result(m)
     type(fluid_params_t), intent(in) :: p
     logical, intent(in) :: keeps_fields, keeps_pressure, keeps_rhs
+    logical, intent(in) :: couples !< flexible wings, which look at the pressure
     integer, intent(in) :: ranks
     type(memory_t) :: m
     type(sticks_t) :: s
@@ -50,6 +51,7 @@ contains
     if (keeps_fields) m%running = m%running + 8*points*6
     if (keeps_fields .or. keeps_pressure) m%running = m%running + 8*points ! scratch to write one field
     if (keeps_pressure) m%running = m%running + 16*sticks*s%nkz + 8*points
+    if (couples) m%running = m%running + 8*points
     if (keeps_rhs) m%running = m%running + 16*sticks*s%nkz*3
     ! The initial condition: its untruncated spectrum (three fields and one more) with the buffers of one
     ! field, and the seven physical fields that the first step begins from.

@@ -21,11 +21,15 @@ module app_report
 contains
 
   !> Version, grid, ranks, memory and dimensionless numbers. Root only; `restart_time` < 0 means a new run.
-  subroutine print_run_header(unit, settings, fluid, restart_time)
+  subroutine print_run_header(unit, settings, fluid, restart_time, coupler)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
     type(fluid_t), intent(in) :: fluid
     real(rp), intent(in) :: restart_time
+    type(coupler_t), intent(in), optional :: coupler !< of flexible wings
+    real(rp) :: bytes
+    bytes = fluid%memory_bytes()
+    if (present(coupler)) bytes = bytes + coupler%memory_bytes()
     associate (p => settings%fluid, t => fluid%transform)
       write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
       write (unit, '(a)') 'method: Engels, Kolomenskiy, Schneider & Sesterhenn 2016, DOI 10.1137/15M1026006'
@@ -33,7 +37,7 @@ contains
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
       write (unit, '(a,i0,a,i0,a,i0,a,a,a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
         ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
-      write (unit, '(a,f0.1,a)') 'memory    ', fluid%memory_bytes()/1.0e6_rp, ' MB per rank'
+      write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
       if (restart_time >= 0) then
         write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
@@ -115,17 +119,30 @@ contains
         ' g/m^2, air that it accelerates ', G*air, ' g/m^2'
       write (unit, '(a,f0.2)') '          largest added-mass ratio over the wing ', c%added_mass
       stiffness = 0
-      if (c%membrane > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
-                                      c%membrane*step_over_c_eta(p)
-      if (c%coupling == COUPLING_WEAK .and. c%added_mass > 1) then
-        write (unit, '(a)') '          the wing is lighter than the air that it moves: the lag of the weak '// &
-          'coupling is felt; better: coupling = strong, or extrapolated where it is stable'
-      end if
-      if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') '          (dt/C_eta) rho t/membrane = ', &
-        stiffness, ' may exceed ', c%stability_limit(), &
+      if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
+                                         c%light_layer*step_over_c_eta(p)
+      if (c%added_mass > 1) write (unit, '(a)') '          the wing is lighter than the air that it moves: '// &
+        advice(c%coupling)
+      if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') &
+        '          (dt/C_eta) rho t/(mass per area of the lightest tenth) = ', stiffness, ' may exceed ', &
+        c%stability_limit(), &
         ': the coupling may be unstable; better: coupling = strong, a smaller dt_max or a thinner sheet'
     end associate
   end subroutine print_bending
+
+  !> What a large added mass means for a coupling.
+  pure function advice(coupling) result(text)
+    integer, intent(in) :: coupling
+    character(:), allocatable :: text
+    select case (coupling)
+    case (COUPLING_WEAK)
+      text = 'the lag of the weak coupling is felt; better: coupling = strong, or extrapolated where it is stable'
+    case (COUPLING_STRONG)
+      text = 'the strong coupling is made for that; the lighter the wing, the more evaluations of the flow it takes'
+    case default
+      text = 'compare with coupling = strong'
+    end select
+  end function advice
 
   !> Largest dt/C_eta that the parameters allow.
   pure real(rp) function step_over_c_eta(p) result(ratio)

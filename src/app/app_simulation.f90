@@ -123,7 +123,8 @@ contains
       call self%fail(EXIT_FAILURE)
       return
     end if
-    if (world%is_root) call print_run_header(output_unit, settings, self%fluid, restart_time)
+    if (world%is_root) call print_run_header(output_unit, settings, self%fluid, restart_time, &
+                                             self%coupler)
     call self%progress%init(world%is_root, settings%output%progress_seconds)
     call self%timers%stop(self%t_start)
   end subroutine simulation_init

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of the ini keys of `flusi --solid`. All units are SI; [units] gives those of [Insects].
 module app_solid_keys
+  use app_instrument, only: register_idle_instrument
   use app_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
   use base_kinds, only: rp
   use fsi_kinematics_keys, only: register_kinematics_keys
@@ -19,6 +20,7 @@ contains
     type(registry_t), intent(inout) :: registry
     call register_include(registry)
     call register_wing_keys(registry, required=.true.)
+    call register_idle_instrument(registry)
     call register_damping_keys(registry)
     call register_motion(registry)
     call register_loads(registry)

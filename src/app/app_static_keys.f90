@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of the ini keys of `flusi --static`. All units are SI.
 module app_static_keys
+  use app_instrument, only: register_idle_instrument
   use app_wing_keys, only: register_wing_keys, PLACE_HELP
   use base_kinds, only: rp
   use io_include, only: register_include
@@ -16,6 +17,7 @@ contains
     type(registry_t), intent(inout) :: registry
     call register_include(registry)
     call register_wing_keys(registry, required=.true.)
+    call register_idle_instrument(registry)
     call register_rest(registry)
   end subroutine register_static_keys
 

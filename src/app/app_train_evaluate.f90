@@ -42,7 +42,7 @@ contains
     type(evaluation_t), intent(inout) :: evaluations(:)
     real(rp) :: slope, square, offset
     integer :: i, l
-    do i = size(experiment%numbers) + 1, experiment%count()
+    do i = experiment%count_parameters() + 1, experiment%count()
       slope = 0
       square = 0
       do l = 1, size(evaluations)
@@ -57,7 +57,7 @@ contains
       do l = 1, size(evaluations)
         evaluations(l)%residuals = evaluations(l)%residuals + offset*evaluations(l)%jacobian(:, i)
       end do
-      write (output_unit, '(a,es14.6,a)') 'zero:'//trim(experiment%measurement%zeros(i - size(experiment%numbers)))// &
+      write (output_unit, '(a,es14.6,a)') 'zero:'//trim(experiment%measurement%zeros(i - experiment%count_parameters()))// &
         ' is taken as', offset, ' m'
     end do
   end subroutine fit_offsets

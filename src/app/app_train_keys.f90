@@ -2,6 +2,7 @@
 !> The register of the ini keys of `msm_train`. All units are SI. Keys whose default is `preset`, -1 or 0 follow
 !> [Train] preset.
 module app_train_keys
+  use app_instrument, only: register_instrument_keys
   use app_wing_keys, only: register_wing_keys
   use base_kinds, only: rp
   use io_include, only: register_include
@@ -21,6 +22,7 @@ contains
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
                            'here and then in the folder of the input file. Several individuals: a list, separated by '// &
                            'commas; [Wing] file may then be a list as long', required=.true.)
+    call register_instrument_keys(registry)
     call register_train(registry)
     call register_search(registry)
     call register_polish(registry)
@@ -45,8 +47,8 @@ contains
                     'weights, population 16, end at h < 1e-6 m (their 1e-4 in cm) or after 100 generations, no '// &
                     'polish, two stages, cross-springs')
     call r%add_text('Train', 'parameters', 'E, joint:*', 'what is sought: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
-                   'UPPER log|linear, separated by commas; names as in [Wing] parameters, or E, D; joint:* and E:* '// &
-                    'mean all joints and all veins')
+                   'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
+                    'joint:*, E:* and hardening:* mean all joints and all veins')
     call r%add_word('Train', 'scale', 'preset', 'preset|log|linear', 'of bounds that do not say it; paper: linear')
     call r%add_word('Train', 'cost', 'auto', 'auto|h|chi2', &
                     'what the search makes small: h [m] of the paper, or the '// &

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> To which training a checkpoint belongs.
 module app_train_mark
+  use app_wing_effects, only: effect_place_lines
   use app_train_settings, only: train_settings_t
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_kinds, only: i8, rp
@@ -18,7 +19,9 @@ contains
     mark = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
     associate (e => settings%experiment, o => settings%search, s => settings%sought)
       mark = checksum_add(mark, wing_mark(e%model))
-     mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
+      mark = checksum_add(mark, checksum_text(effect_place_lines(e%model%params%effects)))
+      mark = checksum_add(mark, checksum_reals([e%instrument%values, real(s%instrument_numbers, rp)], 2000000_i8))
+      mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
                             real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
            real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
                                                                                  e%model%params%cross_springs])], 0_i8))

@@ -2,12 +2,13 @@
 !> The files of a training: NAME.ini, the trained wing as a fragment that parameter files include, and
 !> NAME_history.h5, all that was computed. Both get their names when they are complete.
 module app_train_output
+  use app_instrument, only: instrument_lines
   use app_train_details, only: put_table, write_details
   use app_train_history, only: train_history_t
   use app_train_polish, only: trained_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
-  use app_wing_effects, only: effect_place_lines
+  use app_wing_fragment, only: wing_lines
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -16,7 +17,7 @@ module app_train_output
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
   use measurement_profile, only: profile_sentence
-  use solid_params, only: membrane_note, parameter_t, solid_params_t, N_COMMON
+  use solid_params, only: membrane_note, solid_params_t
   implicit none
   private
   public :: write_fragment, write_history, outcome_lines
@@ -32,28 +33,16 @@ contains
     type(trained_t), intent(in) :: trained
     type(failure_t), intent(inout) :: failure
     type(solid_params_t) :: p
-    type(parameter_t) :: known
-    character(:), allocatable :: text, list, note
+    character(:), allocatable :: text, note
     logical :: is_soft, ok
-    integer :: i
     p = settings%experiment%params(trained%coordinates)
     call membrane_note(p, note, is_soft)
     text = '; Stiffness of '//settings%setup%path//', trained on '//settings%measurement_path//NL// &
            '; by msm_train '//BUILD_VERSION//' ('//BUILD_COMMIT//').'//NL//';'//NL// &
            outcome_lines(settings, space, trained, '; ')// &
            '; These values of E and joints belong to the '//note//'.'//NL// &
-           '; [include] file = '//settings%result//NL//NL//'[Wing]'//NL// &
-           'E = '//number_text(p%young)//'; Pa'//NL//'D = '//number_text(p%plate)//'; N m'//NL// &
-           'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)
-    list = ''
-    do i = 1, p%count()
-      known = p%describe(i)
-      if (any(known%name == [character(9) :: 'E', 'D', 'thickness'])) cycle
-      if (i > N_COMMON .and. i <= N_COMMON + size(p%vein_factor) .and. abs(p%get(i) - 1) <= 0) cycle
-      if (known%is_effect .and. abs(p%get(i) - known%null) <= 0) cycle
-      list = list//', '//known%name//' '//number_text(p%get(i))
-    end do
-    text = text//'parameters = '//list(3:)//'; N m/rad of joints, N/m of springs, factors'//NL
+           '; [include] file = '//settings%result//NL//NL//wing_lines(p)// &
+           instrument_lines(settings%experiment%instrument_at(trained%coordinates))
     call write_text(settings%result, text, ok)
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
   end subroutine write_fragment

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The list of [Train] parameters: which parameters of a wing are sought, and in which box.
+!> The list of [Train] parameters: which parameters of a wing and of the instrument are sought, and
+!> in which box.
 module app_train_parameters
   use app_wing_effects, only: unplaced_effect
   use base_errors, only: message_list_t
@@ -8,6 +9,7 @@ module app_train_parameters
   use cmaes_box, only: box_problem
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
+  use measurement_instrument, only: instrument_t, N_INSTRUMENT
   use solid_params, only: parameter_t, solid_params_t, N_COMMON, PARAM_PLATE, PARAM_THICKNESS
   implicit none
   private
@@ -15,9 +17,9 @@ module app_train_parameters
 
   real(rp), parameter :: PAPER_JOINT(2) = [1.0e-6_rp, 1.0e-2_rp] ! [N m/rad] 0.1 to 1000 mN cm/rad
 
-  !> Parameters that are sought, by their numbers in solid_params_t.
+  !> Parameters that are sought, by their numbers in solid_params_t and instrument_t; those of the wing come first.
   type :: sought_t
-    integer, allocatable :: numbers(:)
+    integer, allocatable :: numbers(:), instrument_numbers(:)
     real(rp), allocatable :: lower(:), upper(:) !< in their units
     logical, allocatable :: is_log(:)           !< scale of the search
   contains
@@ -31,45 +33,49 @@ contains
   pure integer function sought_count(self) result(n)
     class(sought_t), intent(in) :: self
     n = 0
-    if (allocated(self%numbers)) n = size(self%numbers)
+    if (allocated(self%numbers)) n = size(self%numbers) + size(self%instrument_numbers)
   end function sought_count
 
   !> Reads the list; all mistakes go to `errors` in one message. Bounds are those of the wing's parameters and, for
   !> joints, those that Truong et al. searched in.
-  subroutine read_sought(config, params, scale_is_log, sought, errors)
+  subroutine read_sought(config, section, params, instrument, scale_is_log, sought, errors)
     type(config_t), intent(in) :: config
+    character(*), intent(in) :: section !< that has the key `parameters`
     type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
     logical, intent(in) :: scale_is_log
     type(sought_t), intent(out) :: sought
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: text, problem, problems
     integer :: position, first, last
     logical :: found
-    text = config%get_text('Train', 'parameters')
-    allocate (sought%numbers(0), sought%lower(0), sought%upper(0), sought%is_log(0))
+    text = config%get_text(section, 'parameters')
+    allocate (sought%numbers(0), sought%instrument_numbers(0), sought%lower(0), sought%upper(0), sought%is_log(0))
     problems = ''
     position = 1
     do
       call next_word(text, ',', position, first, last, found)
       if (.not. found) exit
-      call read_entry(text(first:last), params, scale_is_log, sought, problem)
+      call read_entry(text(first:last), params, instrument, scale_is_log, sought, problem)
       if (allocated(problem)) problems = problems//'; '//problem
     end do
     if (problems == '' .and. sought%count() == 0) problems = '; nothing is sought'
     if (any(sought%numbers == PARAM_PLATE) .and. any(sought%numbers == PARAM_THICKNESS)) &
       problems = problems//'; D and thickness are one parameter'
-    if (problems /= '') call config%complain(errors, 'Train', 'parameters', problems(3:))
+    if (problems /= '') call config%complain(errors, section, 'parameters', problems(3:))
   end subroutine read_sought
 
   !> NAME, NAME LOWER UPPER, or NAME LOWER UPPER SCALE.
-  subroutine read_entry(text, params, scale_is_log, sought, problem)
+  subroutine read_entry(text, params, instrument, scale_is_log, sought, problem)
     character(*), intent(in) :: text
     type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
     logical, intent(in) :: scale_is_log
     type(sought_t), intent(inout) :: sought
     character(:), allocatable, intent(out) :: problem
     integer :: position, first(5), last(5), n, k, i
     real(rp) :: bounds(2)
+    type(parameter_t) :: p
     logical :: found, is_log, is_known
     position = 1
     n = 0
@@ -102,52 +108,62 @@ contains
       end select
     end if
     is_known = .false.
-    do i = 1, params%count()
-      if (.not. matches(text(first(1):last(1)), params, i)) cycle
+    do i = 1, params%count() + N_INSTRUMENT
+      p = description(params, instrument, i)
+      if (.not. matches(text(first(1):last(1)), p%name)) cycle
       is_known = .true.
-      if (n == 1) bounds = usual_bounds(params, i)
-      call sought%add(params, i, bounds, is_log, n == 4, problem)
+      if (n == 1) bounds = usual_bounds(params, p, i)
+      call sought%add(params, p, i, bounds, is_log, n == 4, problem)
       if (allocated(problem)) return
     end do
-    if (.not. is_known) problem = quoted(text(first(1):last(1)))//' is unknown'//hint(text(first(1):last(1)), params)
+    if (.not. is_known) problem = quoted(text(first(1):last(1)))//' is unknown'// &
+                                   hint(text(first(1):last(1)), params, instrument)
   end subroutine read_entry
 
-  !> Whether parameter i has this name, or one that begins with it if it ends in :*.
-  logical function matches(name, params, i)
-    character(*), intent(in) :: name
+  !> Parameter i of the wing, or behind those of the wing one of the instrument.
+  function description(params, instrument, i) result(p)
     type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
     integer, intent(in) :: i
     type(parameter_t) :: p
-    p = params%describe(i)
-    matches = p%name == name
+    if (i <= params%count()) then
+      p = params%describe(i)
+    else
+      p = instrument%describe(i - params%count())
+    end if
+  end function description
+
+  !> Whether `known` is this name, or begins with it if that ends in :*.
+  pure logical function matches(name, known)
+    character(*), intent(in) :: name, known
+    matches = known == name
     if (len(name) > 2) then
-      if (name(len(name) - 1:) == ':*') matches = index(p%name, name(:len(name) - 1)) == 1
+      if (name(len(name) - 1:) == ':*') matches = index(known, name(:len(name) - 1)) == 1
     end if
   end function matches
 
-  function usual_bounds(params, i) result(bounds)
+  function usual_bounds(params, p, i) result(bounds)
     type(solid_params_t), intent(in) :: params
+    type(parameter_t), intent(in) :: p
     integer, intent(in) :: i
     real(rp) :: bounds(2)
-    type(parameter_t) :: p
-    p = params%describe(i)
     bounds = [p%lower, p%upper]
     if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_usual()) bounds = PAPER_JOINT
   end function usual_bounds
 
-  subroutine sought_add(self, params, i, bounds, is_log, scale_is_given, problem)
+  subroutine sought_add(self, params, p, i, bounds, is_log, scale_is_given, problem)
     class(sought_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
+    type(parameter_t), intent(in) :: p
     integer, intent(in) :: i
     real(rp), intent(in) :: bounds(2)
     logical, intent(in) :: is_log, scale_is_given
     character(:), allocatable, intent(out) :: problem
-    type(parameter_t) :: p
     character(:), allocatable :: fault
     logical :: log_scale
-    p = params%describe(i)
+    integer :: n
     log_scale = is_log .and. (p%is_log .or. scale_is_given)
-    if (any(self%numbers == i)) then
+    if (any(self%numbers == i) .or. any(self%instrument_numbers == i - params%count())) then
       problem = quoted(p%name)//' stands twice'
       return
     end if
@@ -161,27 +177,34 @@ contains
       problem = quoted(p%name)//': '//fault//', not '//number_text(bounds(1))//' and '//number_text(bounds(2))
       return
     end if
-    self%numbers = [self%numbers, i]
-    self%lower = [self%lower, bounds(1)]
-    self%upper = [self%upper, bounds(2)]
-    self%is_log = [self%is_log, log_scale]
+    n = self%count()
+    if (i <= params%count()) n = size(self%numbers)
+    if (i <= params%count()) then
+      self%numbers = [self%numbers, i]
+    else
+      self%instrument_numbers = [self%instrument_numbers, i - params%count()]
+    end if
+    self%lower = [self%lower(:n), bounds(1), self%lower(n + 1:)]
+    self%upper = [self%upper(:n), bounds(2), self%upper(n + 1:)]
+    self%is_log = [self%is_log(:n), log_scale, self%is_log(n + 1:)]
   end subroutine sought_add
 
-  function hint(name, params) result(text)
+  function hint(name, params, instrument) result(text)
     character(*), intent(in) :: name
     type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
     character(:), allocatable :: text
     type(parameter_t) :: p
     type(suggestion_t) :: suggestion
     integer :: i
     call suggestion%start(name)
     text = '; valid: '
-    do i = 1, params%count()
-      p = params%describe(i)
+    do i = 1, params%count() + N_INSTRUMENT
+      p = description(params, instrument, i)
       call suggestion%offer(p%name)
       if (i > 1) text = text//' | '
       text = text//p%name
     end do
-    text = text//' | joint:* | E:*'//suggestion%hint()
+    text = text//' | joint:* | E:* | hardening:*'//suggestion%hint()
   end function hint
 end module app_train_parameters

@@ -9,7 +9,7 @@ module app_train_screen
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_train_crew, only: train_crew_t
   use app_train_evaluate, only: print_loads, solve_all_cold
-  use app_train_settings, only: train_settings_t
+  use app_train_settings, only: masses_of, train_settings_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use measurement_evaluation, only: evaluation_t
@@ -31,7 +31,8 @@ contains
     integer :: i
     associate (asked => settings%setup%asked)
       call settings%experiment%init(settings%measurement, settings%setup%wing, asked, &
-                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, asked%count_usual())], settings%options, failure)
+                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, asked%count_usual())], settings%options, &
+                                    failure, settings%instrument, [integer ::], masses_of(settings))
     end associate
   end subroutine prepare_screen
 
@@ -49,7 +50,7 @@ contains
       call print_loads(output_unit, e, evaluations)
       ok = all(evaluations%is_solved)
       if (.not. ok) return
-      n = size(e%numbers)
+      n = e%count_parameters()
       allocate (rows(e%count_residuals(0), e%count()), moved(n), source=0.0_rp)
       first = 0
       points = 0

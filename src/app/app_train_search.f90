@@ -326,7 +326,7 @@ contains
     type(train_settings_t), intent(in) :: settings
     real(rp), intent(in) :: u(:)
     integer :: i
-    do i = 1, settings%sought%count()
+    do i = 1, size(settings%sought%numbers)
       if (settings%sought%numbers(i) == PARAM_YOUNG) call self%space%fix(i, u)
     end do
     self%stage = 2

@@ -2,6 +2,7 @@
 !> What `msm_train` is to do: from the ini file, the wing file and the measurement file to an experiment and the
 !> choices of search and fit. Whatever a user can do wrong is found here. SI units.
 module app_train_settings
+  use app_instrument, only: read_instrument
   use app_settings, only: output_params_t
   use app_train_files, only: choose_individual, of_individual
   use app_train_keys, only: register_train_keys
@@ -18,13 +19,14 @@ module app_train_settings
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   use measurement_fit, only: fit_options_t
+  use measurement_instrument, only: instrument_t
   use measurement_share, only: load_measurement
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use solid_statics, only: static_options_t
   implicit none
   private
-  public :: train_settings_t, load_train_settings
+  public :: train_settings_t, load_train_settings, masses_of
 
   integer, parameter :: UNLIMITED = 1000000000 !< generations
 
@@ -33,6 +35,7 @@ module app_train_settings
     type(wing_settings_t) :: setup
     type(sought_t) :: sought
     type(measurement_t) :: measurement
+    type(instrument_t) :: instrument        !< what the measurement is taken to have done
     character(:), allocatable :: measurement_path
     integer :: n_individuals = 1            !< in the lists of [Measurement] and [Wing]
     character(:), allocatable :: individual !< name of this one, part of the names of its files; empty if it is the only one
@@ -80,9 +83,11 @@ contains
     call load_wing(s%config, path, .false., s%setup, found, errors, notices, world, wing)
     if (.not. found) return
     scale = s%config%get_word('Train', 'scale')
-    call read_sought(s%config, s%setup%asked, scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), &
-                     s%sought, errors)
     call read_measurement_file(s, path, measurement, world, errors)
+    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
+    call read_instrument(s%config, s%instrument, errors)
+    call read_sought(s%config, 'Train', s%setup%asked, s%instrument, &
+                     scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), s%sought, errors)
     if (errors%count() > 0) return
     call make_experiment(s, errors)
     if (errors%count() > 0) return
@@ -141,7 +146,8 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(failure_t) :: failure
     if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%setup%asked%cross_springs = .true.
-    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, s%sought%numbers, s%options, failure)
+    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, s%sought%numbers, s%options, failure, &
+                           s%instrument, s%sought%instrument_numbers, masses_of(s))
     if (failure%failed) call errors%add(failure%reason)
     s%setup%model = s%experiment%model
     select case (s%config%get_word('Train', 'cost'))
@@ -156,6 +162,14 @@ contains
     if (s%n_stages == 2 .and. .not. (any(s%sought%numbers == PARAM_YOUNG) .and. s%sought%count() > 1)) &
      call s%config%complain(errors, 'Train', 'stages', 'the second stage fixes E, and must have something left to seek')
   end subroutine make_experiment
+
+  !> [kg] of all points, or none if the wing has no valid mass.
+  pure function masses_of(s) result(masses)
+    type(train_settings_t), intent(in) :: s
+    real(rp), allocatable :: masses(:)
+    allocate (masses(0))
+    if (s%setup%has_mass) masses = s%setup%mass%nodal
+  end function masses_of
 
   subroutine read_search(s, errors)
     type(train_settings_t), intent(inout) :: s

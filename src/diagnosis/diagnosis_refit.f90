@@ -146,6 +146,7 @@ contains
     type(failure_t), intent(out) :: failure
     integer, parameter :: MOST_PASSES = 4
     type(nested_fit_t) :: one
+    real(rp), allocatable :: q(:)
     real(rp) :: before
     integer :: i, s, pass, active(simulator%n_baseline)
     logical :: is_valid
@@ -160,9 +161,10 @@ contains
       if (.not. one%is_found) cycle
       do pass = 2, MOST_PASSES
         before = one%cost()
-        call take_directions(simulator, one%q, active, whitener, is_valid)
+        q = one%q
+        call take_directions(simulator, q, active, whitener, is_valid)
         if (.not. is_valid) exit
-        call fit_nested(simulator, whitener, active, one%q, options, one)
+        call fit_nested(simulator, whitener, active, q, options, one)
         if (.not. one%is_found) exit
         if (abs(one%cost() - before) <= 1.0e-3_rp) exit
       end do

@@ -109,17 +109,17 @@ contains
     end do
   end subroutine make_bins
 
-  !> Averages(count) of the values(:, :) of all pixels of load l, column by column.
+  !> Averages(count) of the values of all pixels of load l.
   subroutine bin_rows(bins, l, values, averages)
     type(bins_t), intent(in) :: bins
     integer, intent(in) :: l
-    real(rp), intent(in) :: values(:, :)
-    real(rp), intent(out) :: averages(:, :)
+    real(rp), intent(in) :: values(:)
+    real(rp), intent(out) :: averages(:)
     integer :: k, b
     averages = 0
-    do k = 1, size(values, 1)
+    do k = 1, size(values)
       b = bins%of_pixel(k, l)
-      averages(b - bins%first(l) + 1, :) = averages(b - bins%first(l) + 1, :) + values(k, :)/bins%pixels(b)
+      averages(b - bins%first(l) + 1) = averages(b - bins%first(l) + 1) + values(k)/bins%pixels(b)
     end do
   end subroutine bin_rows
 

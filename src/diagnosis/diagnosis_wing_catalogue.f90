@@ -5,10 +5,13 @@ module diagnosis_wing_catalogue
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnosis_simulator, only: effect_t, quantity_t, variant_t
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_CREEP, KIND_DAMAGE, KIND_DRIFT, KIND_GAIN, KIND_LEAN_X, &
-                                       KIND_LEAN_Y, KIND_OFFSET, KIND_PARAMETER, KIND_SCALE, KIND_SOFT, KIND_ZERO
+  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT, &
+                                       KIND_ZERO
   use diagnosis_wing_task, only: wing_patterns_t
   use measurement_experiment, only: experiment_t
+  use measurement_instrument, only: missing_for, CREEP, DRIFT, DRIFT_RATE, FORCE_GAIN, FORCE_OFFSET, FORCE_TILT_X, &
+                                    FORCE_TILT_Y, HEIGHT_SCALE, LOAD_SHIFT_X, LOAD_SHIFT_Y, MAP_ROTATION, MAP_SCALE, &
+                                    MAP_SHIFT_X, MAP_SHIFT_Y, PISTON, TILT_X, TILT_Y
   use measurement_place, only: find_place
   use solid_layout, only: hinge_in_vein
   use solid_params, only: parameter_t
@@ -52,7 +55,7 @@ contains
     do i = 1, size(experiment%measurement%zeros)
       n = catalogue%add_quantity(quantity_t('zero:'//trim(experiment%measurement%zeros(i)), 'm', .false., 0.0_rp, &
                                             0.0_rp, -experiment%model%size, experiment%model%size), &
-                                 wing_quantity_t(kind=KIND_ZERO, number=i, is_log=.false.))
+                                 wing_quantity_t(kind=KIND_ZERO, number=i))
     end do
     catalogue%n_baseline = size(catalogue%quantities)
     call enter_structure(catalogue, experiment, numbers)
@@ -119,11 +122,14 @@ contains
         n = c%add_parameter(e, i)
         columns = [columns, n]
         if (is_together) cycle
-        variants = [variants, variant_t(p%name(index(p%name, ':') + 1:), [n])]
+        call append(variants, p%name(index(p%name, ':') + 1:), n, [0.0_rp, 0.0_rp])
       end do
     end do
     if (size(columns) == 0) return
-    if (is_together) variants = [variant_t('', columns)]
+    if (is_together) then
+      call append(variants, '', 0, [0.0_rp, 0.0_rp])
+      variants(1)%columns = columns
+    end if
     call c%enter(name, title, sentence, .false., missing, variants)
   end subroutine enter_named
 
@@ -149,8 +155,7 @@ contains
           if (kind%number == 0) cycle
           if (any(c%kinds%kind == KIND_SOFT .and. c%kinds%number == kind%number)) cycle
           n = c%add_quantity(quantity_t('soft', '1', .true., 0.0_rp, 2.0_rp, -9.0_rp, 4.6_rp), kind)
-          variants = [variants, variant_t(wing%veins(v)%name//' at '//percent(kind%share), [n], &
-                                          wing%points(:2, nodes(k)))]
+          call append(variants, wing%veins(v)%name//' at '//percent(kind%share), n, wing%points(:2, nodes(k)))
         end do
       end associate
     end do
@@ -164,8 +169,8 @@ contains
     do k = 1, size(places, 2)
       n = c%add_quantity(quantity_t('damage', '1', .true., 0.0_rp, 1.0_rp, -4.6_rp, 4.6_rp), &
                          wing_quantity_t(kind=KIND_DAMAGE, disc=[places(:, k), DAMAGE_RADIUS*e%model%size]))
-      variants = [variants, variant_t('around ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', &
-                                      [n], places(:, k))]
+      call append(variants, 'around ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', n, &
+                  places(:, k))
     end do
     if (size(variants) > 0) &
       call c%enter('damage', 'a damaged region', &
@@ -177,54 +182,83 @@ contains
   subroutine enter_measurement(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
-    character(:), allocatable :: order, hold
-    integer :: n, m
-    order = ''
-    hold = ''
-    associate (loads => e%measurement%loads)
-      if (any(loads%order <= 0) .or. size(loads) < 3) order = 'the order of the measurements'
-      if (any(loads%hold < 0)) then
-        hold = 'times of holding'
-      else if (maxval(loads%hold) < 1.5_rp*minval(loads%hold)) then
-        hold = 'two times of holding that differ'
+    call enter_instrument(c, e, 'force_gain', 'wrong gain of the force sensor', [FORCE_GAIN], .true., &
+                          'All forces were larger or smaller than stated, by one factor.', '')
+    call enter_instrument(c, e, 'force_offset', 'zero error of the force sensor', [FORCE_OFFSET], .true., &
+                          'The same force was added to every force that is stated.', needs_levels(e))
+    call enter_instrument(c, e, 'force_direction', 'forces that were not upright', [FORCE_TILT_X, FORCE_TILT_Y], .true., &
+                          'All forces leaned to one side.', '')
+    if (size(e%model%triangles) > 0) &
+      call enter_instrument(c, e, 'load_position', 'forces beside the stated places', [LOAD_SHIFT_X, LOAD_SHIFT_Y], &
+                            .true., 'All forces acted at a distance from the stated places, the same for all.', '')
+    call enter_instrument(c, e, 'height_scale', 'wrong scale of the heights', [HEIGHT_SCALE], .true., &
+                          'All heights were larger or smaller than stated, by one factor.', '')
+    call enter_instrument(c, e, 'scan_plane', 'tilted or lifted scans', [TILT_X, TILT_Y, PISTON], .true., &
+                          'All loaded scans were tilted or lifted against the unloaded one, in the same way.', '')
+    call enter_instrument(c, e, 'registration', 'shifted or turned maps', [MAP_SHIFT_X, MAP_SHIFT_Y, MAP_ROTATION, &
+                                                                         MAP_SCALE], .true., &
+                         'The wing lay elsewhere, turned or magnified in the height maps than the file says.', '')
+    call enter_instrument(c, e, 'drift', 'a wing that changed during the experiment', [DRIFT], .true., &
+                          'The wing became stiffer (it dried) or softer from one measurement to the next.', '')
+    call enter_instrument(c, e, 'drift_in_time', 'a wing that changed with time', [DRIFT_RATE], .true., &
+                          'The wing became stiffer (it dried) or softer with time.', '')
+    call enter_instrument(c, e, 'creep', 'creep under load', [CREEP], .false., &
+                          'The wing went on bending while the force was held.', needs_holds(e))
+  end subroutine enter_measurement
+
+  !> Enters parameters of the instrument, released together.
+  subroutine enter_instrument(c, e, name, title, numbers, is_measurement, sentence, missing)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    character(*), intent(in) :: name, title, sentence, missing
+    integer, intent(in) :: numbers(:)
+    logical, intent(in) :: is_measurement
+    type(variant_t), allocatable :: variants(:)
+    character(:), allocatable :: lacking
+    type(parameter_t) :: p
+    type(quantity_t) :: quantity
+    integer, allocatable :: columns(:)
+    integer :: i
+    lacking = missing
+    allocate (columns(size(numbers)), variants(0))
+    do i = 1, size(numbers)
+      if (lacking == '') lacking = missing_for(numbers(i), e%measurement)
+      p = e%instrument%describe(numbers(i))
+      quantity%name = p%name
+      quantity%unit = p%unit
+      quantity%is_log = p%is_log
+      quantity%null = merge(log(max(p%null, tiny(1.0_rp))), p%null, p%is_log)
+      quantity%lower = merge(log(max(p%lower, tiny(1.0_rp))), p%lower, p%is_log)
+      quantity%upper = merge(log(max(p%upper, tiny(1.0_rp))), p%upper, p%is_log)
+      ! Beyond what is declared, which is a nuisance already.
+      quantity%prior_sd = max(p%prior_sd, 0.05_rp*(quantity%upper - quantity%lower))
+      columns(i) = c%add_quantity(quantity, wing_quantity_t(kind=KIND_INSTRUMENT, number=numbers(i)))
+    end do
+    call append(variants, '', 0, [0.0_rp, 0.0_rp])
+    variants(1)%columns = columns
+    call c%enter(name, title, sentence, is_measurement, lacking, variants)
+  end subroutine enter_instrument
+
+  !> What is missing for creep.
+  function needs_holds(e) result(missing)
+    type(experiment_t), intent(in) :: e
+    character(:), allocatable :: missing
+    missing = ''
+    associate (hold => e%measurement%loads%hold)
+      if (any(hold < 0)) then
+        missing = 'needs the hold of all loads'
+      else if (maxval(hold) < 1.5_rp*minval(hold)) then
+        missing = 'needs two times of holding that differ'
       end if
     end associate
-    n = c%add_quantity(quantity_t('force_gain', '1', .true., 0.0_rp, 0.3_rp, -1.0_rp, 1.0_rp), &
-                       wing_quantity_t(kind=KIND_GAIN))
-    call c%enter('force_gain', 'wrong gain of the force sensor', &
-                 'All forces were larger or smaller than stated, by one factor.', .true., '', [variant_t('', [n])])
-    n = c%add_quantity(quantity_t('force_offset', 'N', .false., 0.0_rp, 0.3_rp*maxval(e%measurement%loads%force), &
-                                  -maxval(e%measurement%loads%force), maxval(e%measurement%loads%force)), &
-                       wing_quantity_t(kind=KIND_OFFSET, is_log=.false.))
-    call c%enter('force_offset', 'zero error of the force sensor', &
-                 'The same force was added to every force that is stated.', .true., needs_levels(e), [variant_t('', [n])])
-    n = c%add_quantity(quantity_t('height_scale', '1', .true., 0.0_rp, 0.3_rp, -1.0_rp, 1.0_rp), &
-                       wing_quantity_t(kind=KIND_SCALE))
-    call c%enter('height_scale', 'wrong scale of the heights', &
-                 'All heights were larger or smaller than stated, by one factor.', .true., '', [variant_t('', [n])])
-    n = c%add_quantity(quantity_t('drift', '1', .true., 0.0_rp, 0.3_rp, -2.0_rp, 2.0_rp), &
-                       wing_quantity_t(kind=KIND_DRIFT))
-    call c%enter('drift', 'a wing that changed during the experiment', &
-                 'The wing became stiffer (it dried) or softer from one measurement to the next.', .true., order, &
-                 [variant_t('', [n])])
-    n = c%add_quantity(quantity_t('creep', '1', .true., 0.0_rp, 0.3_rp, -2.0_rp, 2.0_rp), &
-                       wing_quantity_t(kind=KIND_CREEP))
-    call c%enter('creep', 'creep under load', &
-                 'The wing went on bending while the force was held.', .false., hold, [variant_t('', [n])])
-    n = c%add_quantity(quantity_t('force_lean_x', 'rad', .false., 0.0_rp, 0.1_rp, -0.5_rp, 0.5_rp), &
-                       wing_quantity_t(kind=KIND_LEAN_X, is_log=.false.))
-    m = c%add_quantity(quantity_t('force_lean_y', 'rad', .false., 0.0_rp, 0.1_rp, -0.5_rp, 0.5_rp), &
-                       wing_quantity_t(kind=KIND_LEAN_Y, is_log=.false.))
-    call c%enter('force_direction', 'forces that were not upright', &
-                 'All forces leaned to one side.', .true., '', [variant_t('', [n, m])])
-  end subroutine enter_measurement
+  end function needs_holds
 
   !> What is missing where every place was loaded with one force only.
   function needs_levels(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
     integer :: i, k
-    missing = 'two forces at one place'
+    missing = 'needs two forces at one place'
     associate (loads => e%measurement%loads)
       do i = 1, size(loads)
         do k = 1, i - 1
@@ -265,13 +299,21 @@ contains
     end do
   end subroutine lattice
 
+  !> Adds a parameter and gives its number.
   integer function catalogue_add_quantity(self, quantity, kind) result(n)
     class(catalogue_t), intent(inout) :: self
     type(quantity_t), intent(in) :: quantity
     type(wing_quantity_t), intent(in) :: kind
-    self%quantities = [self%quantities, quantity]
+    type(quantity_t), allocatable :: quantities(:)
+    integer :: i
+    n = size(self%kinds) + 1
+    allocate (quantities(n))
+    do i = 1, n - 1
+      quantities(i) = self%quantities(i)
+    end do
+    quantities(n) = quantity
+    call move_alloc(quantities, self%quantities)
     self%kinds = [self%kinds, kind]
-    n = size(self%quantities)
     self%kinds(n)%null = quantity%null
   end function catalogue_add_quantity
 
@@ -281,6 +323,7 @@ contains
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: number
     type(parameter_t) :: p
+    type(quantity_t) :: quantity
     real(rp) :: value, lower, upper
     do n = 1, size(self%kinds)
       if (self%kinds(n)%kind == KIND_PARAMETER .and. self%kinds(n)%number == number) return
@@ -294,9 +337,14 @@ contains
       lower = log(lower)
       upper = log(upper)
     end if
-    n = self%add_quantity(quantity_t(p%name, p%unit, p%is_log, value, merge(p%prior_sd, 1.0_rp, p%prior_sd > 0), lower, &
-                                     upper), &
-                          wing_quantity_t(kind=KIND_PARAMETER, number=number, is_log=p%is_log))
+    quantity%name = p%name
+    quantity%unit = p%unit
+    quantity%is_log = p%is_log
+    quantity%null = value
+    quantity%prior_sd = merge(p%prior_sd, 1.0_rp, p%prior_sd > 0)
+    quantity%lower = lower
+    quantity%upper = upper
+    n = self%add_quantity(quantity, wing_quantity_t(kind=KIND_PARAMETER, number=number))
   end function catalogue_add_parameter
 
   subroutine catalogue_enter(self, name, title, sentence, is_measurement, missing, variants)
@@ -304,15 +352,42 @@ contains
     character(*), intent(in) :: name, title, sentence, missing
     logical, intent(in) :: is_measurement
     type(variant_t), intent(in) :: variants(:)
-    type(effect_t) :: effect
-    effect%name = name
-    effect%title = title
-    effect%sentence = sentence
-    effect%is_measurement = is_measurement
-    effect%missing = missing
-    effect%variants = variants
-    self%effects = [self%effects, effect]
+    type(effect_t), allocatable :: effects(:)
+    integer :: i, n
+    n = size(self%effects) + 1
+    allocate (effects(n))
+    do i = 1, n - 1
+      effects(i) = self%effects(i)
+    end do
+    effects(n)%name = name
+    effects(n)%title = title
+    effects(n)%sentence = sentence
+    effects(n)%is_measurement = is_measurement
+    effects(n)%missing = missing
+    allocate (effects(n)%variants(size(variants)))
+    do i = 1, size(variants)
+      effects(n)%variants(i) = variants(i)
+    end do
+    call move_alloc(effects, self%effects)
   end subroutine catalogue_enter
+
+  !> Adds a variant with one parameter.
+  subroutine append(variants, label, column, place)
+    type(variant_t), allocatable, intent(inout) :: variants(:)
+    character(*), intent(in) :: label
+    integer, intent(in) :: column
+    real(rp), intent(in) :: place(2)
+    type(variant_t), allocatable :: longer(:)
+    integer :: i
+    allocate (longer(size(variants) + 1))
+    do i = 1, size(variants)
+      longer(i) = variants(i)
+    end do
+    longer(i)%label = label
+    longer(i)%columns = [column]
+    longer(i)%place = place
+    call move_alloc(longer, variants)
+  end subroutine append
 
   function percent(share) result(text)
     real(rp), intent(in) :: share

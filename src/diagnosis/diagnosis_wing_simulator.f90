@@ -12,17 +12,17 @@ module diagnosis_wing_simulator
   use base_kinds, only: rp
   use diagnosis_simulator, only: effect_t, quantity_t, simulator_t
   use diagnosis_wing_bins, only: bin_covariance, bins_t, noise_model_t
-  use diagnosis_wing_quantities, only: wing_quantity_t
+  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
                                  TASK_DIRECTIONS, TASK_EVALUATE, TASK_PIXELS
   use measurement_experiment, only: experiment_t
+  use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
+  use solid_wing, only: wing_t
   implicit none
   private
   public :: wing_simulator_t
-
-  integer, parameter :: N_SCAN_NUISANCES = 3 !< tilt about x and y, piston
 
   type, extends(simulator_t) :: wing_simulator_t
     type(experiment_t), pointer :: experiment => null()
@@ -32,6 +32,7 @@ module diagnosis_wing_simulator
     real(rp), allocatable :: band(:, :)          !< (n, :) further directions of errors, of the mesh for instance
     integer :: n_evaluations = 0
     type(farm_t), private :: farm
+    integer, private :: gain = 0                 !< quantity that is the gain of all forces
     real(rp), allocatable, private :: shapes(:, :, :), tried(:, :, :)
     logical, allocatable, private :: is_start(:), was_straight(:)
   contains
@@ -49,12 +50,13 @@ module diagnosis_wing_simulator
 
 contains
 
-  !> quantities(i) and kinds(i) are the same parameter; the first n_baseline are those of the baseline. The experiment
-  !> must live as long as the simulator. Collective.
-  subroutine wing_init(self, world, experiment, quantities, kinds, n_baseline, effects, bins, patterns)
+  !> quantities(i) and kinds(i) are the same parameter; the first n_baseline are those of the baseline. The experiment,
+  !> without unknowns of its own, and the wing must live as long as the simulator. Collective.
+  subroutine wing_init(self, world, experiment, wing, quantities, kinds, n_baseline, effects, bins, patterns)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in), target :: experiment
+    type(wing_t), intent(in), target :: wing
     type(quantity_t), intent(in) :: quantities(:)
     type(wing_quantity_t), intent(in) :: kinds(:)
     integer, intent(in) :: n_baseline
@@ -73,15 +75,28 @@ contains
     self%family = [(1, l=1, 2*n)]
     self%family(n + 1:) = 2
     self%pattern_place = reshape([patterns%place, patterns%place], [2, 2*n])
-    call self%runner%init(experiment, kinds, bins, patterns)
+    call self%runner%init(experiment, wing, kinds, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%output_size())
     n = size(experiment%loads)
     allocate (self%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
     allocate (self%is_start(n), self%was_straight(n), source=.false.)
     allocate (self%band(bins%n, 0))
-    self%n_nuisances = n*(N_LOAD_NUISANCES + N_SCAN_NUISANCES) + 1
+    self%n_nuisances = n*N_LOAD_NUISANCES + 1
+    self%gain = 0
+    if (experiment%measurement%accuracy%force_gain > 0) call find_gain(self)
     call label(self)
   end subroutine wing_init
+
+  !> The gain of all forces is a quantity of the catalogue; its declared sd makes it a nuisance too.
+  subroutine find_gain(self)
+    class(wing_simulator_t), intent(inout) :: self
+    integer :: i
+    associate (kinds => self%runner%quantities)
+      do i = 1, size(kinds)
+        if (kinds(i)%kind == KIND_INSTRUMENT .and. kinds(i)%number == FORCE_GAIN) self%gain = i
+      end do
+    end associate
+  end subroutine find_gain
 
   !> What belongs together: see `labels_t`.
   subroutine label(self)
@@ -219,42 +234,38 @@ contains
     call bin_covariance(self%bins, self%noise, rows, c)
   end subroutine wing_covariance
 
-  !> Nuisances: force, place, tilt and piston of every load, the gain of all forces, and the band.
+  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, and the band.
   subroutine wing_directions(self, q, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
     logical, intent(out) :: is_valid
     real(rp), allocatable :: outputs(:, :)
-    integer :: l, i, b, first, at, last, v
+    real(rp) :: residuals(self%n_observations), column(self%n_observations, 1)
+    integer :: l, i, b, first, at, v
     nuisances = 0
     patterns = 0
     call run_all(self, TASK_DIRECTIONS, q, [integer ::], outputs, is_valid)
     if (.not. is_valid) return
     v = 0
-    associate (a => self%experiment%measurement%accuracy, gain => size(outputs, 2)*(N_LOAD_NUISANCES + N_SCAN_NUISANCES) + 1)
-      do l = 1, size(outputs, 2)
-        b = self%bins%count(l)
-        first = self%bins%first(l)
-        last = first + b - 1
-        associate (values => outputs(N_FACTS + 1:, l), force => self%experiment%measurement%loads(l)%force)
-          nuisances(first:last, gain) = a%force_gain*values(:b)
-          if (force > 0) nuisances(first:last, v + 1) = a%force/force*values(:b)
-          nuisances(first:last, v + 2) = a%position*values(b + 1:2*b)
-          nuisances(first:last, v + 3) = a%position*values(2*b + 1:3*b)
-          do i = first, last
-            if (self%bins%cell(1, i) == 0) cycle
-            nuisances(i, v + 4:v + 6) = [a%tilt*self%bins%place(1, i), a%tilt*self%bins%place(2, i), a%piston]
-          end do
-          at = N_LOAD_NUISANCES*b
-          do i = 1, size(patterns, 2)
-            patterns(first:last, i) = values(at + 1:at + b)
-            at = at + b
-          end do
-        end associate
-        v = v + N_LOAD_NUISANCES + N_SCAN_NUISANCES
+    do l = 1, size(outputs, 2)
+      b = self%bins%count(l)
+      first = self%bins%first(l)
+      at = N_FACTS
+      do i = 1, N_LOAD_NUISANCES
+        nuisances(first:first + b - 1, v + i) = outputs(at + 1:at + b, l)
+        at = at + b
       end do
-      nuisances(:, gain + 1:) = self%band
-    end associate
+      do i = 1, size(patterns, 2)
+        patterns(first:first + b - 1, i) = outputs(at + 1:at + b, l)
+        at = at + b
+      end do
+      v = v + N_LOAD_NUISANCES
+    end do
+    if (self%gain > 0) then
+      call self%evaluate(q, [self%gain], residuals, column, is_valid)
+      nuisances(:, v + 1) = self%experiment%measurement%accuracy%force_gain*column(:, 1)
+    end if
+    nuisances(:, v + 2:) = self%band
   end subroutine wing_directions
 end module diagnosis_wing_simulator

@@ -10,7 +10,9 @@ module fsi_added_mass
   use base_kinds, only: rp
   implicit none
   private
-  public :: added_mass_ratio
+  public :: added_mass_ratio, light_layer
+
+  real(rp), parameter :: TENTH = 0.1_rp
 
 contains
 
@@ -22,17 +24,11 @@ contains
     integer, intent(in) :: triangles(:, :) !< (3, m)
     real(rp), intent(in) :: masses(:)      !< (at least n) of the points
     real(rp), intent(in) :: density        !< of the fluid
-    real(rp) :: areas(size(triangles, 2)), around(size(points, 2)), layer(size(triangles, 2))
+    real(rp) :: around(size(points, 2)), layer(size(triangles, 2))
     real(rp) :: chord, mass, length, x
     integer :: i, k, m
     m = size(triangles, 2)
-    around = 0
-    do i = 1, m
-      associate (a => points(:, triangles(1, i)), b => points(:, triangles(2, i)), c => points(:, triangles(3, i)))
-        areas(i) = abs((b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1)))/2
-      end associate
-      around(triangles(:, i)) = around(triangles(:, i)) + areas(i)/3
-    end do
+    around = areas_around(points, triangles)
     layer = 0
     do i = 1, m
       do k = 1, 3
@@ -52,6 +48,38 @@ contains
       if (mass > 0) largest = max(largest, density*PI/4*chord**2/mass)
     end do
   end function added_mass_ratio
+
+  !> The mass per area below which a tenth of the area of such a wing lies. 0 without triangles.
+  pure real(rp) function light_layer(points, triangles, masses) result(layer)
+    real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: triangles(:, :)
+    real(rp), intent(in) :: masses(:)
+    real(rp) :: around(size(points, 2)), layers(size(points, 2))
+    integer :: i
+    around = areas_around(points, triangles)
+    layers = masses(:size(points, 2))/max(around, tiny(1.0_rp))
+    layer = 0
+    do i = 1, size(around)
+      if (around(i) <= 0) cycle
+      if (layer > 0 .and. layers(i) >= layer) cycle
+      if (sum(around, mask=layers <= layers(i)) >= TENTH*sum(around)) layer = layers(i)
+    end do
+  end function light_layer
+
+  !> A third of the area of the triangles about each point.
+  pure function areas_around(points, triangles) result(around)
+    real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: triangles(:, :)
+    real(rp) :: around(size(points, 2))
+    integer :: i
+    around = 0
+    do i = 1, size(triangles, 2)
+      associate (a => points(:, triangles(1, i)), b => points(:, triangles(2, i)), c => points(:, triangles(3, i)))
+        around(triangles(:, i)) = around(triangles(:, i)) + &
+                                  abs((b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1)))/6
+      end associate
+    end do
+  end function areas_around
 
   !> Length of the part of the line x = const inside a triangle with these corners (2, 3).
   pure real(rp) function cut(corners, x) result(length)

@@ -68,6 +68,7 @@ module fsi_coupler
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
+    procedure :: memory_bytes => coupler_memory_bytes
     procedure :: free => coupler_free
     procedure, private :: sample, solve, iterate, relax
   end type coupler_t
@@ -336,6 +337,12 @@ contains
     real(rp) :: force(3)
     force = self%loads(i)%force
   end function coupler_surface_load
+
+  !> Bytes of this rank's array that grows with the grid.
+  pure real(rp) function coupler_memory_bytes(self) result(bytes)
+    class(coupler_t), intent(in) :: self
+    bytes = 8*real(size(self%pressure), rp)
+  end function coupler_memory_bytes
 
   !> Releases everything.
   subroutine coupler_free(self)

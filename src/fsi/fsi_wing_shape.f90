@@ -12,11 +12,12 @@
 !> All three are positive toward the upper side of the wing, the twist if the leading edge turns there, so that
 !> mirror images have the same numbers.
 module fsi_wing_shape
-  use base_errors, only: require
   use base_kinds, only: rp
   implicit none
   private
-  public :: wing_shape_t, section_t
+  public :: wing_shape_t, section_t, SPAN
+
+  real(rp), parameter :: SPAN(3) = [0.25_rp, 0.5_rp, 0.75_rp] !< where wings are usually measured, of their largest x
 
   !> Of one section. Length in those of the points.
   type :: section_t
@@ -39,12 +40,13 @@ module fsi_wing_shape
     real(rp) :: upper = 1                 !< direction of z that is the upper side
   contains
     procedure :: init => shape_init
+    procedure :: has => shape_has
     procedure :: measure => shape_measure
   end type wing_shape_t
 
 contains
 
-  !> Finds the sections of an unloaded wing at the parts `fractions` of its largest x; each must cut the mesh.
+  !> Finds the sections of an unloaded wing at the parts `fractions` of its largest x.
   subroutine shape_init(self, points, triangles, fractions, upper)
     class(wing_shape_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :)   !< (3, n) in the wing frame
@@ -58,9 +60,15 @@ contains
     allocate (self%lines(size(fractions)))
     do i = 1, size(fractions)
       call cut(points, triangles, fractions(i)*maxval(points(1, :)), self%lines(i))
-      call require(size(self%lines(i)%weights) >= 2, 'wing_shape_t: a section does not cut the wing')
     end do
   end subroutine shape_init
+
+  !> Whether the wing has this section; it has not where its triangles do not reach.
+  pure logical function shape_has(self, i) result(has)
+    class(wing_shape_t), intent(in) :: self
+    integer, intent(in) :: i
+    has = size(self%lines(i)%weights) >= 2
+  end function shape_has
 
   !> Where the edges of the mesh cross the plane at `x`.
   pure subroutine cut(points, triangles, x, line)
@@ -89,7 +97,7 @@ contains
     line%trailing = minloc(y(:n), 1)
   end subroutine cut
 
-  !> The sections of the wing displaced by `u` (3, n) in its frame, in the order of `fractions`.
+  !> The sections of the wing displaced by `u` (3, n) in its frame, in the order of `fractions`; 0 where it has none.
   pure subroutine shape_measure(self, u, sections)
     class(wing_shape_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
@@ -97,6 +105,7 @@ contains
     real(rp) :: moved(3, 2), chord(3), before(3), normal(3), height, largest
     integer :: i, k
     do i = 1, size(sections)
+      if (.not. self%has(i)) cycle
       associate (line => self%lines(i))
         moved(:, 1) = at(line, line%trailing, u)
         moved(:, 2) = at(line, line%leading, u)

@@ -36,6 +36,8 @@ module measurement_comparison
     type(gauge_t), allocatable :: gauges(:)
   contains
     procedure :: init => comparison_init
+    procedure :: heights => comparison_heights
+    procedure :: height_slopes => comparison_height_slopes
     procedure :: residuals => comparison_residuals
     procedure :: derivatives => comparison_derivatives
   end type comparison_t
@@ -130,19 +132,53 @@ contains
 
   end subroutine choose_line
 
-  !> residuals(n): computed minus measured, at positions(3, n_points) [m] of the wing's points, with the unknown
-  !> offsets zeros(:). `sample` has room for n_heights places or more and then says where they are.
-  pure subroutine comparison_residuals(self, x, y, points, triangles, edges, positions, zeros, sample, residuals)
+  !> heights(n_heights) [m] of a surface with its points seen(3, n_points) at the places of this load; `sample` has room
+  !> for n_heights places or more and then says where they are.
+  pure subroutine comparison_heights(self, x, y, triangles, edges, seen, sample, heights)
     class(comparison_t), intent(in) :: self
-    real(rp), intent(in) :: x(:), y(:), points(:, :), positions(:, :), zeros(:)
+    real(rp), intent(in) :: x(:), y(:), seen(:, :)
+    integer, intent(in) :: triangles(:, :), edges(:, :)
+    type(surface_sample_t), intent(inout) :: sample
+    real(rp), intent(out) :: heights(:)
+    integer :: k
+    if (self%n_heights > 0) call sample_surface(seen, triangles, edges, x, y, self%number, self%node, sample)
+    do k = 1, self%n_heights
+      heights(k) = sampled_height(seen, sample, k)
+    end do
+  end subroutine comparison_heights
+
+  !> slopes(n_heights): derivatives of them for motion(3, n_points), after `heights` with the same points and sample.
+  pure subroutine comparison_height_slopes(self, x, y, seen, sample, motion, slopes)
+    class(comparison_t), intent(in) :: self
+    real(rp), intent(in) :: x(:), y(:), seen(:, :), motion(:, :)
+    type(surface_sample_t), intent(in) :: sample
+    real(rp), intent(out) :: slopes(:)
+    real(rp) :: gradient(3, 3)
+    integer :: k, c
+    do k = 1, self%n_heights
+      call height_gradient(seen, sample, k, [x(self%node(1, k)), y(self%node(2, k))], gradient)
+      slopes(k) = 0
+      do c = 1, 3
+        slopes(k) = slopes(k) + dot_product(gradient(:, c), motion(:, sample%corner(c, k)))
+      end do
+    end do
+  end subroutine comparison_height_slopes
+
+  !> residuals(n): computed minus measured. The surface is seen(3, n_points) [m], whose places without a load show the
+  !> heights rest(n_heights); scalar observations belong to positions(3, n_points) [m] of the points, with the unknown
+  !> offsets zeros(:). `sample` as above.
+  pure subroutine comparison_residuals(self, x, y, points, triangles, edges, positions, seen, rest, zeros, sample, &
+                                       residuals)
+    class(comparison_t), intent(in) :: self
+    real(rp), intent(in) :: x(:), y(:), points(:, :), positions(:, :), seen(:, :), rest(:), zeros(:)
     integer, intent(in) :: triangles(:, :), edges(:, :)
     type(surface_sample_t), intent(inout) :: sample
     real(rp), intent(out) :: residuals(:)
     real(rp) :: shown
     integer :: k, c
-    if (self%n_heights > 0) call sample_surface(positions, triangles, edges, x, y, self%number, self%node, sample)
+    call self%heights(x, y, triangles, edges, seen, sample, residuals)
     do k = 1, self%n_heights
-      residuals(k) = sampled_height(positions, sample, k) - self%unloaded(k) - self%measured(k)
+      residuals(k) = residuals(k) - rest(k) - self%measured(k)
     end do
     do k = 1, size(self%gauges)
       associate (gauge => self%gauges(k))
@@ -161,22 +197,16 @@ contains
     end do
   end subroutine comparison_residuals
 
-  !> derivatives(n) of the residuals for motion(3, n_points), the derivatives of the positions, after `residuals` with
-  !> the same positions and sample.
-  pure subroutine comparison_derivatives(self, x, y, positions, sample, motion, derivatives)
+  !> derivatives(n) of the residuals for motion(3, n_points) of the positions, seen as seen_motion(3, n_points), after
+  !> `residuals` with the same positions and sample; what changes at rest is not in them.
+  pure subroutine comparison_derivatives(self, x, y, positions, motion, seen, seen_motion, sample, derivatives)
     class(comparison_t), intent(in) :: self
-    real(rp), intent(in) :: x(:), y(:), positions(:, :), motion(:, :)
+    real(rp), intent(in) :: x(:), y(:), positions(:, :), motion(:, :), seen(:, :), seen_motion(:, :)
     type(surface_sample_t), intent(in) :: sample
     real(rp), intent(out) :: derivatives(:)
-    real(rp) :: gradient(3, 3), d(3)
+    real(rp) :: d(3)
     integer :: k, c
-    do k = 1, self%n_heights
-      call height_gradient(positions, sample, k, [x(self%node(1, k)), y(self%node(2, k))], gradient)
-      derivatives(k) = 0
-      do c = 1, 3
-        derivatives(k) = derivatives(k) + dot_product(gradient(:, c), motion(:, sample%corner(c, k)))
-      end do
-    end do
+    call self%height_slopes(x, y, seen, sample, seen_motion, derivatives)
     do k = 1, size(self%gauges)
       associate (gauge => self%gauges(k), derivative => derivatives(self%n_heights + k))
         derivative = 0

@@ -8,11 +8,8 @@ module measurement_evaluation
   use base_errors, only: require
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
-  use measurement_sampling, only: surface_sample_t
-  use solid_equilibrium, only: equilibrium_t
-  use solid_model, only: solid_model_t
-  use solid_sensitivity, only: shape_sensitivities
-  use solid_statics, only: solve_static, static_report_t
+  use measurement_simulation, only: simulation_t
+  use solid_statics, only: static_report_t
   implicit none
   private
   public :: evaluation_t, evaluation_work_t, evaluate, zone_violations
@@ -38,36 +35,12 @@ module measurement_evaluation
     procedure :: from_reals => evaluation_from_reals
   end type evaluation_t
 
-  !> What an evaluation works in; one per process. Nothing of it is remembered.
-  type :: evaluation_work_t
-    type(solid_model_t), private :: model
-    type(equilibrium_t), private :: equilibrium
-    type(surface_sample_t), private :: sample
-    real(rp), allocatable, private :: positions(:, :), derivatives(:, :, :)
-  contains
-    procedure :: init => work_init
-    procedure :: free => work_free
+  !> What an evaluation works in; one per process. Nothing of it enters the next one, but after it derivatives that are no
+  !> unknowns can be asked for: see simulation_t.
+  type, extends(simulation_t) :: evaluation_work_t
   end type evaluation_work_t
 
 contains
-
-  subroutine work_init(self, experiment)
-    class(evaluation_work_t), intent(inout) :: self
-    type(experiment_t), intent(in) :: experiment
-    call self%free()
-    self%model = experiment%model
-    call self%equilibrium%init(self%model)
-    call self%sample%init(maxval(experiment%comparisons%n_heights))
-    allocate (self%positions(3, self%model%n_points), &
-              self%derivatives(3, self%model%n_all, size(experiment%numbers)), source=0.0_rp)
-  end subroutine work_init
-
-  !> Releases everything.
-  subroutine work_free(self)
-    class(evaluation_work_t), intent(inout) :: self
-    call self%equilibrium%free()
-    if (allocated(self%positions)) deallocate (self%positions, self%derivatives)
-  end subroutine work_free
 
   !> Room for the result of load l.
   subroutine evaluation_init(self, experiment, l, has_jacobian)
@@ -116,11 +89,9 @@ contains
     real(rp), intent(inout) :: u(:, :)
     type(evaluation_t), intent(inout) :: evaluation
     type(static_report_t) :: report
-    integer :: n
+    integer :: i
     call require(size(coordinates) == experiment%count(), 'measurement_evaluation: unknowns of another experiment')
-    n = experiment%model%n_points
-    call work%model%set_params(experiment%params(coordinates))
-    call solve_static(work%equilibrium, work%model, experiment%loads(l), is_warm, experiment%options, u, report)
+    call work%solve(experiment, coordinates, l, is_warm, u, report)
     evaluation%is_solved = report%converged
     evaluation%factorisations = report%factorisations
     evaluation%snaps = report%snaps
@@ -129,16 +100,14 @@ contains
     evaluation%residuals = 0
     evaluation%jacobian = 0
     if (.not. report%converged) return
-    evaluation%violation = zone_violations(experiment, l, u)
-    work%positions = work%model%points(:, :n) + u(:, :n)
-    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
-      call comparison%residuals(m%x, m%y, work%model%points, work%model%triangles, experiment%edges, work%positions, &
-                                coordinates(size(experiment%numbers) + 1:), work%sample, evaluation%residuals)
-    end associate
-    if (size(evaluation%jacobian) > 0) call differentiate(experiment, work, l, u, evaluation)
+    evaluation%violation = zone_violations(experiment, l, work%loaded%moved)
+    call work%residuals(experiment, coordinates, l, evaluation%residuals)
+    do i = 1, size(evaluation%jacobian, 2)
+      call work%derivative(experiment, l, i, evaluation%jacobian(:, i))
+    end do
   end subroutine evaluate
 
-  !> How far the shape u(3, n_all) [m] under load l lies in the two zones, of the wing's length, 0 outside: the way of
+  !> How far the wing, moved by u(3, n_all) [m] under load l, lies in the two zones, of the wing's length, 0 outside: the way of
   !> the loaded place against the force, and what the horizontal distance from root to tip lacks of one half.
   pure function zone_violations(experiment, l, u) result(violation)
     type(experiment_t), intent(in) :: experiment
@@ -157,27 +126,6 @@ contains
     violation(VIOLATION_BACKWARD) = max(0.0_rp, -moved)/experiment%model%size
     violation(VIOLATION_FOLDED) = max(0.0_rp, 0.5_rp - norm2(unloaded + u(:2, experiment%tip))/norm2(unloaded))
   end function zone_violations
-
-  subroutine differentiate(experiment, work, l, u, evaluation)
-    type(experiment_t), intent(in) :: experiment
-    type(evaluation_work_t), intent(inout) :: work
-    integer, intent(in) :: l
-    real(rp), intent(in) :: u(:, :)
-    type(evaluation_t), intent(inout) :: evaluation
-    integer :: p, k, zero, n_parameters
-    n_parameters = size(experiment%numbers)
-    call shape_sensitivities(work%equilibrium, work%model, u, experiment%numbers, work%derivatives)
-    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
-      do p = 1, n_parameters
-        call comparison%derivatives(m%x, m%y, work%positions, work%sample, &
-                                    work%derivatives(:, :work%model%n_points, p), evaluation%jacobian(:, p))
-      end do
-      do k = 1, size(comparison%gauges)
-        zero = comparison%gauges(k)%zero
-        if (zero > 0) evaluation%jacobian(comparison%n_heights + k, n_parameters + zero) = 1
-      end do
-    end associate
-  end subroutine differentiate
 
   !> Length of the array that `to_reals` fills.
   pure integer function evaluation_count_reals(self) result(n)

@@ -2,13 +2,15 @@
 !> A measurement repeated with a model of the wing: which parameters are sought, between which bounds, and the
 !> comparison of every load.
 !>
-!> The unknowns are coordinates: the natural logarithm of parameters that vary by factors, the value of others, and the
-!> unknown offsets of observations last.
+!> The unknowns are coordinates: the natural logarithm of parameters that vary by factors, the value of others. Those of
+!> the wing come first, then those of the instrument, and the unknown offsets of observations last.
 module measurement_experiment
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use measurement_comparison, only: comparison_t
   use measurement_data, only: measurement_t
+  use measurement_instrument, only: instrument_t, missing_for, GRAVITY_X, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, &
+                                    LOAD_SHIFT_Y, MAP_SCALE, MAP_SHIFT_X, N_INSTRUMENT
   use measurement_place, only: find_place, material_place_t
   use measurement_sampling, only: outline_edges
   use solid_loads, only: load_t
@@ -25,7 +27,12 @@ module measurement_experiment
     type(measurement_t) :: measurement
     type(solid_model_t) :: model                    !< with the parameters that are not sought
     type(static_options_t) :: options
-    integer, allocatable :: numbers(:)              !< of the parameters that are sought
+    integer, allocatable :: numbers(:)              !< of the wing's parameters that are sought
+    type(instrument_t) :: instrument                !< with the parameters that are not sought
+    integer, allocatable :: instrument_numbers(:)   !< of those of the instrument that are sought
+    real(rp), allocatable :: masses(:)              !< (n_points) [kg], or none
+    logical :: moves_rest = .false.                 !< the unloaded wing is not seen where the wing file has it
+    logical :: bends_rest = .false.                 !< it is bent by its weight
     type(load_t), allocatable :: loads(:)
     type(material_place_t), allocatable :: places(:) !< where the forces act
     type(comparison_t), allocatable :: comparisons(:)
@@ -35,19 +42,23 @@ module measurement_experiment
   contains
     procedure :: init => experiment_init
     procedure :: count => experiment_count
+    procedure :: count_parameters => experiment_count_parameters
     procedure :: count_residuals => experiment_count_residuals
     procedure :: describe => experiment_describe
     procedure :: start => experiment_start
     procedure :: params => experiment_params
+    procedure :: instrument_at => experiment_instrument_at
     procedure :: cost => experiment_cost
   end type experiment_t
 
 contains
 
   !> The experiment of a checked `measurement` of `wing`, with the parameters of these numbers (see solid_params_t)
-  !> sought and the others as in `params`. Fails if the model does, or if a parameter that is sought by factors is
-  !> not positive.
-  subroutine experiment_init(self, measurement, wing, params, numbers, options, failure)
+  !> sought and the others as in `params`; the same of the instrument, which does nothing unless it is given. Weight
+  !> needs masses(n_points) [kg]. Fails if the model does, if a parameter that is sought by factors is not positive, or
+  !> if the measurement lacks what a parameter of the instrument needs.
+  subroutine experiment_init(self, measurement, wing, params, numbers, options, failure, instrument, &
+                             instrument_numbers, masses)
     class(experiment_t), intent(out) :: self
     type(measurement_t), intent(in) :: measurement
     type(wing_t), intent(in) :: wing
@@ -55,6 +66,9 @@ contains
     integer, intent(in) :: numbers(:)
     type(static_options_t), intent(in) :: options
     type(failure_t), intent(out) :: failure
+    type(instrument_t), intent(in), optional :: instrument
+    integer, intent(in), optional :: instrument_numbers(:)
+    real(rp), intent(in), optional :: masses(:)
     type(parameter_t) :: parameter
     real(rp) :: distance, farthest
     integer :: i, l, c
@@ -78,6 +92,13 @@ contains
       if (distance > farthest) self%tip = i
       farthest = max(farthest, distance)
     end do
+    if (present(instrument)) self%instrument = instrument
+    call self%instrument%set_scales(measurement, farthest)
+    allocate (self%instrument_numbers(0), self%masses(0))
+    if (present(instrument_numbers)) self%instrument_numbers = instrument_numbers
+    if (present(masses)) self%masses = masses
+    call check_instrument(self, wing, failure)
+    if (failure%failed) return
     self%edges = outline_edges(size(wing%points, 2), wing%triangles)
     allocate (self%loads(size(measurement%loads)), self%places(size(measurement%loads)), &
               self%comparisons(size(measurement%loads)))
@@ -94,11 +115,43 @@ contains
     end do
   end subroutine experiment_init
 
+  !> What acts on the unloaded wing, and what is missing.
+  subroutine check_instrument(self, wing, failure)
+    class(experiment_t), intent(inout) :: self
+    type(wing_t), intent(in) :: wing
+    type(failure_t), intent(inout) :: failure
+    type(instrument_t) :: null
+    type(parameter_t) :: p
+    character(:), allocatable :: problem
+    logical :: acts(N_INSTRUMENT)
+    integer :: i
+    do i = 1, N_INSTRUMENT
+      acts(i) = any(self%instrument_numbers == i) .or. abs(self%instrument%get(i) - null%get(i)) > 0
+      if (.not. acts(i)) cycle
+      p = self%instrument%describe(i)
+      problem = missing_for(i, self%measurement)
+      if (problem == '' .and. any(i == [LOAD_SHIFT_X, LOAD_SHIFT_Y]) .and. size(wing%triangles) == 0) &
+        problem = 'needs a wing with a membrane'
+      if (problem == '' .and. i >= GRAVITY_X .and. i <= GRAVITY_Z .and. size(self%masses) == 0) &
+        problem = 'needs the mass of the wing'
+      if (problem == '' .and. p%is_log .and. .not. self%instrument%get(i) > 0) problem = 'must start above 0'
+      if (problem /= '') call failure%raise('parameter '//p%name//' '//problem)
+    end do
+    self%bends_rest = any(acts(GRAVITY_X:GRAVITY_Z))
+    self%moves_rest = self%bends_rest .or. acts(HEIGHT_SCALE) .or. any(acts(MAP_SHIFT_X:MAP_SCALE))
+  end subroutine check_instrument
+
   !> Number of unknowns.
   pure integer function experiment_count(self) result(n)
     class(experiment_t), intent(in) :: self
-    n = size(self%numbers) + size(self%measurement%zeros)
+    n = self%count_parameters() + size(self%measurement%zeros)
   end function experiment_count
+
+  !> Number of unknowns that are not offsets of observations.
+  pure integer function experiment_count_parameters(self) result(n)
+    class(experiment_t), intent(in) :: self
+    n = size(self%numbers) + size(self%instrument_numbers)
+  end function experiment_count_parameters
 
   !> Number of residuals under load l, or under all loads for l = 0.
   pure integer function experiment_count_residuals(self, l) result(n)
@@ -121,7 +174,11 @@ contains
       p = self%model%params%describe(self%numbers(i))
       return
     end if
-    zero = i - size(self%numbers)
+    if (i <= self%count_parameters()) then
+      p = self%instrument%describe(self%instrument_numbers(i - size(self%numbers)))
+      return
+    end if
+    zero = i - self%count_parameters()
     p%name = 'zero:'//trim(self%measurement%zeros(zero))
     p%unit = 'm'
     p%is_log = .false.
@@ -134,7 +191,7 @@ contains
     p%lower = -p%upper
   end function experiment_describe
 
-  !> Coordinates of the model's own parameters, and of offsets 0.
+  !> Coordinates of the model's and the instrument's own parameters, and of offsets 0.
   function experiment_start(self) result(coordinates)
     class(experiment_t), intent(in) :: self
     real(rp) :: coordinates(self%count())
@@ -142,8 +199,13 @@ contains
     integer :: i
     coordinates = 0
     do i = 1, size(self%numbers)
-      p = self%model%params%describe(self%numbers(i))
+      p = self%describe(i)
       coordinates(i) = self%model%params%get(self%numbers(i))
+      if (p%is_log) coordinates(i) = log(coordinates(i))
+    end do
+    do i = size(self%numbers) + 1, self%count_parameters()
+      p = self%describe(i)
+      coordinates(i) = self%instrument%get(self%instrument_numbers(i - size(self%numbers)))
       if (p%is_log) coordinates(i) = log(coordinates(i))
     end do
   end function experiment_start
@@ -165,6 +227,22 @@ contains
       end if
     end do
   end function experiment_params
+
+  !> All parameters of the instrument at these coordinates.
+  function experiment_instrument_at(self, coordinates) result(instrument)
+    class(experiment_t), intent(in) :: self
+    real(rp), intent(in) :: coordinates(:)
+    type(instrument_t) :: instrument
+    type(parameter_t) :: p
+    integer :: i, j
+    instrument = self%instrument
+    do i = 1, size(self%instrument_numbers)
+      j = size(self%numbers) + i
+      p = self%describe(j)
+      call instrument%set(self%instrument_numbers(i), merge(exp(merge(coordinates(j), 0.0_rp, p%is_log)), coordinates(j), &
+                                                            p%is_log))
+    end do
+  end function experiment_instrument_at
 
   !> h [m] of Truong et al.: the square root of the sum over loads of the mean squared difference of the deformations.
   !> residuals(:) are those of all loads, one behind the other; scalar observations do not count.

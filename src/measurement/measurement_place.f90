@@ -4,7 +4,7 @@ module measurement_place
   use base_kinds, only: rp
   implicit none
   private
-  public :: material_place_t, find_place
+  public :: material_place_t, find_place, share_gradient
 
   real(rp), parameter, public :: NEAR = 0.01_rp !< of the wing's length: farthest point of a structure of veins
 
@@ -47,6 +47,20 @@ contains
     found%is_found = nearest <= NEAR*length
     found%share = [1.0_rp, 0.0_rp, 0.0_rp]
   end function find_place
+
+  !> gradient(2, 3) [1/m] of the shares of a place in a triangle when it moves in x and y.
+  pure function share_gradient(points, place) result(gradient)
+    real(rp), intent(in) :: points(:, :)
+    type(material_place_t), intent(in) :: place
+    real(rp) :: gradient(2, 3), area
+    integer :: c
+    area = twice_area(points(:2, place%corner(1)), points(:2, place%corner(2)), points(:2, place%corner(3)))
+    do c = 1, 3
+      associate (b => points(:2, place%corner(mod(c, 3) + 1)), d => points(:2, place%corner(mod(c + 1, 3) + 1)))
+        gradient(:, c) = [b(2) - d(2), d(1) - b(1)]/area
+      end associate
+    end do
+  end function share_gradient
 
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(2), b(2), c(2)

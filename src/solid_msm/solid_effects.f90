@@ -10,18 +10,19 @@
 !> | `joint_hardening` | h: moment of all joints k Theta (1 + h Theta^2) | 1/rad^2 | 0 |
 !> | `hardening:<joint>` | what is added to h for one joint | 1/rad^2 | 0 |
 !> | `cuticle` | c: moment of all other hinges EI kappa (1 + c kappa^2) | m^2 | 0 |
+!> | `root_flap`, `root_twist` | the clamp turns about y and about x by this times the moment | rad/(N m) | 0 |
 !>
-!> The laws are in the modules solid_effect_*; where they act is given beside them and is not sought.
+!> The laws are in the modules solid_effect_* and, of the clamp, in solid_bent_wing; where they act is given beside them and is not sought.
 module solid_effects
   use base_kinds, only: rp
   use solid_parameter, only: define_effect, parameter_t
   implicit none
   private
-  public :: effects_t
+  public :: effects_t, describe_effect
 
   integer, parameter, public :: EFFECT_GRADIENT = 1, EFFECT_DAMAGE = 2, EFFECT_SOFT = 3, EFFECT_ORTHOTROPY = 4, &
-                                EFFECT_HARDENING = 5, EFFECT_CUTICLE = 6
-  integer, parameter, public :: N_EFFECTS = 6 !< of the whole wing; the hardening of single joints follows
+                                EFFECT_HARDENING = 5, EFFECT_CUTICLE = 6, EFFECT_ROOT_FLAP = 7, EFFECT_ROOT_TWIST = 8
+  integer, parameter, public :: N_EFFECTS = 8 !< of the whole wing; the hardening of single joints follows
 
   !> Values of the effects, and where they act.
   type :: effects_t
@@ -34,10 +35,11 @@ module solid_effects
     real(rp) :: orthotropy = 0
     real(rp) :: hardening = 0                 !< [1/rad^2]
     real(rp) :: cuticle = 0                   !< [m^2]
+    real(rp) :: root_flap = 0                 !< [rad/(N m)]
+    real(rp) :: root_twist = 0                !< [rad/(N m)]
     real(rp), allocatable :: joint_hardening(:) !< (joints) [1/rad^2] beside `hardening`
   contains
     procedure :: count => effects_count
-    procedure :: describe => effects_describe
     procedure :: get => effects_get
     procedure :: set => effects_set
     procedure :: has_damage => effects_has_damage
@@ -52,8 +54,7 @@ contains
   end function effects_count
 
   !> Name, unit, scale, bounds and null of effect i; `joint_names` are those of the wing.
-  function effects_describe(self, i, joint_names) result(p)
-    class(effects_t), intent(in) :: self
+  function describe_effect(i, joint_names) result(p)
     integer, intent(in) :: i
     character(*), intent(in) :: joint_names(:)
     type(parameter_t) :: p
@@ -70,11 +71,15 @@ contains
       call define_effect(p, 'joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e3_rp, 10.0_rp)
     case (EFFECT_CUTICLE)
       call define_effect(p, 'cuticle', 'm^2', .false., -1.0e-5_rp, 1.0e-3_rp, 1.0e-5_rp)
+    case (EFFECT_ROOT_FLAP)
+      call define_effect(p, 'root_flap', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
+    case (EFFECT_ROOT_TWIST)
+      call define_effect(p, 'root_twist', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
     case default
       call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e3_rp, &
                          10.0_rp)
     end select
-  end function effects_describe
+  end function describe_effect
 
   !> Value of effect i in its unit.
   pure real(rp) function effects_get(self, i) result(value)
@@ -93,6 +98,10 @@ contains
       value = self%hardening
     case (EFFECT_CUTICLE)
       value = self%cuticle
+    case (EFFECT_ROOT_FLAP)
+      value = self%root_flap
+    case (EFFECT_ROOT_TWIST)
+      value = self%root_twist
     case default
       value = self%joint_hardening(i - N_EFFECTS)
     end select
@@ -116,6 +125,10 @@ contains
       self%hardening = value
     case (EFFECT_CUTICLE)
       self%cuticle = value
+    case (EFFECT_ROOT_FLAP)
+      self%root_flap = value
+    case (EFFECT_ROOT_TWIST)
+      self%root_twist = value
     case default
       self%joint_hardening(i - N_EFFECTS) = value
     end select

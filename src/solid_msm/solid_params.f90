@@ -19,7 +19,7 @@
 module solid_params
   use base_errors, only: require
   use base_kinds, only: rp
-  use solid_effects, only: effects_t
+  use solid_effects, only: describe_effect, effects_t
   use solid_parameter, only: define => define_parameter, parameter_t
   use solid_wing, only: wing_t
   implicit none
@@ -124,7 +124,7 @@ contains
       call define(p, 'k_cross', 'N/m', .true., 1.0e1_rp, 1.0e6_rp)
     case default
       if (i > self%count_usual()) then
-        p = self%effects%describe(i - self%count_usual(), self%joint_names)
+        p = describe_effect(i - self%count_usual(), self%joint_names)
       else if (i <= N_COMMON + n_veins) then
         call define(p, 'E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
       else

@@ -287,7 +287,7 @@ contains
   end subroutine reuse_factors
 
   !> Tests the end of the path for stability with the exact tangent, whose factorisation stays, and
-  !> spends three more steps on it. Rounding u to its last bit alone changes the residual by k_e times
+  !> spends up to three more steps on it. Rounding u to its last bit alone changes the residual by k_e times
   !> that bit, up to 1e-8 of a small load; so the last two corrections are kept apart from u.
   subroutine conclude(work, model, load, options, u, report)
     type(equilibrium_t), intent(inout) :: work
@@ -311,13 +311,13 @@ contains
     call work%newton_step(model, work%g)
     u = u + work%du
     work%trial = 0
-    do refinement = 1, 2
+    do refinement = 0, 2
       call work%residual(model, load, u, work%g, low=work%trial)
+      size_g = norm2(work%g)
+      if (refinement == 2 .or. size_g <= 0.1_rp*options%tolerance*work%force_scale) exit
       call work%newton_step(model, work%g)
       work%trial = work%trial + work%du
     end do
-    call work%residual(model, load, u, work%g, low=work%trial)
-    size_g = norm2(work%g)
     if (work%force_scale > 0) report%residual = size_g/work%force_scale
     report%converged = report%residual <= options%tolerance
     if (.not. report%converged) report%reason = 'the residual is limited by rounding at '// &

@@ -10,7 +10,7 @@ module solid_stiffness_effects
   use solid_effect_damage, only: damage_weight
   use solid_effect_hardening, only: bending_length
   use solid_effects, only: EFFECT_GRADIENT, EFFECT_DAMAGE, EFFECT_SOFT, EFFECT_ORTHOTROPY, EFFECT_HARDENING, &
-                           EFFECT_CUTICLE, N_EFFECTS
+                           EFFECT_CUTICLE, EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST, N_EFFECTS
   use solid_extension, only: SPRING_MEMBRANE
   use solid_model, only: solid_model_t
   use solid_parameter, only: parameter_t
@@ -61,6 +61,8 @@ contains
           factor = 1/bending_length(plans(h))**2
           if (plans(h)%joint == 0) direction%cubic(h) = k%hinge(h)*factor
         end do
+      case (EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST) ! see solid_bent_wing
+        return
       case default
         where (plans%joint == effect - N_EFFECTS) direction%cubic = k%hinge
       end select

@@ -8,7 +8,9 @@ The grid is far too coarse for physics; what is tested is that parts fit togethe
 """
 import math
 import re
+import shutil
 import struct
+from pathlib import Path
 
 from whole_program import EXIT_NUMERICAL, EXIT_USER, SOURCE, check, main, merged
 
@@ -115,6 +117,50 @@ def test_mirror(case):
     check(largest(left, 3) > 0.01, "the wings bend")
     for a, b in zip(left, right):
         check(abs(a[3] + b[3]) < 1e-7 and abs(a[1] - b[1]) < 1e-7, f"mirror images at t = {a[0]}")
+
+
+def test_field_with_a_time(case):
+    """Wings that begin in a flow from a file begin at its time: stiff ones have the kinetic energy of their motion then,
+    which after this part of the ramp is hundreds of times that near the beginning."""
+    stiff = {"Wing": {"E": 12.58e12, "D": 2e-4, "k_e": 1e8, "joint_stiffness": None},
+             "Saving": {"tsave": 0.056, "iSaveVelocity": "yes", "field_precision": "double"}}
+    first, second = case.sub("first"), case.sub("second")
+    fly(first, Time={"nt": 18}, **stiff)
+    last = sorted(name for name in first.files() if name.startswith("ux_"))[-2][3:]
+    for c in "xyz":
+        shutil.copy(first.folder / f"u{c}_{last}", second.folder / f"start_{c}.h5")
+    fly(second, Time={"nt": 4}, InitialCondition={"inicond": "infile", **{f"file_u{c}": f"start_{c}.h5" for c in "xyz"}},
+        **stiff)
+    whole, part = ({row[0]: row for row in table(run, "bending_left.t")} for run in (first, second))
+    begun = min(part)
+    check(begun > 0.05, f"the time of the file: {begun}")
+    rows = [(whole[t], part[t]) for t in sorted(part) if t in whole and t > begun][:3]
+    check(len(rows) == 3, "records of the same times")
+    for a, b in rows:
+        # Of the vibration that the bending takes up anew there is 2 %.
+        check(abs(b[21] / a[21] - 1) < 4e-2, f"kinetic energy at t = {a[0]}: {a[21]}, {b[21]}")
+    check(rows[0][0][21] > 100 * whole[min(t for t in whole if t > 0)][21], "which is not that of the beginning")
+
+
+def test_work_per_step(case):
+    """On ini/wing.ini with its time step, on a coarser grid with the small wing, a step takes at most three
+    factorisations per wing, as soon as what the impulsive start of the flow brings is over. (Cases with steps three times
+    as long and a ramp five times as short, as in the other tests, take up to ten, and dozens where steps are halved: the
+    first guess of a step is wrong by what accelerations change in it, and inertia holds Newton's method by 1/dt^2.)"""
+    text = (SOURCE / "ini/wing.ini").read_text()
+    for key, value in (("nx", 40), ("ny", 40), ("nz", 20), ("Tmax", 0.036), ("sponge_thickness", 5),
+                       ("file", f"{SOURCE}/wings/calliphora_small.h5")):
+        text, found = re.subn(rf"^{key} *=.*", f"{key} = {value}", text, flags=re.MULTILINE)
+        check(found == 1, f"{key} is in the file")
+    text = re.sub(r"^iSave.*", "", text.replace("from_file::", f"from_file::{SOURCE}/ini/"), flags=re.MULTILINE)
+    (case.folder / "run.ini").write_text(text)
+    case.run("run.ini", ranks=2)
+    for side in ("left", "right"):
+        rows = [row for row in table(case, f"coupling_{side}.t")]
+        check(len(rows) > 30 and largest(table(case, "dt.t"), 1) > 1e-3, f"the steps of the case: {len(rows)}")
+        work = [row[9] for row in rows if row[0] > 0.01]
+        check(min(work) >= 1 and max(work) <= 3, f"{side}: factorisations {work}")
+        check(max(row[9] for row in rows) <= 4, f"{side}, at the start: {[row[9] for row in rows[:9]]}")
 
 
 def test_release(case):
@@ -238,6 +284,8 @@ def test_limit(case):
     after = table(case, "bending_left.t")
     check(after[steps - 1] == before and len(after) == 25, "the run has gone on to its end")
     # The wing makes its step again from where it was.
+    # Its energies are those of then: the step that went too far is in none of them.
+    check(after[steps][21:26] == before[21:26], f"energies: {before[21:26]}, {after[steps][21:26]}")
     check(after[steps][4] == before[4] and after[steps + 1][4] > 0.02, f"bending: {before}, {after[steps:steps + 2]}")
 
 
@@ -301,6 +349,54 @@ def merged_file(case, *parts):
     return "other.ini"
 
 
+def dry(case, **sections):
+    return case.run("--dry-run", merged_file(case, sections), ranks=0).out
+
+
+def test_foreseen(case):
+    """What the parameters say of the stability of a coupling, and of the memory that it takes."""
+    words = {"weak": "the lag of the weak coupling is felt", "extrapolated": "compare with coupling = strong",
+             "strong": "the strong coupling is made for that"}
+    for coupling, said in words.items():
+        heavy_air = dry(case, units={"density": 12.0}, Flexible_wing={"coupling": coupling})
+        check(said in heavy_air, f"{coupling}, a light wing: {said}")
+        check(said not in dry(case, Flexible_wing={"coupling": coupling}), f"{coupling}: nothing to say in air")
+    # All mass in the veins: the membrane has next to none, and the mask pulls at it all the same.
+    bare = {"Mass": {"membrane_mass": 1e-13}}
+    check("may exceed 4.00: the coupling may be unstable" in dry(case, **bare), "without a membrane")
+    check("unstable" not in dry(case, Flexible_wing={"coupling": "strong"}, **bare), "sub-iterations have no limit")
+    check("unstable" not in dry(case), "with a membrane it is stable")
+    grid = {"Resolution": {"nx": 128, "ny": 128, "nz": 64}}
+    memory = [float(re.search(r"\d+ ranks = 1 x 1 +([\d.]+) MB", dry(case, **grid, **what))[1])
+              for what in ({}, {"Insects": {"wings": "rigid"}, "Saving": {"iSavePress": 1}})]
+    # Beyond what a rigid run needs that saves its pressure: one field to sample from.
+    check(abs(memory[0] - memory[1] - 8 * 128 * 128 * 64 / 1e6) < 0.11, f"memory: {memory}")
+
+
+def write_outboard(case, path):
+    """The small wing's file with its points squeezed into the outer 5 of its 9 mm."""
+    source = f"{SOURCE}/wings/calliphora_small.h5"
+    old = case.raw(source, "points")
+    content = Path(source).read_bytes()
+    check(content.count(old) == 1, "the points are in one piece")
+    flat = list(struct.unpack(f"<{len(old) // 8}d", old))
+    flat[::3] = [4e-3 + x * 5 / 9 for x in flat[::3]]
+    path.write_bytes(content.replace(old, struct.pack(f"<{len(flat)}d", *flat)))
+
+
+def test_short_mesh(case):
+    """A mesh that begins beyond a quarter of the span is said to have no section there."""
+    notice = "the wing has no section at 25 % of its span"
+    check(notice not in case.run("--check", merged_file(case), ranks=0).err, "the blowfly's has all")
+    wing = case.folder / "short.h5"
+    write_outboard(case, wing)
+    err = case.run("--check", merged_file(case, {"Wing": {"file": str(wing)}}), ranks=0).err
+    check(err.count(notice) == 1, f"it is said:\n{err}")
+    run = fly(case, Wing={"file": str(wing)}, Time={"nt": 4})
+    rows = table(run, "bending_left.t")
+    check(largest(rows, 12) == 0 and largest(rows, 13) == 0 and largest(rows, 15) > 0, "zeros there, not elsewhere")
+
+
 def test_checked_is_equivalent(case):
     """What --check prints is accepted and means the same."""
     case.write("run.ini", FLIGHT)
@@ -335,6 +431,9 @@ def test_contradictions(case):
             "[Insects] wings: contradicts")
     refused(case, {"Flexible_wing": {"T_relase": 0.1}}, "did you mean 'T_release'?")
     refused(case, {"Flexible_wing": {"load_distance": 1.2}}, "load_distance: is more than the length of the wing")
+    twice = {"load_distance": 0.6, "load_extrapolated": "yes"}
+    refused(case, {"Flexible_wing": twice}, "load_distance: is more than the length of the wing")
+    case.run("--check", merged_file(case, {"Flexible_wing": {"load_distance": 0.6}}), ranks=0)
     refused(case, {"Insects": {"wing_length": 1.0}}, "[Insects] wing_length: contradicts")
     case.write("run.ini", merged(FLIGHT, {"Time": {"Tmax": 0.5}, "Flexible_wing": {"T_release": 0.6}}))
     check("T_release is not before Tmax" in case.run("--check", "run.ini").err, "a wing that is never released")

@@ -18,6 +18,7 @@ program test_wing_shape
   call test_plate()
   call test_mirror()
   call test_order()
+  call test_missing()
   call kit%finish()
 
 contains
@@ -41,6 +42,27 @@ contains
       end do
     end do
   end subroutine make_plate
+
+  !> A wing whose triangles begin beyond a section has none there, and the others as ever.
+  subroutine test_missing()
+    real(rp), allocatable :: points(:, :), u(:, :)
+    integer, allocatable :: triangles(:, :)
+    type(wing_shape_t) :: shape
+    type(section_t) :: sections(3), shifted(3)
+    call make_plate(8, points, triangles)
+    u = twist(points)
+    points(1, :) = points(1, :) + 1
+    call shape%init(points, triangles, FRACTIONS, upper=1.0_rp)
+    call kit%check('from 50 to 100 % of the span there is no section at 25 %',.not. shape%has(1))
+    call kit%check('at 75 % there is', shape%has(3))
+    call shape%measure(u, sections)
+    call kit%check('where there is none all is 0', abs(sections(1)%trailing) + abs(sections(1)%twist) + &
+                   abs(sections(1)%camber) <= 0)
+    points(1, :) = points(1, :) - 1
+    call shape%init(points, triangles, FRACTIONS, upper=1.0_rp)
+    call shape%measure(u, shifted)
+    call kit%check_close('75 % of the one is 50 % of the other', sections(3)%twist, shifted(2)%twist, rtol=1.0e-12_rp)
+  end subroutine test_missing
 
   !> Displacement: every section turned by TWISTED x about the trailing edge y = 0, which rises by BENT x^2.
   pure function twist(points) result(u)

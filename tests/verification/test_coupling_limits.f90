@@ -6,7 +6,7 @@ program test_coupling_limits
   use base_kinds, only: rp
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
-  use fsi_added_mass, only: added_mass_ratio
+  use fsi_added_mass, only: added_mass_ratio, light_layer
   use fsi_coupler, only: coupler_t
   use fsi_coupler_params, only: COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
   use fsi_coupling_history, only: coupling_history_t
@@ -201,7 +201,8 @@ contains
   !> mass of 1, 1, 3 and 1, 3, 3 layers at the corners of its two triangles, a chord at 2/3 of its length weighs 17/9.
   subroutine rectangle()
     real(rp), parameter :: CHORD = 0.4_rp, LAYER = 3.0_rp, DENSITY = 1.2_rp, PI = 3.141592653589793_rp
-    real(rp) :: points(3, 4), masses(4)
+    real(rp), parameter :: TINY_EDGE = 1.0e-3_rp
+    real(rp) :: points(3, 4), masses(4), flap(3, 3)
     integer :: triangles(3, 2)
     points(:, 1) = [0.0_rp, 0.0_rp, 0.0_rp]
     points(:, 2) = [1.0_rp, 0.0_rp, 0.0_rp]
@@ -215,6 +216,15 @@ contains
     masses(3:4) = 3*masses(3:4)
     call t%check_close('of one that is heavier in front', added_mass_ratio(points, triangles, masses, DENSITY), &
                        DENSITY*PI/4*CHORD/(LAYER*17/9), rtol=1.0e-12_rp)
+    call t%check_close('its lighter part is behind', light_layer(points, triangles, masses), LAYER, rtol=1.0e-12_rp)
+    flap = points(:, 1:3)
+    flap(1, 1) = flap(1, 2) - TINY_EDGE
+    flap(2, 3) = flap(2, 2) + TINY_EDGE
+    call t%check_close('a light flap of less than a tenth does not matter', &
+                       light_layer(reshape([points, flap], [3, 7]), reshape([triangles, [5, 6, 7]], [3, 3]), &
+                                   [masses, 0.0_rp, 0.0_rp, 0.0_rp]), LAYER, rtol=1.0e-12_rp)
+    masses(2) = masses(2)/5
+  call t%check_close('a light corner of a sixth does', light_layer(points, triangles, masses), LAYER/5, rtol=1.0e-12_rp)
   end subroutine rectangle
 
   !> A load that is linear in time is extrapolated exactly over steps of different length, and kept in the first.

@@ -131,7 +131,7 @@ contains
     type(static_report_t) :: report
     type(static_options_t) :: options
     real(rp), allocatable :: u(:, :), other(:, :), d(:, :, :), fd(:, :), values(:)
-    real(rp) :: value, step, scale
+    real(rp) :: value, step, unit, scale
     integer :: i, p, s, side
     call make_model(.true., model)
     call work%init(model)
@@ -145,16 +145,18 @@ contains
       do p = 1, model%params%count()
         parameter = model%params%describe(p)
         value = model%params%get(p)
+        unit = 1 ! of a step that matters
+        if (parameter%is_effect .and. .not. parameter%is_log) unit = parameter%prior_sd
         fd = 0
         do s = 1, 4
           do side = -1, 1, 2
             step = side*s*H
-            call model%set_parameter(p, merge(value*exp(step), value + step, parameter%is_log))
+            call model%set_parameter(p, merge(value*exp(step), value + step*unit, parameter%is_log))
             other = u
             call solve_static(work, model, load, .true., options, other, report)
             call t%check('the neighbour is reached without a snap', report%converged .and. &
                          .not. report%was_redone_cold)
-            fd = fd + side*STENCIL(s)*other/H
+            fd = fd + side*STENCIL(s)*other/(H*unit)
           end do
         end do
         call model%set_parameter(p, value)

@@ -1,0 +1,124 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What `msm_diagnose` is to do: from the ini file, the wing file and the measurement file to an experiment, a catalogue
+!> and the choices of the statistics. Whatever a user can do wrong is found here. SI units.
+module app_diagnose_settings
+  use app_diagnose_keys, only: register_diagnose_keys
+  use app_train_parameters, only: read_sought, sought_t
+  use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: i8, rp
+  use diagnosis_engine, only: diagnosis_options_t
+  use diagnosis_noise, only: estimate_noise, noise_estimate_t
+  use diagnosis_wing_bins, only: bins_t, make_bins, usual_size
+  use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue, make_patterns
+  use diagnosis_wing_task, only: wing_patterns_t
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_shared_text, only: read_shared_text
+  use measurement_data, only: measurement_t
+  use measurement_experiment, only: experiment_t
+  use measurement_share, only: load_measurement
+  use parallel_world, only: world_t
+  use solid_statics, only: static_options_t
+  implicit none
+  private
+  public :: diagnose_settings_t, load_diagnose_settings
+
+  type :: diagnose_settings_t
+    type(config_t) :: config
+    type(wing_settings_t) :: setup
+    type(sought_t) :: sought                !< of the baseline
+    type(measurement_t) :: measurement
+    character(:), allocatable :: measurement_path
+    type(experiment_t) :: experiment        !< without unknowns of its own
+    type(catalogue_t) :: catalogue
+    type(wing_patterns_t) :: patterns
+    type(bins_t) :: bins
+    type(noise_estimate_t) :: noise
+    type(diagnosis_options_t) :: options
+    integer :: n_starts = 1
+    character(:), allocatable :: name       !< first part of the names of the files to write
+  end type diagnose_settings_t
+
+contains
+
+  !> Reads the ini file `path` and what it names on all ranks; all mistakes go to `errors`, remarks to `notices`.
+  !> Collective.
+  subroutine load_diagnose_settings(path, world, s, errors, notices)
+    character(*), intent(in) :: path
+    type(world_t), intent(in) :: world
+    type(diagnose_settings_t), intent(out) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    type(registry_t) :: registry
+    character(:), allocatable :: text, problem
+    logical :: found
+    call register_diagnose_keys(registry)
+    call read_shared_text(path, text, problem, world)
+    if (allocated(problem)) then
+      call errors%add(problem)
+      return
+    end if
+    call s%config%load_text(text, path, registry, errors, notices, .false., world)
+    call read_options(s, errors)
+    call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
+    if (.not. found) return
+    call read_sought(s%config, 'Diagnose', s%setup%asked, .true., s%sought, errors)
+    if (s%config%is_given('Measurement', 'file')) then
+      call find_beside(path, s%config%get_text('Measurement', 'file'), s%measurement_path, problem, world)
+      if (allocated(problem)) then
+        call s%config%complain(errors, 'Measurement', 'file', problem)
+      else
+        call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
+      end if
+    end if
+    if (errors%count() > 0) return
+    call make_all(s, errors, notices)
+  end subroutine load_diagnose_settings
+
+  subroutine read_options(s, errors)
+    type(diagnose_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    associate (c => s%config, o => s%options)
+      s%n_starts = c%get_integer('Diagnose', 'starts')
+      o%is_scale_known = c%get_word('Diagnose', 'noise') == 'declared'
+      o%n_draws = c%get_integer('Diagnose', 'draws')
+      o%most_refits = c%get_integer('Diagnose', 'refits')
+      o%validates = c%get_switch('Diagnose', 'validation')
+      o%finds_intervals = c%get_switch('Diagnose', 'intervals')
+      o%seed = int(c%get_integer('Diagnose', 'seed'), i8)
+      o%fit%most_iterations = c%get_integer('Diagnose', 'iterations')
+      s%name = c%get_text('Saving', 'name')
+      if (s%name == '') call c%complain(errors, 'Saving', 'name', 'must be the first part of names of files')
+      call check_name(c, s%name, errors)
+    end associate
+  end subroutine read_options
+
+  !> The experiment, what is averaged, the catalogue, and what neighbouring heights say about their errors.
+  subroutine make_all(s, errors, notices)
+    type(diagnose_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    type(static_options_t) :: options
+    type(failure_t) :: failure
+    real(rp), allocatable :: values(:, :)
+    integer :: l
+    options%tolerance = s%config%get_real('Solver', 'tolerance')
+    options%step_limit = s%config%get_real('Solver', 'step_limit')
+    options%factorisation_limit = s%config%get_integer('Solver', 'factorisation_limit')
+    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, [integer ::], options, failure)
+    if (failure%failed) then
+      call errors%add(failure%reason)
+      return
+    end if
+    s%setup%model = s%experiment%model
+    call make_bins(s%experiment, usual_size(s%experiment, s%config%get_integer('Diagnose', 'observations')), s%bins)
+    call make_catalogue(s%experiment, s%setup%wing, s%sought%numbers, s%config%get_real('Diagnose', 'prior_decades'), &
+                        s%catalogue)
+    call make_patterns(s%experiment, s%setup%wing, s%patterns)
+    allocate (values(maxval(s%experiment%comparisons%n), size(s%experiment%comparisons)), source=0.0_rp)
+    do l = 1, size(values, 2)
+      values(:s%experiment%comparisons(l)%n, l) = s%experiment%comparisons(l)%measured
+    end do
+    call estimate_noise(s%experiment, values, s%noise)
+    if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
+  end subroutine make_all
+end module app_diagnose_settings

@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The errors of heights before anything is explained with them: what neighbouring pixels say about their scatter.
+!>
+!> The second difference of neighbours, along x and along y, of a smooth shape is small, that of independent errors of
+!> variance s^2 has the variance 6 s^2, and errors correlated over many pixels hardly count in it. Its median
+!> absolute value, robust against outliers and kinks, is 0.6745 sqrt(6) s (Hall, Kay and Titterington 1990, DOI
+!> 10.1093/biomet/77.3.521, for differences; Rousseeuw and Croux 1993 for the median).
+module diagnosis_noise
+  use base_kinds, only: rp
+  use base_sort, only: sort_reals
+  use diagnosis_wing_bins, only: noise_model_t
+  use measurement_experiment, only: experiment_t
+  implicit none
+  private
+  public :: noise_estimate_t, estimate_noise
+
+  real(rp), parameter :: MEDIAN_OF_NORMAL = 0.6744897501960817_rp
+  integer, parameter :: FEWEST = 50 !< differences
+
+  type :: noise_estimate_t
+    logical :: is_found = .false.     !< there were enough neighbours
+    integer :: n = 0                  !< differences
+    real(rp) :: declared = 0          !< [m] root mean square of the declared sd of deformations
+    real(rp) :: white = 0             !< [m] sd of the part that neighbours do not share
+    type(noise_model_t) :: model      !< what follows
+    character(:), allocatable :: warning !< empty: the declared errors are plausible
+  end type noise_estimate_t
+
+contains
+
+  !> Estimates from deformations less a smooth model: values(pixels, loads) are residuals of any fit, or measured
+  !> deformations.
+  subroutine estimate_noise(experiment, values, estimate)
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: values(:, :)
+    type(noise_estimate_t), intent(out) :: estimate
+    real(rp), allocatable :: differences(:)
+    real(rp) :: sum_of_squares, ratio
+    integer :: l, k, n, most, n_heights
+    estimate%warning = ''
+    n_heights = sum(experiment%comparisons%n_heights)
+    most = 2*n_heights
+    allocate (differences(most))
+    n = 0
+    sum_of_squares = 0
+    do l = 1, size(experiment%comparisons)
+      associate (comparison => experiment%comparisons(l))
+        sum_of_squares = sum_of_squares + sum(comparison%sigma(:comparison%n_heights)**2)
+        do k = 1, comparison%n_heights
+          call add(comparison%node(:, k), [1, 0])
+          call add(comparison%node(:, k), [0, 1])
+        end do
+      end associate
+    end do
+    estimate%n = n
+    estimate%is_found = n >= FEWEST
+    estimate%declared = sqrt(sum_of_squares/max(1, n_heights))
+    associate (a => experiment%measurement%accuracy)
+      estimate%model%length = a%correlation_length
+      if (.not. estimate%is_found) then
+        if (n_heights > 0) estimate%warning = 'too few neighbouring heights to check the declared errors'
+        return
+      end if
+      call sort_reals(differences(:n))
+      ratio = differences((n + 1)/2)/(MEDIAN_OF_NORMAL*sqrt(6.0_rp))
+      estimate%white = ratio*estimate%declared
+      if (a%correlation_length > 0) estimate%model%white = min(1.0_rp, ratio**2)
+      estimate%model%factor = max(1.0_rp, ratio**2)
+      if (.not. a%correlation_length > 0) estimate%model%factor = ratio**2
+    end associate
+    if (ratio > 1.5_rp) then
+      estimate%warning = 'neighbouring heights scatter more than the declared errors allow'
+    else if (ratio < 0.67_rp .and. .not. experiment%measurement%accuracy%correlation_length > 0) then
+      estimate%warning = 'neighbouring heights scatter less than the declared errors: they are too large, or correlated'
+    end if
+
+  contains
+
+    !> The second difference at a grid point along one axis, over its declared sd.
+    subroutine add(node, along)
+      integer, intent(in) :: node(2), along(2)
+      integer :: at(3), before(2), behind(2)
+      before = node - along
+      behind = node + along
+      associate (comparison => experiment%comparisons(l))
+        if (any(before < 1) .or. any(behind > shape(comparison%number))) return
+        at = [comparison%number(before(1), before(2)), comparison%number(node(1), node(2)), &
+              comparison%number(behind(1), behind(2))]
+        if (any(at == 0)) return
+        n = n + 1
+        differences(n) = abs(values(at(1), l) - 2*values(at(2), l) + values(at(3), l))/ &
+                         sqrt(sum(comparison%sigma(at)**2*[1, 4, 1])/6)
+      end associate
+    end subroutine add
+  end subroutine estimate_noise
+end module diagnosis_noise

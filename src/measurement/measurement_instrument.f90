@@ -1,0 +1,182 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What an experiment may do beyond what its file says, as parameters with a value at which nothing happens.
+!>
+!> | name | what | unit | null |
+!> |---|---|---|---|
+!> | `force_gain` | forces are this times what is stated | 1 | 1 |
+!> | `force_offset` | and this more, along their direction | N | 0 |
+!> | `force_tilt_x`, `_y` | rotation vector of all directions | rad | 0 |
+!> | `load_shift_x`, `_y` | of all points of application | m | 0 |
+!> | `drift` | r: all bending stiffness times 1 + r (order - 1) | 1 | 0 |
+!> | `drift_rate` | r: all bending stiffness times 1 + r time | 1/s | 0 |
+!> | `drift_veins` | as `drift`, of the veins' E alone | 1 | 0 |
+!> | `creep`, `creep_time` | a, tau: all bending stiffness over 1 + a log10(1 + hold/tau) | 1, s | 0, - |
+!> | `height_scale` | heights are shown as this times what they are | 1 | 1 |
+!> | `tilt_x`, `tilt_y`, `piston` | p, q, h: loaded maps show p y - q x + h more | rad, m | 0 |
+!> | `map_shift_x`, `_y`, `map_rotation`, `map_scale` | a place x is shown at scale R x + shift | m, rad, 1 | 0, 1 |
+!> | `gravity_x`, `_y`, `_z` | acceleration that bends the wing, also unloaded | m/s^2 | 0 |
+module measurement_instrument
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use measurement_data, only: measurement_t
+  use solid_parameter, only: define_effect, define_parameter, parameter_t
+  implicit none
+  private
+  public :: instrument_t, missing_for
+
+  integer, parameter, public :: FORCE_GAIN = 1, FORCE_OFFSET = 2, FORCE_TILT_X = 3, FORCE_TILT_Y = 4, &
+                                LOAD_SHIFT_X = 5, LOAD_SHIFT_Y = 6, DRIFT = 7, DRIFT_RATE = 8, DRIFT_VEINS = 9, &
+                                CREEP = 10, CREEP_TIME = 11, HEIGHT_SCALE = 12, TILT_X = 13, TILT_Y = 14, PISTON = 15, &
+                                MAP_SHIFT_X = 16, MAP_SHIFT_Y = 17, MAP_ROTATION = 18, MAP_SCALE = 19, GRAVITY_X = 20, &
+                                GRAVITY_Y = 21, GRAVITY_Z = 22
+  integer, parameter, public :: N_INSTRUMENT = 22
+  character(12), parameter :: NAMES(N_INSTRUMENT) = [character(12) :: 'force_gain', 'force_offset', 'force_tilt_x', &
+                              'force_tilt_y', 'load_shift_x', 'load_shift_y', 'drift', 'drift_rate', 'drift_veins', &
+                                                     'creep', 'creep_time', 'height_scale', 'tilt_x', 'tilt_y', &
+                                                     'piston', 'map_shift_x', 'map_shift_y', 'map_rotation', &
+                                                     'map_scale', 'gravity_x', 'gravity_y', 'gravity_z']
+
+  !> The values, in the order of the names, and what sets their scales.
+  type :: instrument_t
+    real(rp) :: values(N_INSTRUMENT) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, &
+                                        1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
+                                        0.0_rp, 0.0_rp]
+    real(rp), private :: length = 1            !< [m] of the wing
+    real(rp), private :: smallest_force = 1    !< [N] that was applied
+    real(rp), private :: last_order = 2, last_time = 1 !< [1], [s]
+    real(rp), private :: gain_sd = 0, position_sd = 0, tilt_sd = 0, piston_sd = 0 !< declared
+  contains
+    procedure :: set_scales => instrument_set_scales
+    procedure :: describe => instrument_describe
+    procedure :: find => instrument_find
+    procedure :: get => instrument_get
+    procedure :: set => instrument_set
+    procedure :: is_null => instrument_is_null
+  end type instrument_t
+
+contains
+
+  !> Scales of bounds and priors from a measurement of a wing of `length` [m]; values stay.
+  pure subroutine instrument_set_scales(self, m, length)
+    class(instrument_t), intent(inout) :: self
+    type(measurement_t), intent(in) :: m
+    real(rp), intent(in) :: length
+    self%length = length
+    if (any(m%loads%force > 0)) self%smallest_force = minval(m%loads%force, mask=m%loads%force > 0)
+    self%last_order = max(2, maxval(m%loads%order))
+    self%last_time = max(1.0_rp, maxval(m%loads%time))
+    self%gain_sd = m%accuracy%force_gain
+    self%position_sd = m%accuracy%position
+    self%tilt_sd = m%accuracy%tilt
+    self%piston_sd = m%accuracy%piston
+  end subroutine instrument_set_scales
+
+  !> Name, unit, scale, bounds and null of parameter i. Priors are the declared sd where there are any.
+  function instrument_describe(self, i) result(p)
+    class(instrument_t), intent(in) :: self
+    integer, intent(in) :: i
+    type(parameter_t) :: p
+    real(rp) :: most
+    call require(i >= 1 .and. i <= N_INSTRUMENT, 'instrument_t: no such parameter')
+    select case (i)
+    case (FORCE_GAIN)
+      call define_effect(p, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, stated(self%gain_sd, 0.1_rp))
+    case (FORCE_OFFSET)
+      most = 0.9_rp*self%smallest_force
+      call define_effect(p, 'force_offset', 'N', .false., -most, most, most/3)
+    case (FORCE_TILT_X, FORCE_TILT_Y)
+      call define_effect(p, trim(NAMES(i)), 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp)
+    case (LOAD_SHIFT_X, LOAD_SHIFT_Y)
+      most = 0.05_rp*self%length
+      call define_effect(p, trim(NAMES(i)), 'm', .false., -most, most, stated(self%position_sd, most/5))
+    case (DRIFT, DRIFT_VEINS)
+      most = 0.9_rp/(self%last_order - 1)
+      call define_effect(p, trim(NAMES(i)), '1', .false., -most, most, most/3)
+    case (DRIFT_RATE)
+      most = 0.9_rp/self%last_time
+      call define_effect(p, 'drift_rate', '1/s', .false., -most, most, most/3)
+    case (CREEP)
+      call define_effect(p, 'creep', '1', .false., -0.1_rp, 2.0_rp, 0.1_rp)
+    case (CREEP_TIME)
+      call define_parameter(p, 'creep_time', 's', .true., 1.0e-3_rp, 1.0e5_rp)
+    case (HEIGHT_SCALE)
+      call define_effect(p, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp)
+    case (TILT_X, TILT_Y)
+      call define_effect(p, trim(NAMES(i)), 'rad', .false., -0.2_rp, 0.2_rp, stated(self%tilt_sd, 1.0e-2_rp))
+    case (PISTON)
+      most = 0.05_rp*self%length
+      call define_effect(p, 'piston', 'm', .false., -most, most, stated(self%piston_sd, most/5))
+    case (MAP_SHIFT_X, MAP_SHIFT_Y)
+      most = 0.05_rp*self%length
+      call define_effect(p, trim(NAMES(i)), 'm', .false., -most, most, most/5)
+    case (MAP_ROTATION)
+      call define_effect(p, 'map_rotation', 'rad', .false., -0.2_rp, 0.2_rp, 0.02_rp)
+    case (MAP_SCALE)
+      call define_effect(p, 'map_scale', '1', .true., 0.9_rp, 1.1_rp, 0.01_rp)
+    case default
+      call define_effect(p, trim(NAMES(i)), 'm/s^2', .false., -20.0_rp, 20.0_rp, 10.0_rp)
+    end select
+  end function instrument_describe
+
+  pure real(rp) function stated(sd, usual)
+    real(rp), intent(in) :: sd, usual
+    stated = usual
+    if (sd > 0) stated = sd
+  end function stated
+
+  !> Number of the parameter called `name`, 0 if there is none.
+  pure integer function instrument_find(self, name) result(found)
+    class(instrument_t), intent(in) :: self
+    character(*), intent(in) :: name
+    do found = size(self%values), 1, -1
+      if (NAMES(found) == name) return
+    end do
+    found = 0
+  end function instrument_find
+
+  !> Value of parameter i in its unit.
+  pure real(rp) function instrument_get(self, i) result(value)
+    class(instrument_t), intent(in) :: self
+    integer, intent(in) :: i
+    value = self%values(i)
+  end function instrument_get
+
+  !> Sets parameter i.
+  pure subroutine instrument_set(self, i, value)
+    class(instrument_t), intent(inout) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: value
+    self%values(i) = value
+  end subroutine instrument_set
+
+  !> Whether parameters first to last, or all, do nothing.
+  pure logical function instrument_is_null(self, first, last) result(is_null)
+    class(instrument_t), intent(in) :: self
+    integer, intent(in), optional :: first, last
+    type(instrument_t) :: usual
+    logical :: differs(N_INSTRUMENT)
+    differs = abs(self%values - usual%values) > 0
+    differs(CREEP_TIME) = .false.
+    if (present(first)) differs(:first - 1) = .false.
+    if (present(last)) differs(last + 1:) = .false.
+    is_null = .not. any(differs)
+  end function instrument_is_null
+
+  !> What the measurement lacks so that parameter i means something; '' if nothing.
+  function missing_for(i, m) result(problem)
+    integer, intent(in) :: i
+    type(measurement_t), intent(in) :: m
+    character(:), allocatable :: problem
+    problem = ''
+    select case (i)
+    case (DRIFT, DRIFT_VEINS)
+      if (any(m%loads%order <= 0)) problem = 'needs the order of all loads'
+    case (DRIFT_RATE)
+      if (any(m%loads%time < 0)) problem = 'needs the time of all loads'
+    case (CREEP, CREEP_TIME)
+      if (any(m%loads%hold < 0)) problem = 'needs the hold of all loads'
+    case (HEIGHT_SCALE, TILT_X:MAP_SCALE)
+      if (.not. any(m%loads%has_surface)) problem = 'needs heights'
+    end select
+  end function missing_for
+end module measurement_instrument
