@@ -243,7 +243,7 @@ contains
     real(rp), intent(in) :: force(:, :)
     real(rp), intent(out) :: column(:)
     call self%loaded%force_motion(force, self%motion)
-    call see(self, experiment, l, column)
+    call self%view%see(experiment, l, self%motion, column)
   end subroutine simulation_force_tangent
 
   !> The same with respect to the coordinate of parameter `number` of the instrument, sought or not. What the measurement
