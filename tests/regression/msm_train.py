@@ -81,6 +81,7 @@ def test_recovers(case):
     check(h < 1e-10, f"nothing is left: {h}")
     check(number(r"differs from the warm one by at most +(\S+) m", done.out) < 1e-12, "warm and cold are the same")
     check((case.folder / "train.log").read_text().count("generation") >= 5, "the log tells the generations")
+    check(re.search(r"polish +\d of \d starts end at this point", done.out), f"several starts agree:\n{done.out}")
     contents = case.contents("train_history.h5")
     check(any("covariance" in key for key in contents) and any("load_a" in key for key in contents), "all is saved")
     check_details(contents)

@@ -213,11 +213,14 @@ class Batches(WithDesign):
         self.assertEqual(json.loads(done.stdout.splitlines()[-1])["cases"], 2)
         self.assertGreater((self.folder / "confusion.png").stat().st_size, 2000)
         (verdicts / "0001.json").write_text('{"verdict": "unknown_cause"}')
-        self.assertIn("not blind", self.run_tool("blindscore", "a", code=2).stderr)
+        places = {"0001": verdicts / "0001.json", "0002": verdicts / "0002/diagnosis.json"}
+        with self.assertRaisesRegex(InputError, "not blind"):
+            Ledger(self.folder / "a").open(places)
         (verdicts / "0001.json").write_text('{"verdict": "adequate"}')
         sealed = self.folder / "a/sealed/0002.json"
         sealed.write_text(sealed.read_text().replace("strength", "Strength").replace("null", "nul"))
-        self.assertIn("not the one that was sealed", self.run_tool("blindscore", "a", code=2).stderr)
+        with self.assertRaisesRegex(InputError, "not the one that was sealed"):
+            Ledger(self.folder / "a").open(places)
 
     def test_fixed(self):
         self.run_tool("blindgen", "design.json", "fixed", "--fixed", "gain", "--quiet")
