@@ -75,8 +75,8 @@ contains
     params%joint(3) = -1
     params%effects%has_sides = has_sides
     if (.not. is_null) then
-      if (has_sides) call set(params, 'one_way:'//trim(params%joint_names(4)), 1.4_rp)
-      if (has_sides) call set(params, 'one_way:'//trim(params%joint_names(5)), 0.6_rp)
+      if (has_sides) params%effects%one_way = [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, &
+                                               0.6_rp] ! some bend up, some down
       call set(params, 'E_gradient', -0.8_rp)
       call set(params, 'damage', 0.3_rp)
       call set(params, 'soft', 0.2_rp)
