@@ -22,6 +22,7 @@ contains
                      'parameter damage multiplies all stiffness; radius 0: none', unit='m', length=3)
     call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the '// &
                     'hinge at the point inside this vein that is nearest to this share (0 to 1) of its length')
+    call r%add_switch('Wing', 'sided_joints', .false., 'joints can tell up from down, for the parameters one_way:NAME')
   end subroutine register_effect_keys
 
   !> Reads them; mistakes go to `errors`.
@@ -34,6 +35,7 @@ contains
     integer :: position, first(3), last(3), n, i
     logical :: found
     params%effects%disc = c%get_reals('Wing', 'damage_disc')
+    params%effects%has_sides = c%get_switch('Wing', 'sided_joints')
     if (params%effects%disc(3) < 0) call c%complain(errors, 'Wing', 'damage_disc', 'the radius must not be negative')
     text = c%get_text('Wing', 'soft_place')
     if (text == '') return
@@ -85,6 +87,7 @@ contains
     problem = ''
     if (name == 'damage' .and. .not. effects%has_damage()) problem = 'needs a disc: [Wing] damage_disc'
     if (name == 'soft' .and. .not. allocated(effects%soft_vein)) problem = 'needs a place: [Wing] soft_place'
+    if (index(name, 'one_way:') == 1 .and. .not. effects%has_sides) problem = 'needs [Wing] sided_joints = yes'
   end function unplaced_effect
 
   !> The keys as lines of an ini file, those that are given.
@@ -100,6 +103,7 @@ contains
       end do
       text = text//'; m'//new_line('a')
     end if
+    if (effects%has_sides) text = text//'sided_joints = yes;'//new_line('a')
     if (allocated(effects%soft_vein)) text = text//'soft_place = '//effects%soft_vein//' '// &
                                              number_text(effects%soft_share)//';'//new_line('a')
   end function effect_place_lines

@@ -9,6 +9,7 @@
 !> | `orthotropy` | a: springs of the membrane times 1 + a cos 2 phi, phi their angle to the span | 1 | 0 |
 !> | `joint_hardening` | h: moment of all joints k Theta (1 + h Theta^2) | 1/rad^2 | 0 |
 !> | `hardening:<joint>` | what is added to h for one joint | 1/rad^2 | 0 |
+!> | `one_way:<joint>` | factor on the stiffness of one joint when it bends up, toward the normal | 1 | 1 |
 !> | `cuticle` | c: moment of all other hinges EI kappa (1 + c kappa^2) | m^2 | 0 |
 !> | `root_flap`, `root_twist` | the clamp turns about y and about x by this times the moment | rad/(N m) | 0 |
 !>
@@ -39,6 +40,8 @@ module solid_effects
     real(rp) :: root_flap = 0                 !< [rad/(N m)]
     real(rp) :: root_twist = 0                !< [rad/(N m)]
     real(rp), allocatable :: joint_hardening(:) !< (joints) [1/rad^2] beside `hardening`
+    logical :: has_sides = .false.              !< joints can tell up from down: needed by `one_way`
+    real(rp), allocatable :: one_way(:)         !< (joints)
   contains
     procedure :: count => effects_count
     procedure :: get => effects_get
@@ -51,7 +54,7 @@ contains
   !> Number of effects.
   pure integer function effects_count(self) result(n)
     class(effects_t), intent(in) :: self
-    n = N_EFFECTS + size(self%joint_hardening)
+    n = N_EFFECTS + size(self%joint_hardening) + size(self%one_way)
   end function effects_count
 
   !> Name, unit, scale, bounds and null of effect i; `joint_names` are those of the wing.
@@ -76,9 +79,14 @@ contains
       call define_effect(p, 'root_flap', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
     case (EFFECT_ROOT_TWIST)
       call define_effect(p, 'root_twist', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
-    case default
-      call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e3_rp, &
-                         10.0_rp)
+    case (N_EFFECTS + 1:)
+      if (i <= N_EFFECTS + size(joint_names)) then
+        call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e3_rp, &
+                           10.0_rp)
+      else
+        call define_effect(p, 'one_way:'//trim(joint_names(i - N_EFFECTS - size(joint_names))), '1', .true., 0.1_rp, &
+                           10.0_rp, 0.5_rp)
+      end if
     end select
   end function describe_effect
 
@@ -104,7 +112,11 @@ contains
     case (EFFECT_ROOT_TWIST)
       value = self%root_twist
     case default
-      value = self%joint_hardening(i - N_EFFECTS)
+      if (i <= N_EFFECTS + size(self%one_way)) then
+        value = self%joint_hardening(i - N_EFFECTS)
+      else
+        value = self%one_way(i - N_EFFECTS - size(self%one_way))
+      end if
     end select
   end function effects_get
 
@@ -131,7 +143,11 @@ contains
     case (EFFECT_ROOT_TWIST)
       self%root_twist = value
     case default
-      self%joint_hardening(i - N_EFFECTS) = value
+      if (i <= N_EFFECTS + size(self%one_way)) then
+        self%joint_hardening(i - N_EFFECTS) = value
+      else
+        self%one_way(i - N_EFFECTS - size(self%one_way)) = value
+      end if
     end select
   end subroutine effects_set
 

@@ -69,12 +69,13 @@ contains
     end subroutine add
   end subroutine make_springs
 
-  !> The planned hinges, with the triangles that carry their rest angle.
-  subroutine make_hinges(wing, edges, plans, points, normal, hinges)
+  !> The planned hinges, with the triangles that carry their rest angle; joints also if they have sides.
+  subroutine make_hinges(wing, edges, plans, points, normal, has_sides, hinges)
     type(wing_t), intent(in) :: wing
     type(edges_t), intent(in) :: edges
     type(hinge_plan_t), intent(in) :: plans(:)
     real(rp), intent(in) :: points(:, :), normal(3)
+    logical, intent(in) :: has_sides
     type(hinge_t), allocatable, intent(out) :: hinges(:)
     real(rp), parameter :: STRAIGHT = 1.0e-9_rp ! [rad]
     real(rp) :: e(3), f(3), angle
@@ -87,6 +88,7 @@ contains
       f = points(:, plans(h)%nodes(3)) - points(:, plans(h)%nodes(2))
       angle = atan2(dot_product(normal, cross(e, f)), dot_product(e, f))
       hinges(h)%is_straight = norm2(cross(e, f)) <= STRAIGHT*norm2(e)*norm2(f) .and. dot_product(e, f) > 0
+      if (has_sides .and. plans(h)%joint > 0) hinges(h)%is_straight = .false.
       if (.not. hinges(h)%is_straight) then
         hinges(h)%cos0 = cos(angle)
         hinges(h)%sin0 = sin(angle)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Bending hinges of veins: E = k Theta^2/2 + k3 Theta^4/4 with the true turning angle Theta from the rest direction, so
-!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge.
+!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge. A hinge with two sides has k1 P(c)/2 more
+!> when it bends toward the normal n, c = n.(tf - te) > 0, P(c) = 4 asin^2(c/2): Theta^2 where two flat halves fold.
 !>
 !> A hinge joins the segments e = xb - xa and f = xc - xb, with unit vectors te and tf. The rest
 !> direction of tf is te turned by the signed reference angle theta0 about the material normal n, so
@@ -38,15 +39,17 @@ module solid_hinge
 contains
 
   !> Energy [J], and on request its gradient g(3, 7) and Hessian h(21, 21) with respect to the
-  !> displacements u(3, 7) of the hinge's nodes, for stiffness [N m/rad] and `cubic` k3 [N m/rad^3]. With
-  !> `semidefinite` the Hessian is the positive semidefinite Gauss-Newton part. Unused nodes are left zero.
-  pure subroutine hinge_evaluate(self, stiffness, u, energy, g, h, semidefinite, cubic)
+  !> displacements u(3, 7) of the hinge's nodes, for stiffness [N m/rad], `cubic` k3 [N m/rad^3] and
+  !> `lift` k1 [N m/rad], which needs a hinge with a normal. With `semidefinite` the Hessian is the positive
+  !> semidefinite Gauss-Newton part. Unused nodes are left zero.
+  pure subroutine hinge_evaluate(self, stiffness, u, energy, g, h, semidefinite, cubic, lift)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: stiffness, u(3, HINGE_NODES)
     real(rp), intent(out) :: energy
     real(rp), intent(out), optional :: g(3, HINGE_NODES), h(3*HINGE_NODES, 3*HINGE_NODES)
     logical, intent(in), optional :: semidefinite
-    real(rp), intent(in), optional :: cubic
+    real(rp), intent(in), optional :: cubic, lift
+    real(rp) :: side(0:2), cq(3, 3) ! k1 P/2 and its derivatives, dc/dq
     real(rp) :: k, te(3), tf(3), n(3), le, lf, la, w(3), s, law(0:2)
     real(rp) :: wq(3, 3, 3)  ! dw/dq, q = te, tf, n
     real(rp) :: sq(3, 3)     ! ds/dq
@@ -67,6 +70,11 @@ contains
       end if
     end if
     energy = 0.5_rp*k*law(0)
+    side = 0
+    if (present(lift)) then
+      if (abs(lift) > 0) side = 0.5_rp*lift*side_law(dot_product(n, tf - te))
+    end if
+    energy = energy + side(0)
     if (.not. present(g) .and. .not. present(h)) return
 
     has_normal = .not. self%is_straight .and. self%n_triangles > 0
@@ -87,6 +95,10 @@ contains
     p(:, :, 3) = 0
     if (has_normal) p(:, :, 3) = (IDENTITY - outer(n, n))/la
     gq = (0.5_rp*k*law(1))*sq ! dE/d(te, tf, n)
+    cq(:, 1) = -n
+    cq(:, 2) = n
+    cq(:, 3) = tf - te
+    if (abs(side(1)) > 0) gq = gq + side(1)*cq
 
     ! dA/dx_m is the cross product with lever(:, m); e = xb - xa and f = xc - xb need no array
     levers = 0
@@ -138,6 +150,14 @@ contains
         hq(:, :, i, j) = (0.5_rp*k)*matmul(p(:, :, i), matmul(hq(:, :, i, j), p(:, :, j)))
       end do
     end do
+    if (abs(side(1)) > 0) then
+      do j = 1, n_q
+        do i = 1, n_q
+          hq(:, :, i, j) = hq(:, :, i, j) + matmul(p(:, :, i), matmul(side_curvature(i, j, side, cq, exact), &
+                                                                      p(:, :, j)))
+        end do
+      end do
+    end if
     if (exact) then
       hq(:, :, 1, 1) = hq(:, :, 1, 1) + unit_vector_curvature(gq(:, 1), te, le)
       hq(:, :, 2, 2) = hq(:, :, 2, 2) + unit_vector_curvature(gq(:, 2), tf, lf)
@@ -155,6 +175,28 @@ contains
       end do
     end do
   end subroutine hinge_evaluate
+
+  !> Block (i, j) of the second derivatives of the side's energy in (te, tf, n), without the indefinite part unless
+  !> `exact`.
+  pure function side_curvature(i, j, side, cq, exact) result(m)
+    integer, intent(in) :: i, j
+    real(rp), intent(in) :: side(0:2), cq(3, 3)
+    logical, intent(in) :: exact
+    real(rp) :: m(3, 3)
+    m = merge(side(2), max(side(2), 0.0_rp), exact)*outer(cq(:, i), cq(:, j))
+    if (exact .and. i /= j .and. i + j == 4) m = m - side(1)*IDENTITY
+    if (exact .and. i + j == 5) m = m + side(1)*IDENTITY
+  end function side_curvature
+
+  !> P = 4 asin^2(c/2) for c > 0, else 0, and its first two derivatives.
+  pure function side_law(c) result(law)
+    real(rp), intent(in) :: c
+    real(rp) :: law(0:2), g(0:2)
+    law = 0
+    if (.not. c > 0) return
+    g = turning_law(c**2/4)
+    law = [g(0), g(1)*c/2, g(2)*c**2/4 + g(1)/2]
+  end function side_law
 
   !> k G + k3 G^2/2, which is twice the energy, and its first two derivatives, from those of G.
   pure function cubic_law(g, k, k3) result(law)

@@ -56,7 +56,8 @@ module solid_model
 contains
 
   !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two
-  !> vein segments, or when there is no hinge for the effect `soft`; negative joint stiffnesses become those of the vein.
+  !> vein segments, when there is no hinge for the effect `soft`, or when joints without
+  !> sides are one-way; negative joint stiffnesses become those of the vein.
   subroutine model_init(self, wing, params, failure)
     class(solid_model_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
@@ -105,12 +106,14 @@ contains
 
     edges = make_edges(self%n_points, wing%triangles)
     call make_springs(wing, edges, params, self%points, self%springs)
-    call make_hinges(wing, edges, self%plans, self%points, normal, self%hinges)
+    call make_hinges(wing, edges, self%plans, self%points, normal, params%effects%has_sides, self%hinges)
     self%plate = make_plate(edges, self%points)
     call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, self%pattern)
     self%weights = point_weights(wing, self%movable)
     call make_layout(self%points, self%springs, self%plans, self%plate, self%layout)
     call place_soft_hinge(self, wing, failure)
+    if (any(abs(params%effects%one_way - 1) > 0) .and. .not. params%effects%has_sides) &
+      call failure%raise('one-way joints must have sides')
     if (failure%failed) return
     call allocate_stiffness(self%springs, self%plans, self%plate%n, self%stiffness)
     do i = 1, size(self%plans)
@@ -188,7 +191,8 @@ contains
       do i = 1, self%hinges(h)%n_nodes
         local(:, i) = u(:, self%hinges(h)%nodes(i))
       end do
-      call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one, cubic=self%stiffness%cubic(h))
+      call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one, cubic=self%stiffness%cubic(h), &
+                          lift=self%stiffness%lift(h))
       e(2) = e(2) + one
     end do
     e(3) = self%stiffness%plate*plate_energy(self%plate, u)
@@ -232,11 +236,12 @@ contains
     integer :: h, i, p
     local = 0
     do h = 1, size(self%hinges)
-      if (.not. abs(stiffness%hinge(h)) + abs(stiffness%cubic(h)) > 0) cycle
+      if (.not. abs(stiffness%hinge(h)) + abs(stiffness%cubic(h)) + abs(stiffness%lift(h)) > 0) cycle
       do i = 1, self%hinges(h)%n_nodes
         local(:, i) = u(:, self%hinges(h)%nodes(i))
       end do
-      call hinge_evaluate(self%hinges(h), stiffness%hinge(h), local, energy, pull, cubic=stiffness%cubic(h))
+      call hinge_evaluate(self%hinges(h), stiffness%hinge(h), local, energy, pull, cubic=stiffness%cubic(h), &
+                          lift=stiffness%lift(h))
       do i = 1, self%hinges(h)%n_nodes
         p = self%hinges(h)%nodes(i)
         g(:, p) = g(:, p) + pull(:, i)

@@ -69,6 +69,7 @@ contains
     allocate (self%vein_factor(size(wing%veins)), source=1.0_rp)
     allocate (self%joint(size(wing%joints)), source=-1.0_rp)
     allocate (self%effects%joint_hardening(size(wing%joints)), source=0.0_rp)
+    allocate (self%effects%one_way(size(wing%joints)), source=1.0_rp)
     length = 1
     do i = 1, size(wing%veins)
       length = max(length, len(wing%veins(i)%name))

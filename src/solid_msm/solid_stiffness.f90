@@ -29,6 +29,7 @@ module solid_stiffness
     real(rp), allocatable :: extension(:) !< [N/m]
     real(rp), allocatable :: hinge(:)     !< [N m/rad]
     real(rp), allocatable :: cubic(:)     !< [N m/rad^3] of hinges; 0: linear
+    real(rp), allocatable :: lift(:)      !< [N m/rad] what hinges have more when they bend up
     real(rp) :: plate = 0                 !< [N m]
     real(rp), allocatable :: edge(:)      !< (edges) [N m] what the plate has more at single edges
     logical :: has_edges = .false.        !< any of them is not 0
@@ -42,8 +43,8 @@ contains
     type(hinge_plan_t), intent(in) :: plans(:)
     integer, intent(in) :: n_edges
     type(stiffness_t), intent(out) :: self
-    allocate (self%extension(springs%n), self%hinge(size(plans)), self%cubic(size(plans)), self%edge(n_edges), &
-              source=0.0_rp)
+    allocate (self%extension(springs%n), self%hinge(size(plans)), self%cubic(size(plans)), self%lift(size(plans)), &
+              self%edge(n_edges), source=0.0_rp)
   end subroutine allocate_stiffness
 
   !> All stiffness 0.
@@ -52,6 +53,7 @@ contains
     self%extension = 0
     self%hinge = 0
     self%cubic = 0
+    self%lift = 0
     self%plate = 0
     self%edge = 0
     self%has_edges = .false.
@@ -118,11 +120,15 @@ contains
       end if
       do h = 1, size(plans)
         self%cubic(h) = self%hinge(h)*hardening_of(effects, plans(h))
+        self%lift(h) = 0
+        if (effects%has_sides .and. plans(h)%joint > 0) &
+          self%lift(h) = self%hinge(h)*(effects%one_way(plans(h)%joint) - 1)
       end do
     end associate
     if (.not. abs(params%bending_factor - 1) > 0) return
     self%hinge = params%bending_factor*self%hinge
     self%cubic = params%bending_factor*self%cubic
+    self%lift = params%bending_factor*self%lift
     self%plate = params%bending_factor*self%plate
     self%edge = params%bending_factor*self%edge
   end subroutine apply_effects

@@ -66,7 +66,13 @@ contains
       case (EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST) ! see solid_bent_wing
         return
       case default
-        where (plans%joint == effect - N_EFFECTS) direction%cubic = k%hinge
+        if (effect <= N_EFFECTS + size(params%joint)) then
+          where (plans%joint == effect - N_EFFECTS) direction%cubic = k%hinge
+        else
+          effect = effect - N_EFFECTS - size(params%joint)
+          where (plans%joint == effect .and. params%effects%has_sides) &
+            direction%lift = k%hinge*params%effects%one_way(effect)
+        end if
       end select
     end associate
   end subroutine parameter_direction
@@ -78,6 +84,7 @@ contains
     call prepare(model, direction)
     direction%hinge = model%stiffness%hinge
     direction%cubic = model%stiffness%cubic
+    direction%lift = model%stiffness%lift
     direction%plate = model%stiffness%plate
     direction%edge = model%stiffness%edge
     direction%has_edges = model%stiffness%has_edges
@@ -92,6 +99,7 @@ contains
     call prepare(model, direction)
     direction%hinge(h) = model%stiffness%hinge(h)
     direction%cubic(h) = model%stiffness%cubic(h)
+    direction%lift(h) = model%stiffness%lift(h)
   end subroutine hinge_direction
 
   !> Derivative with respect to the logarithm of the factor of a damage with disc = (x, y, radius) [m] that is not there
@@ -122,6 +130,7 @@ contains
         w = damage_weight(disc, layout%hinge_place(:, i))
         direction%hinge(i) = k%hinge(i)*share(w)
         direction%cubic(i) = k%cubic(i)*share(w)
+        direction%lift(i) = k%lift(i)*share(w)
       end do
       do i = 1, model%plate%n
         w = (damage_weight(disc, layout%edge_place(:, 1, i)) + damage_weight(disc, layout%edge_place(:, 2, i)))/2

@@ -40,7 +40,7 @@ contains
           local(:, i) = u(:, hinge%nodes(i))
         end do
         call hinge_evaluate(hinge, model%stiffness%hinge(n), local, energy, h=h, semidefinite=semidefinite, &
-                            cubic=model%stiffness%cubic(n))
+                            cubic=model%stiffness%cubic(n), lift=model%stiffness%lift(n))
         do j = 1, hinge%n_nodes
           do i = 1, j
             b = hinge%blocks(i, j)

@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing may do beyond the usual model: every effect has the law that its name promises, vanishes at its null to the
-!> last bit, and its forces, tangent and derivatives belong together.
+!> What a wing may do beyond the usual model: every effect has the law that its name promises, vanishes at its null to
+!> the last bit, and its forces, tangent and derivatives belong together.
 program test_solid_effects
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use sample_wings, only: make_beam, make_fly_wing
   use solid_effect_damage, only: damage_weight
   use solid_extension, only: extension_axial
+  use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
   use solid_layout, only: hinge_in_vein
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, parameter_t, solid_params_t
@@ -32,6 +33,7 @@ program test_solid_effects
   call test_directions(is_null=.true.)
   call test_directions(is_null=.false.)
   call test_scans()
+  call test_sides()
   call test_soft_place()
   call t%finish()
 
@@ -55,6 +57,13 @@ contains
   !> A model with places for damage and softness, and effects at values of their own or at null.
   function model_with(is_null) result(model)
     logical, intent(in) :: is_null
+    logical, parameter :: none = .false.
+    type(solid_model_t) :: model
+    model = model_of(is_null, none)
+  end function model_with
+
+  function model_of(is_null, has_sides) result(model)
+    logical, intent(in) :: is_null, has_sides
     type(solid_model_t) :: model
     type(solid_params_t) :: params
     type(failure_t) :: failure
@@ -64,7 +73,10 @@ contains
     params%effects%soft_share = 0.45_rp
     params%joint = 2.0e-6_rp
     params%joint(3) = -1
+    params%effects%has_sides = has_sides
     if (.not. is_null) then
+      if (has_sides) params%effects%one_way = [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, &
+                                               0.6_rp] ! some bend up, some down
       call set(params, 'E_gradient', -0.8_rp)
       call set(params, 'damage', 0.3_rp)
       call set(params, 'soft', 0.2_rp)
@@ -75,8 +87,7 @@ contains
     end if
     call model%init(wing, params, failure)
     call t%check('the model with effects is built',.not. failure%failed)
-
-  end function model_with
+  end function model_of
 
   subroutine set(params, name, value)
     type(solid_params_t), intent(inout) :: params
@@ -107,7 +118,7 @@ contains
                     p%lower <= p%null .and. p%upper > p%null)
       call t%check('effect '//p%name//' is found by its name', params%find(p%name) == i)
     end do
-    call t%check('all effects are at null unless set', n == params%effects%count() .and. n == 8 + 10)
+    call t%check('all effects are at null unless set', n == params%effects%count() .and. n == 8 + 20)
     call model%gradient(u, g)
     call bare%gradient(u, h)
     call t%check('effects at null change no bit of the forces', all(transfer(g, [1]) == transfer(h, [1])))
@@ -211,11 +222,13 @@ contains
   subroutine test_consistency()
     type(solid_model_t) :: model
     real(rp), dimension(3, plain%n_all) :: g, gp, gm, fd
-    real(rp) :: slope, axial(plain%springs%n), blocks(3, 3, size(plain%pattern%rows)), hv(3, plain%n_free), lowest, &
+    real(rp) :: slope, axial(plain%springs%n), hv(3, plain%n_free), lowest, &
                 x(3, plain%n_free)
-    real(rp), parameter :: H = 1.0e-6_rp
+    real(rp), parameter :: H = 1.0e-7_rp ! no joint passes from up to down within a few of them
+    real(rp), allocatable :: blocks(:, :, :)
     integer :: s, i, j
-    model = model_with(.false.)
+    model = model_of(is_null=.false., has_sides=.true.)
+    allocate (blocks(3, 3, size(model%pattern%rows)))
     call model%gradient(u, g)
     slope = 0
     fd = 0
@@ -253,8 +266,9 @@ contains
     type(stiffness_t) :: dk
     real(rp), dimension(3, plain%n_all) :: g, gp, gm, fd
     real(rp) :: step, value
-    integer :: i, s
-    model = model_with(is_null)
+    integer :: i, s, n_up
+    model = model_of(is_null, has_sides=.true.)
+    n_up = 0
     do i = 1, model%params%count()
       p = model%params%describe(i)
       if (.not. acts_on_stiffness(p%name)) cycle
@@ -274,11 +288,39 @@ contains
         fd = fd + STENCIL(s)*(gp - gm)/step
       end do
       if (index(p%name, 'k_cross') == 1) cycle ! this wing has no cross-springs
+      if (index(p%name, 'one_way:') == 1) then ! half of the joints bend down
+        if (.not. maxval(abs(g)) > 0) cycle
+        n_up = n_up + 1
+      end if
       call t%check('the forces depend on '//p%name, maxval(abs(g)) > 0)
       call t%check_below('the forces'' derivative to '//p%name//trim(merge(' at null', '        ', is_null)), &
                          maxval(abs(g - fd))/(maxval(abs(g)) + 1.0e-6_rp*maxval(abs(gp))/step), 1.0e-8_rp)
     end do
+    call t%check('some joints bend up', n_up > 0 .and. n_up < 10)
   end subroutine test_directions
+
+  !> A straight joint across two flat halves that bends by an angle of 0.8 up or down: one of both costs 1.4 as much.
+  subroutine test_sides()
+    type(hinge_t) :: hinge
+    real(rp) :: u(3, HINGE_NODES), energy(2), g(3, HINGE_NODES)
+    real(rp), parameter :: ANGLE = 0.8_rp, K = 2.0_rp
+    integer :: side, i
+    hinge%nodes = [(i, i=1, 7)]
+    hinge%n_nodes = 7
+    hinge%n_triangles = 4
+    hinge%is_straight = .false.
+    hinge%corners = reshape([1, 2, 4, 2, 1, 5, 2, 3, 6, 3, 2, 7], [3, 4])
+    hinge%x0 = reshape([-1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1, -1, 0], [3, 7])
+    do side = 1, 2
+      u = 0
+      do i = 3, 7
+        if (hinge%x0(1, i) > 0) u(:, i) = [cos(ANGLE) - 1, 0.0_rp, merge(1, -1, side == 1)*sin(ANGLE)]
+      end do
+      call hinge_evaluate(hinge, K, u, energy(side), g, lift=0.4_rp*K)
+    end do
+    call t%check_close('bending up costs 1.4 as much', energy(1), 1.4_rp*K*ANGLE**2/2, rtol=1.0e-13_rp)
+    call t%check_close('  as bending down', energy(2), K*ANGLE**2/2, rtol=1.0e-13_rp)
+  end subroutine test_sides
 
   pure logical function acts_on_stiffness(name)
     character(*), intent(in) :: name
