@@ -192,7 +192,7 @@ contains
     if (failure%failed) return
     call calibration%init(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed)
     call find_detectable(design, calibration, size(s%catalogue%effects), snr)
-    write (unit, '(a)') 'effect                parameter             found with 90 % from      at             '// &
+    write (unit, '(a)') 'effect                parameter          found with 90 % from  at                          '// &
       'seen beside baseline'
     do e = 1, size(s%catalogue%effects)
       if (s%catalogue%effects(e)%is_testable()) then
@@ -239,9 +239,9 @@ contains
           strength = least*q%prior_sd
           if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
           if (.not. q%is_log) write (value, '(es10.3)') strength
-          if (q%unit /= '1') value = trim(value)//' '//q%unit
-          write (unit, '(a22,a22,a26,a15,f8.3)') effect%name//repeat(' ', 22), q%name//repeat(' ', 22), &
-            adjustl(value), effect%variants(one%variant)%label//repeat(' ', 15), one%retained
+          if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
+          write (unit, '(a22,a19,a22,a28,f6.3)') effect%name//repeat(' ', 22), q%name//repeat(' ', 19), &
+            adjustl(value), effect%variants(one%variant)%label//repeat(' ', 28), one%retained
         end associate
       end associate
     end associate

@@ -6,6 +6,7 @@ module app_keys
   use app_instrument, only: register_idle_instrument
   use app_solid_keys, only: write_solid_reference
   use app_static_keys, only: write_static_reference
+  use app_diagnose_keys, only: write_diagnose_reference
   use app_train_keys, only: write_train_reference
   use base_kinds, only: rp
   use fluid_keys, only: register_fluid_keys
@@ -55,6 +56,7 @@ contains
     call write_static_reference(unit)
     call write_solid_reference(unit)
     call write_train_reference(unit)
+    call write_diagnose_reference(unit)
   end subroutine write_reference
 
   subroutine register_units(r)

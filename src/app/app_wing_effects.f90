@@ -73,8 +73,8 @@ contains
     type(solid_params_t), intent(in) :: params
     type(message_list_t), intent(inout) :: errors
     if (abs(params%effects%root_flap) + abs(params%effects%root_twist) > 0) &
-    call c%complain(errors, 'Wing', 'parameters', 'root_flap and root_twist turn the clamp of a test bench; a wing '// &
-                      'in motion is held by its frame: leave them out')
+      call c%complain(errors, 'Wing', 'parameters', 'root_flap and root_twist turn the clamp of a test bench; a '// &
+                      'wing in motion is held by its frame: leave them out')
   end subroutine refuse_root_compliance
 
   !> What is missing to seek or to set the parameter called `name`; '' if nothing.

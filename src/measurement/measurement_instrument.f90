@@ -34,17 +34,18 @@ module measurement_instrument
                                 MAP_SHIFT_X = 16, MAP_SHIFT_Y = 17, MAP_ROTATION = 18, MAP_SCALE = 19, GRAVITY_X = 20, &
                                 GRAVITY_Y = 21, GRAVITY_Z = 22, NONLINEARITY = 23
   integer, parameter, public :: N_INSTRUMENT = 23
-  character(12), parameter :: NAMES(N_INSTRUMENT) = [character(12) :: 'force_gain', 'force_offset', 'force_tilt_x', &
-                                 'force_tilt_y', 'load_shift_x', 'load_shift_y', 'drift', 'drift_rate', 'drift_veins', &
-                                                            'creep', 'creep_time', 'height_scale', 'tilt_x', 'tilt_y', &
-                                                               'piston', 'map_shift_x', 'map_shift_y', 'map_rotation', &
-                                                     'map_scale', 'gravity_x', 'gravity_y', 'gravity_z', 'nonlinearity']
+  character(12), parameter :: NAMES(N_INSTRUMENT) = [character(12) :: &
+                                         'force_gain', 'force_offset', 'force_tilt_x', 'force_tilt_y', 'load_shift_x', &
+                                          'load_shift_y', 'drift', 'drift_rate', 'drift_veins', 'creep', 'creep_time', &
+                                           'height_scale', 'tilt_x', 'tilt_y', 'piston', 'map_shift_x', 'map_shift_y', &
+                                     'map_rotation', 'map_scale', 'gravity_x', 'gravity_y', 'gravity_z', 'nonlinearity']
+  !> Null, or the usual value, in the same order.
+  real(rp), parameter :: USUAL(N_INSTRUMENT) = [real(rp) :: 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, &
+                                                                                                          0, 0, 0, 1]
 
   !> The values, in the order of the names, and what sets their scales.
   type :: instrument_t
-   real(rp) :: values(N_INSTRUMENT) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, &
-                                       1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
-                                        0.0_rp, 0.0_rp, 1.0_rp]
+    real(rp) :: values(N_INSTRUMENT) = USUAL
     logical :: is_linear_usual = .false.       !< small deflections are usual: the null of `nonlinearity` is 0
     real(rp), private :: length = 1            !< [m] of the wing
     real(rp), private :: smallest_force = 1    !< [N] that was applied
@@ -162,9 +163,8 @@ contains
   pure logical function instrument_is_null(self, first, last) result(is_null)
     class(instrument_t), intent(in) :: self
     integer, intent(in), optional :: first, last
-    type(instrument_t) :: usual
     logical :: differs(N_INSTRUMENT)
-    differs = abs(self%values - usual%values) > 0
+    differs = abs(self%values - USUAL) > 0
     differs(CREEP_TIME) = .false.
     if (present(first)) differs(:first - 1) = .false.
     if (present(last)) differs(last + 1:) = .false.

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report of a diagnosis as one HTML page that needs nothing else: verdict and gain first, then pictures, candidates,
+questions to the residuals, and what to measure next."""
+import base64
+import math
+from html import escape
+
+from _training_report import STYLE
+
+CLASSES = {"adequate": "determined", "named": "determined", "consistent_with_set": "roughly",
+           "unknown_cause": "failed", "data_insufficient": "unknown"}
+WORDS = {"adequate": "The model is adequate", "named": "The cause has a name",
+         "consistent_with_set": "Several causes are possible", "unknown_cause": "A cause that is not in the catalogue",
+         "data_insufficient": "Not enough data"}
+
+
+def probability(p):
+    """A p-value for people."""
+    if p is None:
+        return "–"
+    if p >= 1e-3:
+        return f"{p:.3f}"
+    return "below 10⁻³⁰⁰" if p <= 0 else f"10<sup>{math.floor(math.log10(p))}</sup>"
+
+
+def boxes_of(diagnosis):
+    """(value, what it is) of the boxes at the top."""
+    verdict, validation = diagnosis["verdict"], diagnosis["validation"]
+    boxes = [(probability(verdict["global_p"]), "probability that chance alone makes differences like these (all tests "
+                                                "together)")]
+    if verdict["word"] != "adequate":
+        boxes.append((f"{100 * verdict['probability']:.0f} %", "probability of what the verdict says"))
+        boxes.append((f"{verdict['snr']:.1f}", "signal-to-noise ratio of the cause"))
+    if validation["has_gain"]:
+        boxes.append((f"{validation['gain_per_location']:.2f} ± {validation['standard_error']:.2f}",
+                      "gain of log probability for a location that the fit has not seen"))
+        base, extended = validation["baseline"], validation["extended"]
+        n = sum(extended["observations"])
+        boxes.append((f"{math.sqrt(sum(base['chi2']) / n):.2f} → {math.sqrt(sum(extended['chi2']) / n):.2f}",
+                      "difference at such locations in units of its errors, before and after"))
+    return boxes
+
+
+def extension(diagnosis):
+    """What was added to the model, with intervals."""
+    rows = []
+    for one in diagnosis["extended"].get("intervals_90", []):
+        lower, best, upper = one["lower_best_upper"]
+        interval = f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else "one end only"
+        rows.append(f"<tr><td class=name>{escape(one['name'])}</td><td class=number>{best:.4g}</td>"
+                    f"<td class=number>{interval}</td></tr>")
+    if not rows:
+        return ""
+    return ("<h2>What was added to the model</h2><table><thead><tr><th>parameter</th><th class=number>value</th>"
+            "<th class=number>90 % interval</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>")
+
+
+def candidates(effects):
+    """All entries of the catalogue, the most probable first."""
+    order = {"tested": 0, "absorbed": 1, "not_testable": 2}
+    rows = []
+    for e in sorted(effects, key=lambda e: (order[e["status"]], -(e.get("log_evidence") or 0))):
+        if e["status"] == "tested":
+            cells = (f"<td class=number>{probability(e['local_p'])}</td><td class=number>{probability(e['p'])}</td>"
+                     f"<td class=number>{100 * e['posterior']:.1f} %</td><td class=number>{e['retained']:.2f}</td>")
+            where = f" ({escape(e['variant'])})" if e["variant"] else ""
+        else:
+            word = "absorbed by the baseline" if e["status"] == "absorbed" else f"not testable: {e['missing']}"
+            cells, where = f"<td colspan=4>{escape(word)}</td>", ""
+        rows.append(f"<tr><td class=name>{escape(e['title'])}{where}</td>{cells}<td>{escape(e['sentence'])}</td></tr>")
+    return ("<h2>All candidates</h2><div class=scroll><table><thead><tr><th>cause</th><th class=number>local p</th>"
+            "<th class=number>p with its positions</th><th class=number>alone, with probability</th>"
+            "<th class=number>seen beside baseline</th><th>in words</th></tr></thead><tbody>"
+            + "\n".join(rows) + "</tbody></table></div>")
+
+
+def questions(diagnosis):
+    rows = [f"<tr><td class=name>{escape(q['name'])}</td><td class=number>{probability(q['p'])}</td>"
+            f"<td>{escape(q['sentence'])}</td></tr>" for q in diagnosis["questions"]]
+    return ("<h2>Plain questions to what the baseline leaves</h2><table><tbody>" + "".join(rows) + "</tbody></table>"
+            if rows else "")
+
+
+def next_measurement(diagnosis):
+    if not diagnosis["next_measurements"]:
+        return ""
+    rows = [f"<tr><td class=name>{escape(n['repeat'])}</td><td class=number>{n['separation_sd']:.2f} sd</td></tr>"
+            for n in diagnosis["next_measurements"][:5]]
+    now = diagnosis["next_measurements"][0]["separation_now_sd"]
+    return (f"<h2>What to measure next</h2><p>The first cause and the one that imitates it best differ by {now:.2f} sd "
+            "now. With one of these loads once more:</p><table><tbody>" + "".join(rows) + "</tbody></table>")
+
+
+def figure_html(picture):
+    heading, caption, data = picture
+    code = base64.b64encode(data).decode()
+    return (f"<h2>{escape(heading)}</h2><figure><img alt=\"{escape(heading)}\" src=\"data:image/png;base64,{code}\">"
+            f"<figcaption>{escape(caption)}</figcaption></figure>")
+
+
+def page(diagnosis, pictures):
+    """The whole page."""
+    verdict = diagnosis["verdict"]
+    boxes = "".join(f"<li><b>{value}</b><span>{escape(what)}</span></li>" for value, what in boxes_of(diagnosis))
+    sentences = [e["sentence"] for c in verdict["causes"] for e in diagnosis["effects"]
+                 if e["name"] == c["effect"] and verdict["word"] != "adequate"]
+    warning = diagnosis["noise"]["warning"]
+    return f"""<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Diagnosis</title><style>{STYLE}</style></head><body>
+<h1>{escape(WORDS[verdict["word"]])} <span class="verdict {CLASSES[verdict["word"]]}">{escape(verdict["word"])}</span></h1>
+<p><b>{escape(verdict["sentence"])}.</b> {escape(" ".join(sentences))}</p>
+<p class=quiet>Wing {escape(diagnosis["wing"])}, measured in {escape(diagnosis["measurement"])}.</p>
+<ul class=numbers>{boxes}</ul>
+{f'<div class=warnings>{escape(warning)}.</div>' if warning else ''}
+{extension(diagnosis)}
+{"".join(figure_html(picture) for picture in pictures)}
+{candidates(diagnosis["effects"])}
+{questions(diagnosis)}
+{next_measurement(diagnosis)}
+<h2>How to read this</h2>
+<dl>
+<dt>local p, p</dt><dd>How often chance alone makes a cause look at least so good: at this position, and at the best of all
+positions that were tried. With many causes one of them looks good by chance; the number at the top allows for it.</dd>
+<dt>seen beside baseline</dt><dd>How much of what a cause does to the deformations the baseline cannot imitate by other
+values of its parameters. Below 0.05 a cause is absorbed.</dd>
+<dt>probability</dt><dd>Holds if one of the hypotheses is true: nothing, an entry of the catalogue, several, or an unknown
+smooth cause.</dd>
+</dl>
+<p class=quiet>{escape(diagnosis["program"])}, seed {diagnosis["seed"]}.</p>
+</body></html>
+"""
