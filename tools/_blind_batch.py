@@ -7,14 +7,14 @@ from dataclasses import asdict, replace
 from multiprocessing import Pool
 from pathlib import Path
 
+from _bending_model import Stiffness
 from _blind_cases import Individual, draw_head, make_case
 from _blind_ledger import Ledger, digest, dump, read, write
 from _blind_oracle import Base
 from _flusi_io import InputError
 from _measurement_case import Hidden, build, convert, read_case
-from _bending_model import Stiffness
+from _measurement_file import write_test
 from _measurement_synthesis import Bench, observe
-from _measurement_writer import write_measurement
 
 
 def read_design(path):
@@ -68,7 +68,7 @@ def _make_group(task):
     individual, found = Individual(design, seed, who), []
     for number in numbers:
         content, truth = make_case(seed, number, individual, options)
-        write_measurement(folder / f"{number:04d}.h5", content)
+        write_test(folder / f"{number:04d}.h5", content)
         found.append((f"{number:04d}", truth))
     return found
 
@@ -106,6 +106,6 @@ def make_fixed(design, fixed, names, folder, tell):
         bench = Bench(case)
         shapes = [bench.bend(load, base.shapes[load.name]) for load in bench.loads()]
         content, truth = observe(bench, bench.loads(), shapes, bench.rest())
-        write_measurement(folder / f"{name}.h5", content)
+        write_test(folder / f"{name}.h5", content)
         write(folder / f"{name}.truth.json", json.dumps(truth, indent=1, default=lambda v: v.tolist()) + "\n")
         tell(str(folder / f"{name}.h5"))

@@ -170,7 +170,7 @@ def draw_head(seed, number, options):
 
 
 def make_case(seed, number, individual, options):
-    """Case `number` of an individual: content for `write_measurement`, and the truth."""
+    """Case `number` of an individual: content for `write_test`, and the truth."""
     rng, head = draw_head(seed, number, options)
     kind, mesh, rig = head["kind"], head["mesh"], head["rig"]
     case = individual.case(mesh, rig_noise(individual.design, rig))

@@ -38,6 +38,18 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
                 dataset(f"loads/{name}/z", heights)
                 attributes(f"loads/{name}", facts)
             attributes("accuracy", accuracy)
-            attributes("calibration", calibration or {})
+            if calibration:
+                attributes("calibration", calibration)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error}") from error
+
+
+def write_test(path, content):
+    """Writes what `observe` of _measurement_synthesis made."""
+    sigma = None
+    if content["reference_scans"] > 1:
+        sigma = np.full(content["z"].shape, content["accuracy"]["height"] / np.sqrt(content["reference_scans"]))
+    loads = {load["name"]: (load["z"], {key: load[key] for key in ("force", "direction", "point", "order", "replicate",
+                                                                   "time", "hold")}) for load in content["loads"]}
+    write_measurement(path, content["x"], content["y"], content["z"], loads, content["accuracy"], content["calibration"],
+                      content["title"], sigma)

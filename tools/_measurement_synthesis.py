@@ -191,7 +191,7 @@ def _bend(task):
 
 
 def synthesise(case, jobs=1, tell=lambda text: None):
-    """Does the test: a dictionary for `write_measurement`, and the truth about it."""
+    """Does the test: a dictionary for `write_test`, and the truth about it."""
     bench = Bench(case)
     loads = bench.loads()
     tasks = [(bench, load) for load in loads]
@@ -206,7 +206,7 @@ def synthesise(case, jobs=1, tell=lambda text: None):
 
 def observe(bench, loads, shapes, unloaded):
     """What the experiment sees of the shapes (as from `bend`) and of the positions of the unloaded wing: a dictionary for
-    `write_measurement`, and the truth about it."""
+    `write_test`, and the truth about it."""
     case, hidden = bench.case, bench.case.hidden
     low, high = bench.wing.points.min(0), bench.wing.points.max(0)
     x, y = (grid_lines(low[k], high[k], case.spacing) for k in range(2))

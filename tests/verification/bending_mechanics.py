@@ -57,6 +57,7 @@ class Derivatives(unittest.TestCase):
 
     def setUp(self):
         self.model = Model(read_wing(SMALL), Stiffness(cross_springs=True, joint_hardening=3.0,
+                                                       cuticle_hardening=1e-7, one_way=("C_Sc", 1.7),
                                                        damage=(5e-3, -5e-4, 1e-3, 0.3)))
         rng = np.random.default_rng(1)
         x = self.model.positions[:, 0]
