@@ -79,6 +79,7 @@ class Bench:
         self.mean_diameter = float(np.mean(np.concatenate([d for _, d in wing.veins.values()]))) if wing.veins else None
         self.coarse, self.wing = wing, refine(wing) if case.refine else wing
         self.streams = Streams(case.seed)
+        self._bent = None, None  # factors on the stiffness, and the path of the wing with them
 
     def model(self, factor=1.0, factor_veins=1.0):
         """The wing with all its bending stiffness, and with that of its veins, multiplied by factors."""
@@ -136,10 +137,14 @@ class Bench:
     def bend(self, load, start=None):
         """Positions of the bent wing's points, the displacement of the loaded place along the force, and a report.
         `start` are displacements of all nodes for nearly this load and this wing."""
-        model = self.model(load.factor, load.factor_veins)
+        factors = load.factor, load.factor_veins
+        if self._bent[0] != factors:
+            self._bent = factors, Path(self.model(*factors))
+        path = self._bent[1]
+        model = path.model
         force = model.point_load(load.true_point, load.true_vector)
         try:
-            u, report, turn = rest_on_clamp(model, Path(model), force + self.weight(model), start)
+            u, report, turn = rest_on_clamp(model, path, force + self.weight(model), start)
         except NoEquilibrium as error:
             raise NoEquilibrium(f"load {load.name}: {error}") from None
         moved = float((force * u).sum() / np.linalg.norm(load.true_vector))

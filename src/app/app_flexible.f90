@@ -2,6 +2,7 @@
 !> Flexible wings in the flow: their keys, and from them the mechanics that the coupler needs.
 module app_flexible
   use app_wing_keys, only: register_damping_keys, register_wing_keys
+  use app_wing_effects, only: refuse_root_compliance
   use app_wing_settings, only: load_wing, read_damping, wing_settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -105,6 +106,7 @@ contains
       found = .false.
     end if
     if (.not. found .or. .not. wants_flexible(config)) return
+    call refuse_root_compliance(config, setup%asked, errors)
     ! Both wings share one model, which is its own mirror image only if it is flat in this plane.
     if (any(abs(setup%wing%points(3, :)) > FLAT*setup%model%size)) then
       call config%complain(errors, 'Wing', 'file', 'is not flat in the plane z = 0, as wings = flexible need it')

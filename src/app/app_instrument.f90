@@ -119,6 +119,7 @@ contains
       p = instrument%describe(i)
       if (abs(instrument%get(i) - null%get(i)) > 0) text = text//', '//p%name//' '//number_text(instrument%get(i))
     end do
-    if (text /= '') text = '[Instrument]'//new_line('a')//'parameters = '//text(3:)//'; of the measurement'//new_line('a')
+    if (text /= '') text = '[Instrument]'//new_line('a')//'parameters = '//text(3:)//'; of the measurement'// &
+                           new_line('a')
   end function instrument_lines
 end module app_instrument

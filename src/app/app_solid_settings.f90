@@ -6,6 +6,7 @@ module app_solid_settings
   use app_settings, only: output_params_t
   use app_solid_keys, only: register_solid_keys
   use app_wing_places, only: add_force, force_group_t, point_force_t, read_force_groups
+  use app_wing_effects, only: refuse_root_compliance
   use app_wing_settings, only: read_damping, check_name, find_beside, load_wing, wing_settings_t
   use base_constants, only: PI, TWO_PI
   use base_errors, only: message_list_t
@@ -95,6 +96,7 @@ contains
     call notice_idle_keys(s%config, notices)
     call load_wing(s%config, path, .true., s%setup, found, errors, notices)
     if (.not. found) return
+    call refuse_root_compliance(s%config, s%setup%asked, errors)
     call read_forces(s, 'constant', s%law%constant, errors)
     call read_forces(s, 'ramped', s%law%ramped, errors)
     call read_forces(s, 'sinusoidal', s%law%sinusoidal, errors)
@@ -151,7 +153,7 @@ contains
     end do
     do i = 1, size(SIDES)
       if (type /= 'flapping' .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
-        call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
+     call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
     end do
   end subroutine notice_idle_keys
 

@@ -11,8 +11,7 @@ module app_static
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
-  use solid_equilibrium, only: equilibrium_t
-  use solid_statics, only: solve_static
+  use solid_bent_wing, only: bent_wing_t
   implicit none
   private
   public :: run_static
@@ -74,7 +73,7 @@ contains
     type(failure_t), intent(inout) :: failure
     type(static_table_t) :: table
     type(static_row_t) :: row
-    type(equilibrium_t) :: work
+    type(bent_wing_t) :: work
     real(rp), allocatable :: u(:, :)
     integer :: i
 
@@ -110,14 +109,15 @@ contains
   subroutine solve_one(settings, i, work, u, row)
     type(static_settings_t), intent(in) :: settings
     integer, intent(in) :: i
-    type(equilibrium_t), intent(inout) :: work
+    type(bent_wing_t), intent(inout) :: work
     real(rp), intent(inout) :: u(:, :)
     type(static_row_t), intent(out) :: row
     real(rp) :: t0, t1
     integer :: n
     associate (model => settings%setup%model, l => settings%loads(i))
       call cpu_time(t0)
-      call solve_static(work, model, l%load, .false., settings%options, u, row%report)
+      call work%solve(l%load%force, .false., settings%options, u, row%report)
+      u = work%moved
       call cpu_time(t1)
       row%seconds = t1 - t0
       if (.not. row%report%converged) return ! u belongs to a part of the load only

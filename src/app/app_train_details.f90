@@ -34,6 +34,7 @@ contains
     if (allocated(trained%path)) then
       call put_table(file, '/outcome/path', trained%path, 'evaluations chi2 prior_chi2', failure)
     end if
+    if (allocated(trained%ends)) call write_ends(file, space, trained%ends, failure)
     if (trained%has_intervals) then
       call file%make_group('/profiles', failure)
       do i = 1, size(trained%intervals)
@@ -45,6 +46,21 @@ contains
     end do
     call write_readings(file, settings, trained, failure)
   end subroutine write_details
+
+  !> Rows of chi^2 and the values, in their units, where each start of the polish ended.
+  subroutine write_ends(file, space, ends, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(search_space_t), intent(in) :: space
+    real(rp), intent(in) :: ends(:, :)
+    type(failure_t), intent(inout) :: failure
+    real(rp) :: rows(size(ends, 1), size(ends, 2))
+    integer :: i
+    rows = ends
+    do i = 1, size(space%is_log)
+      if (space%is_log(i)) rows(1 + i, :) = exp(ends(1 + i, :))
+    end do
+    call put_table(file, '/outcome/ends', rows, 'chi2, then the values', failure)
+  end subroutine write_ends
 
   !> Rows of values tried, in their units and in ascending order, and the sum of squares above its minimum.
   subroutine write_profile(file, name, interval, is_log, failure)

@@ -20,7 +20,7 @@ contains
     call register_wing_keys(registry, required=.true.)
     call registry%add_section('Measurement', 'what the wing did in the experiment')
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
-                           'here and then in the folder of the input file. Several individuals: a list, separated by '// &
+                         'here and then in the folder of the input file. Several individuals: a list, separated by '// &
                            'commas; [Wing] file may then be a list as long', required=.true.)
     call register_instrument_keys(registry)
     call register_train(registry)
@@ -47,7 +47,7 @@ contains
                     'weights, population 16, end at h < 1e-6 m (their 1e-4 in cm) or after 100 generations, no '// &
                     'polish, two stages, cross-springs')
     call r%add_text('Train', 'parameters', 'E, joint:*', 'what is sought: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
-                   'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
+                  'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
                     'joint:*, E:* and hardening:* mean all joints and all veins')
     call r%add_word('Train', 'scale', 'preset', 'preset|log|linear', 'of bounds that do not say it; paper: linear')
     call r%add_word('Train', 'cost', 'auto', 'auto|h|chi2', &
@@ -92,8 +92,9 @@ contains
     call r%add_switch('Polish', 'intervals', .true., '90 % intervals by profile likelihood')
     call r%add_real('Polish', 'prior_decades', 1.0_rp, 'sd of the prior about the values of [Wing]', unit='decades', &
                     above=0.0_rp)
- call r%add_integer('Polish', 'starts', 3, 'candidates from which it begins, one after another, until one end fits '// &
-                       'within the errors', min=1, max=1000)
+    call r%add_integer('Polish', 'starts', 3, &
+                     'candidates from which it begins, one after another: until one end fits within the errors and '// &
+                       'polishing has cost as much as the search; ends that differ are told', min=1, max=1000)
     call r%add_integer('Polish', 'iterations', 100, 'steps tried at most', min=1, max=10000)
   end subroutine register_polish
 

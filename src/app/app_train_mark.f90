@@ -21,7 +21,7 @@ contains
       mark = checksum_add(mark, wing_mark(e%model))
       mark = checksum_add(mark, checksum_text(effect_place_lines(e%model%params%effects)))
       mark = checksum_add(mark, checksum_reals([e%instrument%values, real(s%instrument_numbers, rp)], 2000000_i8))
-      mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
+     mark = checksum_add(mark, checksum_reals([real(s%numbers, rp), s%lower, s%upper, merge(1.0_rp, 0.0_rp, s%is_log), &
                             real(o%seed, rp), real(o%lambda, rp), o%sigma0, e%options%tolerance, e%options%step_limit, &
            real(e%options%factorisation_limit, rp), merge(1.0_rp, 0.0_rp, [settings%use_chi2, settings%starts_at_wing, &
                                                                                  e%model%params%cross_springs])], 0_i8))

@@ -117,7 +117,7 @@ contains
       if (allocated(problem)) return
     end do
     if (.not. is_known) problem = quoted(text(first(1):last(1)))//' is unknown'// &
-                                   hint(text(first(1):last(1)), params, instrument)
+                                  hint(text(first(1):last(1)), params, instrument)
   end subroutine read_entry
 
   !> Parameter i of the wing, or behind those of the wing one of the instrument.

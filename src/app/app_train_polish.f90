@@ -36,6 +36,7 @@ module app_train_polish
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
     character(:), allocatable :: reason      !< why least squares ended
     real(rp), allocatable :: path(:, :)      !< of least squares, see fit_report_t
+    real(rp), allocatable :: ends(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
     logical :: has_intervals = .false.
     type(interval_t), allocatable :: intervals(:)
@@ -81,8 +82,9 @@ contains
   end function make_unknowns
 
   !> From points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome.
-  !> Others than the first are tried only if what was found does not fit within the errors. If the crew is stopped
-  !> afterwards the outcome is not complete.
+  !> Others than the first are tried as long as what was found does not fit within the errors, and while polishing
+  !> has cost fewer evaluations than the search; ends that differ are told. If the crew is stopped afterwards the
+  !> outcome is not complete.
   subroutine polish_points(settings, crew, space, objective, starts, log, trained)
     type(train_settings_t), intent(in), target :: settings
     type(train_crew_t), intent(inout), target :: crew
@@ -94,20 +96,27 @@ contains
     type(crew_problem_t) :: problem
     type(unknowns_t) :: unknowns
     type(trained_t) :: one
+    real(rp), allocatable :: ends(:, :)
     real(rp) :: n_residuals
     integer :: i, n_evaluations
+    logical :: fits
     call problem%init(settings%experiment)
     problem%crew => crew
     unknowns = make_unknowns(settings, space)
     n_residuals = problem%n_residuals
     n_evaluations = 0
+    allocate (ends(1 + size(starts, 1), 0))
     do i = 1, merge(size(starts, 2), 1, settings%polish)
       call reach_outcome(settings, problem, unknowns, objective, starts(:, i), log, one)
       if (crew%is_stopped) return
       n_evaluations = n_evaluations + one%n_evaluations
       if (i == 1 .or. is_better(one, trained)) trained = one
-      if (trained%is_solved .and. trained%chi2 <= n_residuals + 3*sqrt(2*n_residuals)) exit
+      if (one%is_solved) ends = reshape([ends, one%chi2, one%coordinates], [size(ends, 1), size(ends, 2) + 1])
+      fits = trained%is_solved .and. trained%chi2 <= n_residuals + 3*sqrt(2*n_residuals)
+      if (fits .and. n_evaluations*size(settings%experiment%loads) > objective%n_warm + objective%n_cold) exit
     end do
+    trained%ends = ends
+    if (trained%is_polished .and. trained%is_solved) call compare_ends(space, trained, log)
     trained%n_evaluations = n_evaluations
     trained%values = trained%coordinates
     where (space%is_log) trained%values = exp(merge(trained%coordinates, 0.0_rp, space%is_log))
@@ -120,6 +129,36 @@ contains
     end if
     call problem%free()
   end subroutine polish_points
+
+  !> Says whether all starts came to the same end, and what those tell that did not.
+  subroutine compare_ends(space, trained, log)
+    type(search_space_t), intent(in) :: space
+    type(trained_t), intent(in) :: trained
+    type(train_log_t), intent(inout) :: log
+    real(rp), parameter :: APART = 0.5_rp !< of an sd: farther ends are two ends
+    character(160) :: line
+    real(rp) :: distance(size(trained%coordinates))
+    integer :: i, k, n_same
+    n_same = 0
+    do i = 1, size(trained%ends, 2)
+      distance = abs(trained%ends(2:, i) - trained%coordinates)/max(trained%posterior%sd, tiny(1.0_rp))
+      if (maxval(distance) <= APART) then
+        n_same = n_same + 1
+        cycle
+      end if
+      k = maxloc(distance, 1)
+      if (trained%ends(1, i) <= trained%chi2 + THRESHOLD_90) then
+        write (line, '(a,f0.1,a)') 'warning   another start ends where the data fit as well, ', distance(k), &
+          ' sd away in '//trim(space%names(k))//': the data do not tell which wing it is'
+      else
+    write (line, '(a,es11.4,a,es11.4,a)') 'polish    another start ends in a minimum that is not the lowest: chi^2 =', &
+          trained%ends(1, i), ' against', trained%chi2, ', first of all in '//trim(space%names(k))
+      end if
+      call log%say(trim(line))
+    end do
+    if (n_same > 1) call log%say('polish    '//number_text(n_same)//' of '//number_text(size(trained%ends, 2))// &
+                                 ' starts end at this point')
+  end subroutine compare_ends
 
   pure logical function is_better(one, other)
     type(trained_t), intent(in) :: one, other

@@ -55,7 +55,11 @@ contains
       return
     end if
     do i = 1, size(trained%values)
-      one = entry_t(settings%individual, trim(space%names(i)), trim(space%units(i)), trained%values(i))
+      one = entry_t()
+      one%individual = settings%individual
+      one%name = trim(space%names(i))
+      one%unit = trim(space%units(i))
+      one%value = trained%values(i)
       if (trained%has_intervals) then
         associate (interval => trained%intervals(i))
           one%has_lower = interval%has_lower
@@ -108,7 +112,7 @@ contains
     end do
     if (self%n_untrained > 0) write (output_unit, '(a)') 'not trained:'//self%untrained
     flush (output_unit)
-    call write_text(self%path, text, ok)
+    call write_text(self%path, text(:len(text) - 1), ok)
   end subroutine summary_write
 
   !> Whether entry i is the first of its parameter.

@@ -11,7 +11,7 @@ module app_wing_effects
   use solid_params, only: solid_params_t
   implicit none
   private
-  public :: register_effect_keys, read_effect_places, unplaced_effect, effect_place_lines
+  public :: register_effect_keys, read_effect_places, unplaced_effect, effect_place_lines, refuse_root_compliance
 
 contains
 
@@ -20,8 +20,8 @@ contains
     type(registry_t), intent(inout) :: r
     call r%add_reals('Wing', 'damage_disc', [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and radius of the disc in which the '// &
                      'parameter damage multiplies all stiffness; radius 0: none', unit='m', length=3)
-   call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the hinge '// &
-                    'at the point inside this vein that is nearest to this share (0 to 1) of its length')
+    call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the '// &
+                    'hinge at the point inside this vein that is nearest to this share (0 to 1) of its length')
   end subroutine register_effect_keys
 
   !> Reads them; mistakes go to `errors`.
@@ -66,6 +66,16 @@ contains
       end if
     end associate
   end subroutine read_effect_places
+
+  !> A clamp that gives way is a matter of statics: a wing in motion is held by its frame.
+  subroutine refuse_root_compliance(c, params, errors)
+    type(config_t), intent(in) :: c
+    type(solid_params_t), intent(in) :: params
+    type(message_list_t), intent(inout) :: errors
+    if (abs(params%effects%root_flap) + abs(params%effects%root_twist) > 0) &
+      call c%complain(errors, 'Wing', 'parameters', 'root_flap and root_twist turn the clamp of a test bench; a '// &
+                      'wing in motion is held by its frame: leave them out')
+  end subroutine refuse_root_compliance
 
   !> What is missing to seek or to set the parameter called `name`; '' if nothing.
   function unplaced_effect(effects, name) result(problem)

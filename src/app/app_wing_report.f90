@@ -4,7 +4,8 @@ module app_wing_report
   use app_wing_settings, only: wing_settings_t
   use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_VERSION
   use base_kinds, only: rp
-  use solid_params, only: membrane_note
+  use base_text, only: number_text
+  use solid_params, only: membrane_note, parameter_t
   implicit none
   private
   public :: print_wing
@@ -20,6 +21,7 @@ contains
     character(:), allocatable :: note
     real(rp) :: tensor(3, 3)
     logical :: is_soft
+    type(parameter_t) :: effect
     integer :: i
     write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
     write (unit, '(a)') 'method    Truong et al. (masses and springs); '//method
@@ -48,6 +50,11 @@ contains
       do i = 1, size(p%joint)
         write (unit, '(a,a,es11.4,a)') 'joint     '//p%joint_names(i), ' ', p%joint(i), ' N m/rad'// &
           trim(merge(' (as the vein)', '              ', s%asked%joint(i) < 0))
+      end do
+      do i = p%count_usual() + 1, p%count()
+        effect = p%describe(i)
+        if (abs(p%get(i) - effect%null) > 0) &
+          write (unit, '(a)') 'effect    '//effect%name//' '//number_text(p%get(i))//' '//effect%unit
       end do
     end associate
   end subroutine print_wing

@@ -50,7 +50,8 @@ module fsi_wing_energy
   !> Work space; nothing is allocated after `init`.
   type :: energy_meter_t
     private
-    type(snapshot_t) :: before, after
+    type(snapshot_t) :: snapshots(2)
+    integer :: last = 0 !< which of them is the wing at the end of the last step; 0: there was none
   contains
     procedure :: init => meter_init
     procedure :: begin => meter_begin
@@ -70,8 +71,8 @@ contains
   subroutine meter_init(self, model)
     class(energy_meter_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model
-    call make_room(self%before)
-    call make_room(self%after)
+    call make_room(self%snapshots(1))
+    call make_room(self%snapshots(2))
 
   contains
 
@@ -83,7 +84,8 @@ contains
     end subroutine make_room
   end subroutine meter_init
 
-  !> Remembers the wing before a step, under the load(3, n_all) [N] of the end of the step before, in its frame.
+  !> Remembers the wing before a step, under the load(3, n_all) [N] of the end of the step before, in its frame. Nobody
+  !> but the steps may have changed it since `finish`, which then has looked already.
   subroutine meter_begin(self, model, inertia, motion, state, load, is_first, energy)
     class(energy_meter_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -93,8 +95,13 @@ contains
     real(rp), intent(in) :: load(:, :)
     logical, intent(in) :: is_first !< the balance begins here
     type(wing_energy_t), intent(inout) :: energy
-    call observe(model, inertia, motion, state, load, self%before)
-    if (is_first) energy%start = self%before%kinetic + self%before%elastic
+    if (self%last == 0) then
+      self%last = 1
+      call observe(model, inertia, motion, state, load, self%snapshots(1))
+    end if
+    associate (before => self%snapshots(self%last))
+      if (is_first) energy%start = before%kinetic + before%elastic
+    end associate
   end subroutine meter_begin
 
   !> Completes `energy` by what happened in the step h [s] since `begin`; `load` is that under which it was made.
@@ -108,11 +115,11 @@ contains
     type(wing_energy_t), intent(inout) :: energy
     real(rp) :: du(3), velocity(3), omega(3), push(3), twist(3)
     integer :: p
-    call observe(model, inertia, motion, state, load, self%after)
+    call observe(model, inertia, motion, state, load, self%snapshots(3 - self%last))
     energy%load_power = 0
     energy%weight_power = 0
     energy%damping_power = 0
-    associate (a => self%before, b => self%after)
+    associate (a => self%snapshots(self%last), b => self%snapshots(3 - self%last))
       do p = 1, model%n_points
         energy%load_power = energy%load_power + dot_product(a%load(:, p) + b%load(:, p), b%x(:, p) - a%x(:, p))/(2*h)
         energy%weight_power = energy%weight_power + inertia%mass(p)*dot_product(motion%gravity, b%x(:, p) - a%x(:, p))/h
@@ -136,6 +143,7 @@ contains
     energy%load_work = energy%load_work + h*energy%load_power
     energy%weight_work = energy%weight_work + h*energy%weight_power
     energy%damped = energy%damped + h*energy%damping_power
+    self%last = 3 - self%last
   end subroutine meter_finish
 
   !> Everything about the wing at the time of `state`.

@@ -166,11 +166,11 @@ contains
 
   !> residuals(n): computed minus measured. The surface is seen(3, n_points) [m], whose places without a load show the
   !> heights rest(n_heights); scalar observations belong to positions(3, n_points) [m] of the points, with the unknown
-  !> offsets zeros(:). `sample` as above.
-  pure subroutine comparison_residuals(self, x, y, points, triangles, edges, positions, seen, rest, zeros, sample, &
-                                       residuals)
+  !> offsets zeros(:). What moves counts `factor` times. `sample` as above.
+  pure subroutine comparison_residuals(self, x, y, points, triangles, edges, positions, seen, rest, factor, zeros, &
+                                       sample, residuals)
     class(comparison_t), intent(in) :: self
-    real(rp), intent(in) :: x(:), y(:), points(:, :), positions(:, :), seen(:, :), rest(:), zeros(:)
+    real(rp), intent(in) :: x(:), y(:), points(:, :), positions(:, :), seen(:, :), rest(:), factor, zeros(:)
     integer, intent(in) :: triangles(:, :), edges(:, :)
     type(surface_sample_t), intent(inout) :: sample
     real(rp), intent(out) :: residuals(:)
@@ -178,7 +178,7 @@ contains
     integer :: k, c
     call self%heights(x, y, triangles, edges, seen, sample, residuals)
     do k = 1, self%n_heights
-      residuals(k) = residuals(k) - rest(k) - self%measured(k)
+      residuals(k) = factor*(residuals(k) - rest(k)) - self%measured(k)
     end do
     do k = 1, size(self%gauges)
       associate (gauge => self%gauges(k))
@@ -191,6 +191,7 @@ contains
                                                              points(:, gauge%place%corner(c)))
           end do
         end if
+        shown = factor*shown
         if (gauge%zero > 0) shown = shown + zeros(gauge%zero)
         residuals(self%n_heights + k) = shown - self%measured(self%n_heights + k)
       end associate

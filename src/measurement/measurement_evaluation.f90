@@ -35,8 +35,8 @@ module measurement_evaluation
     procedure :: from_reals => evaluation_from_reals
   end type evaluation_t
 
-  !> What an evaluation works in; one per process. Nothing of it enters the next one, but after it derivatives that are no
-  !> unknowns can be asked for: see simulation_t.
+  !> What an evaluation works in; one per process. Nothing of it enters the next one, but after it derivatives that
+  !> are no unknowns can be asked for: see simulation_t.
   type, extends(simulation_t) :: evaluation_work_t
   end type evaluation_work_t
 
@@ -100,15 +100,15 @@ contains
     evaluation%residuals = 0
     evaluation%jacobian = 0
     if (.not. report%converged) return
-    evaluation%violation = zone_violations(experiment, l, work%loaded%moved)
+    evaluation%violation = zone_violations(experiment, l, work%loaded%moved/work%view%scale)
     call work%residuals(experiment, coordinates, l, evaluation%residuals)
     do i = 1, size(evaluation%jacobian, 2)
       call work%derivative(experiment, l, i, evaluation%jacobian(:, i))
     end do
   end subroutine evaluate
 
-  !> How far the wing, moved by u(3, n_all) [m] under load l, lies in the two zones, of the wing's length, 0 outside: the way of
-  !> the loaded place against the force, and what the horizontal distance from root to tip lacks of one half.
+  !> How far the wing, moved by u(3, n_all) [m] under load l, lies in the two zones, of the wing's length, 0 outside:
+  !> the way of the loaded place against the force, and what the horizontal distance from root to tip lacks of one half.
   pure function zone_violations(experiment, l, u) result(violation)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

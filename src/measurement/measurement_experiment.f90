@@ -239,8 +239,11 @@ contains
     do i = 1, size(self%instrument_numbers)
       j = size(self%numbers) + i
       p = self%describe(j)
-      call instrument%set(self%instrument_numbers(i), merge(exp(merge(coordinates(j), 0.0_rp, p%is_log)), coordinates(j), &
-                                                            p%is_log))
+      if (p%is_log) then
+        call instrument%set(self%instrument_numbers(i), exp(coordinates(j)))
+      else
+        call instrument%set(self%instrument_numbers(i), coordinates(j))
+      end if
     end do
   end function experiment_instrument_at
 

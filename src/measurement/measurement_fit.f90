@@ -16,9 +16,9 @@ module measurement_fit
   !> Choices of the algorithm.
   type :: fit_options_t
     real(rp) :: damping = 1.0e-3_rp       !< of the first step; 0: a full Gauss-Newton step
-    real(rp) :: step_tolerance = 1.0e-9_rp      !< of an unknown (log units where it is a logarithm)
+    real(rp) :: step_tolerance = 1.0e-9_rp      !< of an unknown, in its unit (1 where it is a logarithm)
     real(rp) :: reduction_tolerance = 1.0e-12_rp !< relative, of the sum of squares
-    real(rp) :: largest_step = 2.0_rp           !< of an unknown
+    real(rp) :: largest_step = 2.0_rp           !< of an unknown, in its unit
     integer :: most_iterations = 100            !< steps tried
   end type fit_options_t
 
@@ -32,7 +32,7 @@ module measurement_fit
     real(rp) :: prior_chi2 = 0                  !< the same of the priors
     logical, allocatable :: is_at_bound(:)
     integer :: n_accepted = 0, n_evaluations = 0
-    real(rp) :: last_step = 0                   !< largest change of an unknown in the last step that was tried
+    real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step tried
     real(rp), allocatable :: path(:, :)         !< (3, 0:n_accepted) evaluations so far, chi2, prior_chi2
   end type fit_report_t
 
@@ -77,12 +77,12 @@ contains
     do iteration = 1, options%most_iterations
       call select_free(unknowns, report, free, triangle)
       scale(free) = max(scale(free), column_norms(triangle))
-      call find_step(triangle, free, scale, max(unknowns%lower - report%p, -radius), &
-                     min(unknowns%upper - report%p, radius), damping, d)
+      call find_step(triangle, free, scale, max(unknowns%lower - report%p, -radius*unknowns%unit), &
+                     min(unknowns%upper - report%p, radius*unknowns%unit), damping, d)
       p = max(unknowns%lower, min(unknowns%upper, report%p + d))
       d = p - report%p
       predicted = predicted_reduction(triangle, d(free))
-      report%last_step = maxval(abs(d))
+      report%last_step = maxval(abs(d)/unknowns%unit)
       if (report%last_step <= options%step_tolerance .and. damping <= options%damping) then
         report%reason = 'the step is small'
         report%is_converged = .true.

@@ -25,8 +25,8 @@ module measurement_forces
 
 contains
 
-  !> The force of `load`, of which `place` is the stated place, on the wing of points(3, :) and triangles and of `length`
-  !> [m]. force(3, :) [N] gets it, and nothing else.
+  !> The force of `load`, of which `place` is the stated place, on the wing of points(3, :) and triangles and of
+  !> `length` [m]. force(3, :) [N] gets it, and nothing else.
   subroutine apply_load(instrument, load, place, points, triangles, length, applied, force)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -43,7 +43,8 @@ contains
     applied%is_valid = applied%place%is_found
     applied%is_applied = load%force > 0 .and. applied%is_valid
     applied%direction = load%direction
-    if (any(abs(tilt_of(instrument)) > 0)) applied%direction = matmul(rotation_matrix(tilt_of(instrument)), load%direction)
+    if (any(abs(tilt_of(instrument)) > 0)) &
+      applied%direction = matmul(rotation_matrix(tilt_of(instrument)), load%direction)
     applied%magnitude = instrument%values(FORCE_GAIN)*load%force + instrument%values(FORCE_OFFSET)
     force = 0
     if (.not. applied%is_applied) return
@@ -71,8 +72,8 @@ contains
     end do
   end subroutine add_weight
 
-  !> derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of the
-  !> gain; 0 for parameters that leave the force alone.
+  !> derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of
+  !> the gain; 0 for parameters that leave the force alone.
   subroutine force_derivative(instrument, load, applied, masses, points, number, derivative)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -143,7 +144,8 @@ contains
     type(measured_load_t), intent(in) :: load
     real(rp) :: factor(2)
     associate (v => instrument%values)
-      factor(1) = (1 + v(DRIFT)*(load%order - 1))*(1 + v(DRIFT_RATE)*max(0.0_rp, load%time))/(1 + v(CREEP)*decades(v, load))
+      factor(1) = (1 + v(DRIFT)*(load%order - 1))*(1 + v(DRIFT_RATE)*max(0.0_rp, load%time))/ &
+                  (1 + v(CREEP)*decades(v, load))
       factor(2) = 1 + v(DRIFT_VEINS)*(load%order - 1)
     end associate
   end function stiffness_factor

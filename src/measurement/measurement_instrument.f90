@@ -1,6 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What an experiment may do beyond what its file says, as parameters with a value at which nothing happens.
 !>
+!> With q = 0 deflections are proportional to forces, as in the theory of small deflections; that is computed as the
+!> response to a hundredth of the force, from which it differs by 1e-4 of what is not linear.
+!>
 !> | name | what | unit | null |
 !> |---|---|---|---|
 !> | `force_gain` | forces are this times what is stated | 1 | 1 |
@@ -14,6 +17,7 @@
 !> | `height_scale` | heights are shown as this times what they are | 1 | 1 |
 !> | `tilt_x`, `tilt_y`, `piston` | p, q, h: loaded maps show p y - q x + h more | rad, m | 0 |
 !> | `map_shift_x`, `_y`, `map_rotation`, `map_scale` | a place x is shown at scale R x + shift | m, rad, 1 | 0, 1 |
+!> | `nonlinearity` | q: what is shown is that of the forces times sqrt q, over sqrt q | 1 | 1 |
 !> | `gravity_x`, `_y`, `_z` | acceleration that bends the wing, also unloaded | m/s^2 | 0 |
 module measurement_instrument
   use base_errors, only: require
@@ -28,19 +32,21 @@ module measurement_instrument
                                 LOAD_SHIFT_X = 5, LOAD_SHIFT_Y = 6, DRIFT = 7, DRIFT_RATE = 8, DRIFT_VEINS = 9, &
                                 CREEP = 10, CREEP_TIME = 11, HEIGHT_SCALE = 12, TILT_X = 13, TILT_Y = 14, PISTON = 15, &
                                 MAP_SHIFT_X = 16, MAP_SHIFT_Y = 17, MAP_ROTATION = 18, MAP_SCALE = 19, GRAVITY_X = 20, &
-                                GRAVITY_Y = 21, GRAVITY_Z = 22
-  integer, parameter, public :: N_INSTRUMENT = 22
-  character(12), parameter :: NAMES(N_INSTRUMENT) = [character(12) :: 'force_gain', 'force_offset', 'force_tilt_x', &
-                              'force_tilt_y', 'load_shift_x', 'load_shift_y', 'drift', 'drift_rate', 'drift_veins', &
-                                                     'creep', 'creep_time', 'height_scale', 'tilt_x', 'tilt_y', &
-                                                     'piston', 'map_shift_x', 'map_shift_y', 'map_rotation', &
-                                                     'map_scale', 'gravity_x', 'gravity_y', 'gravity_z']
+                                GRAVITY_Y = 21, GRAVITY_Z = 22, NONLINEARITY = 23
+  integer, parameter, public :: N_INSTRUMENT = 23
+  character(12), parameter :: NAMES(N_INSTRUMENT) = [character(12) :: &
+                                         'force_gain', 'force_offset', 'force_tilt_x', 'force_tilt_y', 'load_shift_x', &
+                                          'load_shift_y', 'drift', 'drift_rate', 'drift_veins', 'creep', 'creep_time', &
+                                           'height_scale', 'tilt_x', 'tilt_y', 'piston', 'map_shift_x', 'map_shift_y', &
+                                     'map_rotation', 'map_scale', 'gravity_x', 'gravity_y', 'gravity_z', 'nonlinearity']
+  !> Null, or the usual value, in the same order.
+  real(rp), parameter :: USUAL(N_INSTRUMENT) = [real(rp) :: 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, &
+                                                                                                          0, 0, 0, 1]
 
   !> The values, in the order of the names, and what sets their scales.
   type :: instrument_t
-    real(rp) :: values(N_INSTRUMENT) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, &
-                                        1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
-                                        0.0_rp, 0.0_rp]
+    real(rp) :: values(N_INSTRUMENT) = USUAL
+    logical :: is_linear_usual = .false.       !< small deflections are usual: the null of `nonlinearity` is 0
     real(rp), private :: length = 1            !< [m] of the wing
     real(rp), private :: smallest_force = 1    !< [N] that was applied
     real(rp), private :: last_order = 2, last_time = 1 !< [1], [s]
@@ -52,6 +58,7 @@ module measurement_instrument
     procedure :: get => instrument_get
     procedure :: set => instrument_set
     procedure :: is_null => instrument_is_null
+    procedure :: load_scale => instrument_load_scale
   end type instrument_t
 
 contains
@@ -113,6 +120,9 @@ contains
       call define_effect(p, 'map_rotation', 'rad', .false., -0.2_rp, 0.2_rp, 0.02_rp)
     case (MAP_SCALE)
       call define_effect(p, 'map_scale', '1', .true., 0.9_rp, 1.1_rp, 0.01_rp)
+    case (NONLINEARITY)
+      call define_effect(p, 'nonlinearity', '1', .false., 0.0_rp, 2.0_rp, 0.5_rp)
+      p%null = merge(0.0_rp, 1.0_rp, self%is_linear_usual)
     case default
       call define_effect(p, trim(NAMES(i)), 'm/s^2', .false., -20.0_rp, 20.0_rp, 10.0_rp)
     end select
@@ -153,14 +163,20 @@ contains
   pure logical function instrument_is_null(self, first, last) result(is_null)
     class(instrument_t), intent(in) :: self
     integer, intent(in), optional :: first, last
-    type(instrument_t) :: usual
     logical :: differs(N_INSTRUMENT)
-    differs = abs(self%values - usual%values) > 0
+    differs = abs(self%values - USUAL) > 0
     differs(CREEP_TIME) = .false.
     if (present(first)) differs(:first - 1) = .false.
     if (present(last)) differs(last + 1:) = .false.
     is_null = .not. any(differs)
   end function instrument_is_null
+
+  !> sqrt q: what the forces are multiplied by.
+  pure real(rp) function instrument_load_scale(self) result(scale)
+    class(instrument_t), intent(in) :: self
+    real(rp), parameter :: LEAST = 1.0e-4_rp ! of q, below which rounding outweighs what is not linear
+    scale = sqrt(max(LEAST, self%values(NONLINEARITY)))
+  end function instrument_load_scale
 
   !> What the measurement lacks so that parameter i means something; '' if nothing.
   function missing_for(i, m) result(problem)

@@ -31,6 +31,7 @@ module measurement_least_squares
     real(rp), allocatable :: lower(:), upper(:) !< bounds
     real(rp), allocatable :: prior(:)
     real(rp), allocatable :: prior_sd(:)        !< 0: nothing was known
+    real(rp), allocatable :: unit(:)            !< a usual change, in which steps are measured; 1 for logarithms
     logical, allocatable :: is_fixed(:)
   contains
     procedure :: init => unknowns_init
@@ -52,6 +53,7 @@ contains
     allocate (self%lower(n), source=-huge(1.0_rp))
     allocate (self%upper(n), source=huge(1.0_rp))
     allocate (self%prior(n), self%prior_sd(n), source=0.0_rp)
+    allocate (self%unit(n), source=1.0_rp)
     allocate (self%is_fixed(n), source=.false.)
   end subroutine unknowns_init
 end module measurement_least_squares

@@ -124,7 +124,7 @@ contains
   end subroutine problem_cold_difference
 
   !> Bounds of all unknowns, and normal priors about `centre` with standard deviation `decades` ln 10 for those that are
-  !> logarithms; the others have none.
+  !> logarithms, and with their own usual one for effects; the others have none.
   function wing_unknowns(experiment, centre, decades) result(unknowns)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: centre(:), decades
@@ -137,10 +137,12 @@ contains
       p = experiment%describe(i)
       unknowns%lower(i) = p%lower
       unknowns%upper(i) = p%upper
+      if (p%is_effect) unknowns%prior_sd(i) = p%prior_sd
+      if (p%is_effect .and. .not. p%is_log) unknowns%unit(i) = p%prior_sd
       if (.not. p%is_log) cycle
       unknowns%lower(i) = log(p%lower)
       unknowns%upper(i) = log(p%upper)
-      unknowns%prior_sd(i) = decades*ONE_DECADE
+      if (.not. p%is_effect) unknowns%prior_sd(i) = decades*ONE_DECADE
     end do
   end function wing_unknowns
 end module measurement_problem

@@ -103,7 +103,7 @@ contains
       end = bound
       room = abs(bound - inside)
       if (.not. room > 0) return
-      x = max(min(sd*goal, 2*max(options%largest_step, 1.0_rp)), 1.0e-6_rp*min(room, 1.0_rp))
+      x = max(min(sd*goal, 2*max(options%largest_step, 1.0_rp)*others%unit(i)), 1.0e-6_rp*min(room, others%unit(i)))
       x = inside + direction*min(room, x)
       do n = 1, MOST_REFITS
         ! The others follow the straight line through the last two fits.

@@ -10,9 +10,9 @@ module measurement_simulation
   use measurement_experiment, only: experiment_t
   use measurement_forces, only: add_weight, applied_t, apply_load, force_derivative, magnitude_derivative, &
                                 position_derivative, stiffness_factor, stiffness_slopes
-  use measurement_instrument, only: instrument_t, missing_for, GRAVITY_X, GRAVITY_Z, PISTON, TILT_X, TILT_Y
-  use measurement_map, only: plane_height, plane_slope, show_motion, show_positions, show_slope
-  use measurement_sampling, only: surface_sample_t
+  use measurement_instrument, only: missing_for, GRAVITY_X, GRAVITY_Z, NONLINEARITY, PISTON, TILT_X, &
+                                    TILT_Y
+  use measurement_view, only: view_t
   use solid_bent_wing, only: bent_wing_t
   use solid_params, only: solid_params_t, PARAM_YOUNG
   use solid_statics, only: static_options_t, static_report_t
@@ -27,15 +27,13 @@ module measurement_simulation
   !> What a simulation works in; one per process. Nothing of it enters the next one; derivatives are those of the last.
   type :: simulation_t
     type(bent_wing_t) :: loaded                      !< the wing under the load
-    real(rp), allocatable :: positions(:, :)         !< (3, n_points) [m] of its points
-    type(instrument_t) :: instrument
+    type(view_t) :: view                             !< what is shown; positions of the points
     type(bent_wing_t), private :: rest               !< without a load, if its weight bends it
     type(applied_t), private :: applied
-    type(surface_sample_t), private :: sample, rest_sample
     type(solid_params_t), private :: params          !< without drying and creep
     type(stiffness_t), private :: direction
-    real(rp), allocatable, dimension(:, :), private :: force, change, motion, rest_u, seen, rest_seen, shown
-    real(rp), allocatable, private :: rest_heights(:), slopes(:)
+    real(rp), allocatable, dimension(:, :), private :: force, change, motion, rest_u
+    real(rp), allocatable, private :: outcome(:)
   contains
     procedure :: init => simulation_init
     procedure :: free => simulation_free
@@ -56,18 +54,14 @@ contains
   subroutine simulation_init(self, experiment)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
-    integer :: n, n_all, n_heights
+    integer :: n
     call self%free()
-    n = experiment%model%n_points
-    n_all = experiment%model%n_all
-    n_heights = maxval(experiment%comparisons%n_heights)
+    n = experiment%model%n_all
     call self%loaded%init(experiment%model)
     if (experiment%bends_rest) call self%rest%init(experiment%model)
-    call self%sample%init(n_heights)
-    call self%rest_sample%init(n_heights)
-    allocate (self%positions(3, n), self%seen(3, n), self%rest_seen(3, n), self%shown(3, n), self%force(3, n_all), &
-              self%change(3, n_all), self%motion(3, n_all), self%rest_u(3, n_all), self%rest_heights(n_heights), &
-              self%slopes(n_heights), source=0.0_rp)
+    call self%view%init(experiment)
+    allocate (self%force(3, n), self%change(3, n), self%motion(3, n), self%rest_u(3, n), &
+              self%outcome(maxval(experiment%comparisons%n)), source=0.0_rp)
   end subroutine simulation_init
 
   !> Releases everything.
@@ -75,8 +69,8 @@ contains
     class(simulation_t), intent(inout) :: self
     call self%loaded%free()
     call self%rest%free()
-    if (allocated(self%positions)) deallocate (self%positions, self%seen, self%rest_seen, self%shown, self%force, &
-                                               self%change, self%motion, self%rest_u, self%rest_heights, self%slopes)
+    call self%view%free()
+    if (allocated(self%force)) deallocate (self%force, self%change, self%motion, self%rest_u, self%outcome)
   end subroutine simulation_free
 
   !> The shape under load l at these coordinates. u(3, n_all) [m] as in `bent_wing_t%solve`. What drying leaves no
@@ -94,23 +88,25 @@ contains
     real(rp) :: factor(2)
     params = experiment%params(coordinates)
     self%params = params
-    self%instrument = experiment%instrument_at(coordinates)
+    call self%view%set(experiment%instrument_at(coordinates))
     associate (load => experiment%measurement%loads(l))
-      call apply_load(self%instrument, load, experiment%places(l), experiment%model%points, experiment%model%triangles, &
-                      experiment%model%size, self%applied, self%force)
-      factor = stiffness_factor(self%instrument, load)
+      call apply_load(self%view%instrument, load, experiment%places(l), experiment%model%points, &
+                      experiment%model%triangles, experiment%model%size, self%applied, self%force)
+      factor = stiffness_factor(self%view%instrument, load)
     end associate
     if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'
     if (.not. minval(factor) > 0) report%reason = 'drift or creep leaves no stiffness'
     if (allocated(report%reason)) return
+    self%force = self%view%scale*self%force
     if (experiment%bends_rest) then
       call self%rest%model%set_params(params)
       self%change = 0
-      call add_weight(self%instrument, experiment%masses, self%change)
+      call add_weight(self%view%instrument, experiment%masses, self%change)
+      self%change = self%view%scale*self%change
       self%rest_u = 0
       call self%rest%solve(self%change, .true., options_for(experiment%options, self%force, self%change), self%rest_u, &
                            rest_report)
-      call add_weight(self%instrument, experiment%masses, self%force)
+      self%force = self%force + self%change
     end if
     params%bending_factor = factor(1)
     params%young = params%young*factor(2)
@@ -145,30 +141,33 @@ contains
     real(rp), intent(in) :: coordinates(:)
     integer, intent(in) :: l
     real(rp), intent(out) :: residuals(:)
-    integer :: k, n
-    n = size(self%positions, 2)
-    self%positions = experiment%model%points(:, :n) + self%loaded%moved(:, :n)
-    call show_positions(self%instrument, self%positions, self%seen)
-    associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
-      if (.not. experiment%moves_rest) then
-        self%rest_heights(:comparison%n_heights) = comparison%unloaded
-      else if (.not. experiment%bends_rest) then
-        call see_wing_file(self, experiment, l)
-      else
-        self%shown = model%points(:, :n) + self%rest%moved(:, :n)
-        call show_positions(self%instrument, self%shown, self%rest_seen)
-        call comparison%heights(m%x, m%y, model%triangles, experiment%edges, self%rest_seen, self%rest_sample, &
-                                self%rest_heights)
-      end if
-      call comparison%residuals(m%x, m%y, model%points, model%triangles, experiment%edges, self%positions, self%seen, &
-                                self%rest_heights, coordinates(experiment%count_parameters() + 1:), self%sample, residuals)
-      if (self%instrument%is_null(TILT_X, PISTON)) return
-      do k = 1, comparison%n_heights
-        residuals(k) = residuals(k) + plane_height(self%instrument, m%x(comparison%node(1, k)), &
-                                                   m%y(comparison%node(2, k)))
+    if (experiment%bends_rest) then
+      call self%view%look_at_rest(experiment, l, self%rest%moved)
+    else if (experiment%moves_rest) then
+      call self%view%look_at_rest(experiment, l)
+    end if
+    call self%view%residuals(experiment, l, self%loaded%moved, coordinates(experiment%count_parameters() + 1:), &
+                             residuals)
+    call keep_outcome(self, experiment, coordinates, l, residuals)
+    call self%view%add_plane(experiment, l, residuals)
+  end subroutine simulation_residuals
+
+  !> What the wing does, without what was measured and without unknown offsets.
+  subroutine keep_outcome(self, experiment, coordinates, l, residuals)
+    class(simulation_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: coordinates(:), residuals(:)
+    integer, intent(in) :: l
+    integer :: k, zero
+    associate (comparison => experiment%comparisons(l))
+      self%outcome(:comparison%n) = residuals + comparison%measured
+      do k = 1, size(comparison%gauges)
+        zero = comparison%gauges(k)%zero
+        if (zero > 0) self%outcome(comparison%n_heights + k) = self%outcome(comparison%n_heights + k) - &
+                                                               coordinates(experiment%count_parameters() + zero)
       end do
     end associate
-  end subroutine simulation_residuals
+  end subroutine keep_outcome
 
   !> column(n): derivative of the residuals with respect to unknown i. This and all below are after `residuals`.
   subroutine simulation_derivative(self, experiment, l, i, column)
@@ -199,10 +198,10 @@ contains
     integer, intent(in) :: l, number
     real(rp), intent(out) :: column(:)
     call self%loaded%parameter_motion(number, self%motion)
-    call see(self, experiment, l, column)
+    call self%view%see(experiment, l, self%motion, column)
     if (.not. experiment%bends_rest) return
     call self%rest%parameter_motion(number, self%motion)
-    call see_rest(self, experiment, l, column)
+    call self%view%see_rest(experiment, l, self%motion, column)
   end subroutine simulation_parameter_tangent
 
   !> The same with respect to the logarithm of the stiffness of hinge h of the model.
@@ -213,11 +212,11 @@ contains
     real(rp), intent(out) :: column(:)
     call hinge_direction(self%loaded%model, h, self%direction)
     call self%loaded%stiffness_motion(self%direction, self%motion)
-    call see(self, experiment, l, column)
+    call self%view%see(experiment, l, self%motion, column)
     if (.not. experiment%bends_rest) return
     call hinge_direction(self%rest%model, h, self%direction)
     call self%rest%stiffness_motion(self%direction, self%motion)
-    call see_rest(self, experiment, l, column)
+    call self%view%see_rest(experiment, l, self%motion, column)
   end subroutine simulation_hinge_tangent
 
   !> The same with respect to the logarithm of a damage in disc = (x, y, radius) [m] that the wing does not have.
@@ -229,11 +228,11 @@ contains
     real(rp), intent(out) :: column(:)
     call damage_direction(self%loaded%model, disc, self%direction)
     call self%loaded%stiffness_motion(self%direction, self%motion)
-    call see(self, experiment, l, column)
+    call self%view%see(experiment, l, self%motion, column)
     if (.not. experiment%bends_rest) return
     call damage_direction(self%rest%model, disc, self%direction)
     call self%rest%stiffness_motion(self%direction, self%motion)
-    call see_rest(self, experiment, l, column)
+    call self%view%see_rest(experiment, l, self%motion, column)
   end subroutine simulation_damage_tangent
 
   !> The same with respect to the size of a further dead load force(3, n_all) [N].
@@ -244,7 +243,7 @@ contains
     real(rp), intent(in) :: force(:, :)
     real(rp), intent(out) :: column(:)
     call self%loaded%force_motion(force, self%motion)
-    call see(self, experiment, l, column)
+    call self%view%see(experiment, l, self%motion, column)
   end subroutine simulation_force_tangent
 
   !> The same with respect to the coordinate of parameter `number` of the instrument, sought or not. What the measurement
@@ -256,42 +255,59 @@ contains
     real(rp), intent(out) :: column(:)
     real(rp) :: slope(2)
     logical :: is_weight
-    integer :: k
     is_weight = number >= GRAVITY_X .and. number <= GRAVITY_Z
-    call require(missing_for(number, experiment%measurement) == '', 'measurement_simulation: the measurement lacks data')
+    call require(missing_for(number, experiment%measurement) == '', 'measurement_simulation: data are missing')
     if (is_weight .and. .not. experiment%bends_rest) call find_rest(self, experiment)
+    if (number == NONLINEARITY) then
+      call find_nonlinearity(self, experiment, l, column)
+      return
+    end if
     column = 0
-    associate (load => experiment%measurement%loads(l), comparison => experiment%comparisons(l), &
-               m => experiment%measurement)
-      slope = stiffness_slopes(self%instrument, load, number)
-      call force_derivative(self%instrument, load, self%applied, experiment%masses, experiment%model%points, number, &
-                            self%change)
+    associate (load => experiment%measurement%loads(l))
+      slope = stiffness_slopes(self%view%instrument, load, number)
+      call force_derivative(self%view%instrument, load, self%applied, experiment%masses, experiment%model%points, &
+                            number, self%change)
+      self%change = self%view%scale*self%change
       if (any(abs(self%change) > 0)) then
         call self%loaded%force_motion(self%change, self%motion)
-        call see(self, experiment, l, column)
+        call self%view%see(experiment, l, self%motion, column)
         if (.not. is_weight) return
-        if (.not. experiment%moves_rest) call see_wing_file(self, experiment, l)
+        if (.not. experiment%moves_rest) call self%view%look_at_rest(experiment, l)
         call self%rest%force_motion(self%change, self%motion)
-        call see_rest(self, experiment, l, column)
+        call self%view%see_rest(experiment, l, self%motion, column)
       else if (abs(slope(1)) > 0) then
         call bending_direction(self%loaded%model, self%direction)
         call self%loaded%stiffness_motion(self%direction, self%motion)
-        call see(self, experiment, l, column)
+        call self%view%see(experiment, l, self%motion, column)
         column = slope(1)*column
       else if (abs(slope(2)) > 0) then
         call self%loaded%parameter_motion(PARAM_YOUNG, self%motion)
-        call see(self, experiment, l, column)
+        call self%view%see(experiment, l, self%motion, column)
         column = slope(2)*column
-      else if (comparison%n_heights > 0) then
-        call show_slope(self%instrument, number, self%positions, self%shown)
-        call comparison%height_slopes(m%x, m%y, self%seen, self%sample, self%shown, column)
-        if (any(abs(self%shown) > 0)) call see_rest_slope(self, experiment, l, number, column)
-        do k = 1, comparison%n_heights
-          column(k) = column(k) + plane_slope(number, m%x(comparison%node(1, k)), m%y(comparison%node(2, k)))
-        end do
+      else if (experiment%comparisons(l)%n_heights > 0) then
+        call self%view%see_map(experiment, l, number, column)
+        if (.not. any(abs(column) > 0)) call self%view%plane(experiment, l, number, column)
       end if
     end associate
   end subroutine simulation_instrument_tangent
+
+  !> With e = sqrt q and the outcome Y(e)/e under the forces e F: d(Y/e)/dq = (dY/de/e - Y/e^2)/(2 e).
+  subroutine find_nonlinearity(self, experiment, l, column)
+    class(simulation_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(out) :: column(:)
+    self%change = self%force/self%view%scale
+    call self%loaded%force_motion(self%change, self%motion)
+    call self%view%see(experiment, l, self%motion, column)
+    if (experiment%bends_rest) then
+      self%change = 0
+      call add_weight(self%view%instrument, experiment%masses, self%change)
+      call self%rest%force_motion(self%change, self%motion)
+      call self%view%see_rest(experiment, l, self%motion, column)
+    end if
+    column = (column - self%outcome(:size(column))/self%view%scale)/(2*self%view%scale)
+  end subroutine find_nonlinearity
 
   !> columns(n, N_NUISANCES): derivatives with respect to accidents of this load alone, which are its force [N], x and y
   !> [m] of its place, tilt [rad] about x and about y and piston [m] of its scan, and their declared sd, 0 if none is.
@@ -301,10 +317,8 @@ contains
     integer, intent(in) :: l
     real(rp), intent(out) :: columns(:, :), sd(N_NUISANCES)
     integer, parameter :: PLANE(3) = [TILT_X, TILT_Y, PISTON]
-    integer :: i, k
-    columns = 0
-    associate (accuracy => experiment%measurement%accuracy, comparison => experiment%comparisons(l), &
-               m => experiment%measurement)
+    integer :: i
+    associate (accuracy => experiment%measurement%accuracy)
       sd = [accuracy%force, accuracy%position, accuracy%position, accuracy%tilt, accuracy%tilt, accuracy%piston]
       do i = 1, 3
         if (i == 1) then
@@ -312,69 +326,15 @@ contains
         else
           call position_derivative(self%applied, experiment%model%points, i - 1, self%change)
         end if
+        self%change = self%view%scale*self%change
         call self%loaded%force_motion(self%change, self%motion)
-        call see(self, experiment, l, columns(:, i))
+        call self%view%see(experiment, l, self%motion, columns(:, i))
       end do
       do i = 1, 3
-        do k = 1, comparison%n_heights
-          columns(k, 3 + i) = plane_slope(PLANE(i), m%x(comparison%node(1, k)), m%y(comparison%node(2, k)))
-        end do
+        call self%view%plane(experiment, l, PLANE(i), columns(:, 3 + i))
       end do
     end associate
   end subroutine simulation_nuisance_tangents
-
-  !> What `self%motion` of the loaded wing does to the residuals.
-  subroutine see(self, experiment, l, column)
-    class(simulation_t), intent(inout) :: self
-    type(experiment_t), intent(in) :: experiment
-    integer, intent(in) :: l
-    real(rp), intent(out) :: column(:)
-    integer :: n
-    n = size(self%positions, 2)
-    call show_motion(self%instrument, self%motion(:, :n), self%shown)
-    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
-      call comparison%derivatives(m%x, m%y, self%positions, self%motion(:, :n), self%seen, self%shown, self%sample, column)
-    end associate
-  end subroutine see
-
-  !> Adds what `self%motion` of the wing without a load does.
-  subroutine see_rest(self, experiment, l, column)
-    class(simulation_t), intent(inout) :: self
-    type(experiment_t), intent(in) :: experiment
-    integer, intent(in) :: l
-    real(rp), intent(inout) :: column(:)
-    integer :: n
-    n = size(self%positions, 2)
-    call show_motion(self%instrument, self%motion(:, :n), self%shown)
-    call subtract_rest(self, experiment, l, column)
-  end subroutine see_rest
-
-  !> Adds what parameter `number` of the map does to the wing without a load.
-  subroutine see_rest_slope(self, experiment, l, number, column)
-    class(simulation_t), intent(inout) :: self
-    type(experiment_t), intent(in) :: experiment
-    integer, intent(in) :: l, number
-    real(rp), intent(inout) :: column(:)
-    integer :: n
-    n = size(self%positions, 2)
-    if (.not. experiment%moves_rest) call see_wing_file(self, experiment, l)
-    self%motion(:, :n) = experiment%model%points(:, :n)
-    if (experiment%bends_rest) self%motion(:, :n) = self%motion(:, :n) + self%rest%moved(:, :n)
-    call show_slope(self%instrument, number, self%motion(:, :n), self%shown)
-    call subtract_rest(self, experiment, l, column)
-  end subroutine see_rest_slope
-
-  !> The heights of the wing without a load, where nothing bends it.
-  subroutine see_wing_file(self, experiment, l)
-    class(simulation_t), intent(inout) :: self
-    type(experiment_t), intent(in) :: experiment
-    integer, intent(in) :: l
-    associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
-      call show_positions(self%instrument, model%points(:, :model%n_points), self%rest_seen)
-      call comparison%heights(m%x, m%y, model%triangles, experiment%edges, self%rest_seen, self%rest_sample, &
-                              self%rest_heights)
-    end associate
-  end subroutine see_wing_file
 
   !> The factorised tangent of the wing without a load, where nothing bends it.
   subroutine find_rest(self, experiment)
@@ -388,15 +348,4 @@ contains
     call self%rest%solve(0*self%change, .false., experiment%options, self%rest_u, report)
     call require(report%converged, 'measurement_simulation: the unloaded wing is in equilibrium')
   end subroutine find_rest
-
-  subroutine subtract_rest(self, experiment, l, column)
-    class(simulation_t), intent(inout) :: self
-    type(experiment_t), intent(in) :: experiment
-    integer, intent(in) :: l
-    real(rp), intent(inout) :: column(:)
-    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
-      call comparison%height_slopes(m%x, m%y, self%rest_seen, self%rest_sample, self%shown, self%slopes)
-      column(:comparison%n_heights) = column(:comparison%n_heights) - self%slopes(:comparison%n_heights)
-    end associate
-  end subroutine subtract_rest
 end module measurement_simulation

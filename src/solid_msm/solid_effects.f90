@@ -12,7 +12,8 @@
 !> | `cuticle` | c: moment of all other hinges EI kappa (1 + c kappa^2) | m^2 | 0 |
 !> | `root_flap`, `root_twist` | the clamp turns about y and about x by this times the moment | rad/(N m) | 0 |
 !>
-!> The laws are in the modules solid_effect_* and, of the clamp, in solid_bent_wing; where they act is given beside them and is not sought.
+!> The laws are in the modules solid_effect_* and, of the clamp, in solid_bent_wing; where they act is given beside them
+!> and is not sought.
 module solid_effects
   use base_kinds, only: rp
   use solid_parameter, only: define_effect, parameter_t

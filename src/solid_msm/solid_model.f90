@@ -134,7 +134,8 @@ contains
         if (wing%veins(v)%name /= name) cycle
         self%layout%soft_hinge = hinge_in_vein(wing, self%plans, v, self%params%effects%soft_share)
         if (self%layout%soft_hinge == 0) &
-  call failure%raise("the soft place in vein '"//name//"' is at no free point: it has none inside, or a joint is there")
+          call failure%raise("the soft place in vein '"//name//"' is at no free point: it has none inside, or "// &
+                             'a joint is there')
         return
       end do
       call failure%raise("there is no vein '"//name//"' for the soft place")

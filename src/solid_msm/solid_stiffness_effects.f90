@@ -14,7 +14,8 @@ module solid_stiffness_effects
   use solid_extension, only: SPRING_MEMBRANE
   use solid_model, only: solid_model_t
   use solid_parameter, only: parameter_t
-  use solid_stiffness, only: allocate_stiffness, apply_effects, bending_stiffness, clear_stiffness, has_own_stiffness, stiffness_t
+  use solid_stiffness, only: allocate_stiffness, apply_effects, bending_stiffness, clear_stiffness, &
+                             has_own_stiffness, stiffness_t
   implicit none
   private
   public :: parameter_direction, bending_direction, hinge_direction, damage_direction
@@ -51,8 +52,9 @@ contains
         if (layout%soft_hinge > 0) call hinge_direction(model, layout%soft_hinge, direction)
       case (EFFECT_ORTHOTROPY)
         do s = 1, model%springs%n
-          if (model%springs%family(s) == SPRING_MEMBRANE) direction%extension(s) = k%extension(s)* &
-                                         layout%spring_cosine(s)/(1 + params%effects%orthotropy*layout%spring_cosine(s))
+          if (model%springs%family(s) /= SPRING_MEMBRANE) cycle
+          factor = layout%spring_cosine(s)
+          direction%extension(s) = k%extension(s)*factor/(1 + params%effects%orthotropy*factor)
         end do
       case (EFFECT_HARDENING)
         where (plans%joint > 0) direction%cubic = k%hinge

@@ -235,7 +235,7 @@ contains
     do l = 1, 2
       associate (comparison => experiment%comparisons(l))
         call comparison%residuals(m%x, m%y, experiment%model%points, experiment%model%triangles, experiment%edges, &
-                                  positions, positions, comparison%unloaded, zeros, sample, &
+                                  positions, positions, comparison%unloaded, 1.0_rp, zeros, sample, &
                                   residuals(first:first + comparison%n - 1))
         call t%check('some places are on the wing and some beside', comparison%n_heights > 20 .and. &
                      comparison%n_heights < m%loads(l)%count())

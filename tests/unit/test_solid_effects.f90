@@ -152,7 +152,7 @@ contains
     end do
     do e = 1, model%plate%n
       associate (n => model%plate%nodes(:, e), p => wing%points)
-       w = (weight((p(:2, n(1)) + p(:2, n(2)) + p(:2, n(3)))/3) + weight((p(:2, n(1)) + p(:2, n(2)) + p(:2, n(4)))/3))/2
+        w = (weight(sum(p(:2, n([1, 2, 3])), 2)/3) + weight(sum(p(:2, n([1, 2, 4])), 2)/3))/2
         worst(4) = max(worst(4), abs((model%stiffness%plate + model%stiffness%edge(e))/ &
                                      (bare%stiffness%plate*(1 - 0.7_rp*w)) - 1))
       end associate
@@ -206,8 +206,8 @@ contains
                        k*ANGLE*(1 + 3.0e-6_rp*kappa**2), rtol=1.0e-12_rp)
   end subroutine test_cubic_moment
 
-  !> With all effects: forces are the derivative of the energy, the tangent that of the forces, and its semidefinite part
-  !> is so, also where joints soften.
+  !> With all effects: forces are the derivative of the energy, the tangent that of the forces, and its semidefinite
+  !> part is so, also where joints soften.
   subroutine test_consistency()
     type(solid_model_t) :: model
     real(rp), dimension(3, plain%n_all) :: g, gp, gm, fd
@@ -244,8 +244,8 @@ contains
     call t%check('the semidefinite part is so', lowest > -1.0e-12_rp)
   end subroutine test_consistency
 
-  !> Directions are the differences of the forces; steps of 1/1000 make an error of the eighth order, and what is left is
-  !> the rounding of the forces over the step.
+  !> Directions are the differences of the forces; steps of 1/1000 make an error of the eighth order, and what is
+  !> left is the rounding of the forces over the step.
   subroutine test_directions(is_null)
     logical, intent(in) :: is_null
     type(solid_model_t) :: model, other
@@ -355,8 +355,9 @@ contains
       h = h + 1
       if (plain%plans(h)%joint > 0 .and. plain%plans(h)%veins(1) == plain%plans(h)%veins(2)) exit
     end do
-    call t%check('no place where a joint is', hinge_in_vein(wing, plain%plans, plain%plans(h)%veins(1), &
-                                                       share_of(plain%plans(h)%veins(1), plain%plans(h)%nodes(2))) == 0)
+    associate (vein => plain%plans(h)%veins(1), point => plain%plans(h)%nodes(2))
+      call t%check('no place where a joint is', hinge_in_vein(wing, plain%plans, vein, share_of(vein, point)) == 0)
+    end associate
   end subroutine test_soft_place
 
   !> Place of a point along a vein, of its length.

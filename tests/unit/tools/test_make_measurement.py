@@ -285,10 +285,11 @@ class Independence(unittest.TestCase):
         the solver, and nothing of the fitter imports it."""
         own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model",
                "_bending_statics", "_measurement_case", "_measurement_noise", "_measurement_scan",
-               "_measurement_synthesis", "_measurement_writer"}
+               "_measurement_synthesis", "_measurement_writer", "_blind_batch", "_blind_cases", "_blind_effects",
+               "_blind_ledger", "_blind_oracle"}
         allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
             | set(getattr(sys, "stdlib_module_names", ()))
-        for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement"]:
+        for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement", TOOLS / "blindgen"]:
             text = path.read_text()
             found = set()
             for node in ast.walk(ast.parse(text)):
@@ -303,9 +304,10 @@ class Independence(unittest.TestCase):
         for path in TOOLS.glob("*.py"):
             if path.stem not in own:
                 text = path.read_text()
-                self.assertNotRegex(text, r"(import|from) _(bending|measurement_(synthesis|scan|noise))", path)
+                self.assertNotRegex(text, r"(import|from) _(bending|measurement_(synthesis|scan|noise)|blind_(cases|oracle))",
+                                    path)
         for path in (SOURCE / "src").rglob("*.f90"):
-            self.assertFalse(re.search("make_measurement|_bending_model", path.read_text()), path)
+            self.assertFalse(re.search("make_measurement|_bending_model|blindgen|sealed", path.read_text()), path)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,187 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What an instrument shows of a wing under a load and of the wing without it, and how that changes when points move.
+module measurement_view
+  use base_kinds, only: rp
+  use measurement_experiment, only: experiment_t
+  use measurement_instrument, only: instrument_t, PISTON, TILT_X
+  use measurement_map, only: plane_height, plane_slope, show_motion, show_positions, show_slope
+  use measurement_sampling, only: surface_sample_t
+  implicit none
+  private
+  public :: view_t
+
+  !> One per process. Nothing is allocated after `init`.
+  type :: view_t
+    real(rp), allocatable :: positions(:, :)         !< (3, n_points) [m] of the loaded wing's points
+    type(instrument_t) :: instrument
+    real(rp) :: scale = 1                            !< of the forces; what moves counts as much more
+    type(surface_sample_t), private :: sample, rest_sample
+    real(rp), allocatable, dimension(:, :), private :: rest_positions, seen, rest_seen, shown
+    real(rp), allocatable, private :: rest_heights(:), slopes(:)
+  contains
+    procedure :: init => view_init
+    procedure :: free => view_free
+    procedure :: set => view_set
+    procedure :: look_at_rest => view_look_at_rest
+    procedure :: residuals => view_residuals
+    procedure :: add_plane => view_add_plane
+    procedure :: plane => view_plane
+    procedure :: see => view_see
+    procedure :: see_rest => view_see_rest
+    procedure :: see_map => view_see_map
+  end type view_t
+
+contains
+
+  !> Room for this experiment.
+  subroutine view_init(self, experiment)
+    class(view_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer :: n, n_heights
+    call self%free()
+    n = experiment%model%n_points
+    n_heights = maxval(experiment%comparisons%n_heights)
+    call self%sample%init(n_heights)
+    call self%rest_sample%init(n_heights)
+    allocate (self%positions(3, n), self%rest_positions(3, n), self%seen(3, n), self%rest_seen(3, n), &
+              self%shown(3, n), self%rest_heights(n_heights), self%slopes(n_heights), source=0.0_rp)
+  end subroutine view_init
+
+  !> Releases everything.
+  subroutine view_free(self)
+    class(view_t), intent(inout) :: self
+    if (allocated(self%positions)) deallocate (self%positions, self%rest_positions, self%seen, self%rest_seen, &
+                                               self%shown, self%rest_heights, self%slopes)
+  end subroutine view_free
+
+  !> Takes over an instrument.
+  subroutine view_set(self, instrument)
+    class(view_t), intent(inout) :: self
+    type(instrument_t), intent(in) :: instrument
+    self%instrument = instrument
+    self%scale = instrument%load_scale()
+  end subroutine view_set
+
+  !> The heights of the wing without a load at the places of load l; moved(3, :) [m] by its weight, if that bends it.
+  subroutine view_look_at_rest(self, experiment, l, moved)
+    class(view_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in), optional :: moved(:, :)
+    integer :: n
+    n = experiment%model%n_points
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
+      self%rest_positions = model%points(:, :n)
+      if (present(moved)) self%rest_positions = self%rest_positions + moved(:, :n)
+      call show_positions(self%instrument, self%rest_positions, self%rest_seen)
+      call comparison%heights(m%x, m%y, model%triangles, experiment%edges, self%rest_seen, self%rest_sample, &
+                              self%rest_heights)
+    end associate
+  end subroutine view_look_at_rest
+
+  !> residuals(n) under load l without the plane of the scan: the wing is moved(3, :) [m], and `look_at_rest` was done
+  !> if the experiment moves the wing without a load; zeros(:) are unknown offsets.
+  subroutine view_residuals(self, experiment, l, moved, zeros, residuals)
+    class(view_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in) :: moved(:, :), zeros(:)
+    real(rp), intent(out) :: residuals(:)
+    integer :: n
+    n = experiment%model%n_points
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
+      self%positions = model%points(:, :n) + moved(:, :n)
+      call show_positions(self%instrument, self%positions, self%seen)
+      if (.not. experiment%moves_rest) self%rest_heights(:comparison%n_heights) = comparison%unloaded
+      call comparison%residuals(m%x, m%y, model%points, model%triangles, experiment%edges, self%positions, self%seen, &
+                                self%rest_heights, 1/self%scale, zeros, self%sample, residuals)
+    end associate
+  end subroutine view_residuals
+
+  !> Adds the plane of the scan to residuals(n).
+  subroutine view_add_plane(self, experiment, l, residuals)
+    class(view_t), intent(in) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(inout) :: residuals(:)
+    integer :: k
+    if (self%instrument%is_null(TILT_X, PISTON)) return
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
+      do k = 1, comparison%n_heights
+        residuals(k) = residuals(k) + plane_height(self%instrument, m%x(comparison%node(1, k)), &
+                                                   m%y(comparison%node(2, k)))
+      end do
+    end associate
+  end subroutine view_add_plane
+
+  !> column(n): derivative of the plane with respect to parameter `number`; 0 if it has no part in it.
+  subroutine view_plane(self, experiment, l, number, column)
+    class(view_t), intent(in) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l, number
+    real(rp), intent(out) :: column(:)
+    integer :: k
+    column = 0*self%scale
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
+      do k = 1, comparison%n_heights
+        column(k) = plane_slope(number, m%x(comparison%node(1, k)), m%y(comparison%node(2, k)))
+      end do
+    end associate
+  end subroutine view_plane
+
+  !> column(n): what motion(3, :) [m per unit] of the loaded wing does to the residuals.
+  subroutine view_see(self, experiment, l, motion, column)
+    class(view_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in) :: motion(:, :)
+    real(rp), intent(out) :: column(:)
+    integer :: n
+    n = experiment%model%n_points
+    call show_motion(self%instrument, motion(:, :n), self%shown)
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
+      call comparison%derivatives(m%x, m%y, self%positions, motion(:, :n), self%seen, self%shown, self%sample, column)
+    end associate
+    column = column/self%scale
+  end subroutine view_see
+
+  !> Adds what motion(3, :) of the wing without a load does; after `look_at_rest`.
+  subroutine view_see_rest(self, experiment, l, motion, column)
+    class(view_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in) :: motion(:, :)
+    real(rp), intent(inout) :: column(:)
+    call show_motion(self%instrument, motion(:, :experiment%model%n_points), self%shown)
+    call subtract_rest(self, experiment, l, column)
+  end subroutine view_see_rest
+
+  !> column(n): what parameter `number` of the map does to both; 0 if it has no part in it.
+  subroutine view_see_map(self, experiment, l, number, column)
+    class(view_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l, number
+    real(rp), intent(out) :: column(:)
+    column = 0
+    call show_slope(self%instrument, number, self%positions, self%shown)
+    if (.not. any(abs(self%shown) > 0)) return
+    if (.not. experiment%moves_rest) call self%look_at_rest(experiment, l)
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
+      call comparison%height_slopes(m%x, m%y, self%seen, self%sample, self%shown, column)
+    end associate
+    column = column/self%scale
+    call show_slope(self%instrument, number, self%rest_positions, self%shown)
+    call subtract_rest(self, experiment, l, column)
+  end subroutine view_see_map
+
+  subroutine subtract_rest(self, experiment, l, column)
+    class(view_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(inout) :: column(:)
+    associate (comparison => experiment%comparisons(l), m => experiment%measurement)
+      call comparison%height_slopes(m%x, m%y, self%rest_seen, self%rest_sample, self%shown, self%slopes)
+      column(:comparison%n_heights) = column(:comparison%n_heights) - self%slopes(:comparison%n_heights)/self%scale
+    end associate
+  end subroutine subtract_rest
+end module measurement_view
