@@ -17,6 +17,9 @@ module diagnosis_design
   public :: design_t, candidate_t, family_t, build_design
 
   real(rp), parameter, public :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
+  !> But what is so large that its remainder still has this signal-to-noise ratio for one prior sd can be seen, down to the
+  !> fraction at which the linear approximation may be what remains.
+  real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
   integer, parameter :: N_SCALES = 13
   real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
 
@@ -204,7 +207,8 @@ contains
       length = norm2(matmul(raw, prior_sd*vt(i, :)))
       if (.not. length > 0) cycle
       c%retained = max(c%retained, min(1.0_rp, s(i)/length))
-      keep(i) = s(i) >= ABSORBED*length .and. s(i) > 1.0e-9_rp*s(1)
+      if (s(i) <= 1.0e-9_rp*s(1)) cycle
+      keep(i) = s(i) >= ABSORBED*length .or. (s(i) >= SHOWN .and. s(i) >= RELIABLE*length)
     end do
     c%df = count(keep)
     allocate (c%basis(size(u, 1), c%df), c%solve(size(prior_sd), c%df))
