@@ -2,6 +2,7 @@
 !> A diagnosis from beginning to end. Rank 0 leads, all ranks solve.
 module app_diagnose
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use app_diagnose_band, only: mesh_band_t
   use app_diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use app_diagnose_files, only: write_fragments, write_maps
   use app_diagnose_json, only: write_diagnosis_json
@@ -28,12 +29,15 @@ module app_diagnose
     type(diagnose_settings_t) :: settings
     type(wing_simulator_t) :: simulator
     type(diagnosis_t) :: diagnosis
+    type(mesh_band_t) :: band
+    logical :: has_band = .false. !< the band can be sought
     type(failure_t) :: failure
     integer :: code = EXIT_OK   !< of the program
   contains
     procedure :: load => diagnose_load
     procedure :: begin => diagnose_begin
     procedure :: lead => diagnose_lead
+    procedure :: serve => diagnose_serve
     procedure :: finish => diagnose_finish
   end type diagnose_t
 
@@ -58,15 +62,23 @@ contains
   end subroutine diagnose_load
 
   !> Makes all ranks ready for tasks. Collective.
-  subroutine diagnose_begin(self)
+  subroutine diagnose_begin(self, command)
     class(diagnose_t), intent(inout), target :: self
+    type(diagnose_command_t), intent(in) :: command
+    type(failure_t) :: failure
     associate (s => self%settings)
       call self%simulator%init(self%world, s%experiment, s%setup%wing, s%catalogue%quantities, s%catalogue%kinds, &
                                s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns)
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
       if (s%options%is_scale_known) self%simulator%noise%factor = 1
+      self%has_band = s%refines .and. command%action /= DIAGNOSE_PLAN
     end associate
+    if (.not. self%has_band) return
+    call self%band%init(self%world, self%settings, failure)
+    self%has_band = .not. failure%failed
+    if (failure%failed .and. self%world%is_root) &
+      write (error_unit, '(a)') 'notice: what the mesh does is not known: '//failure%reason
   end subroutine diagnose_begin
 
   !> Rank 0: diagnoses, prints and writes, or tells what the loads could show.
@@ -80,6 +92,7 @@ contains
       if (self%failure%failed) self%code = EXIT_NUMERICAL
       return
     end if
+    if (self%has_band) call self%band%find(self%settings, self%simulator)
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure)
     if (self%failure%failed) then
       self%code = EXIT_NUMERICAL
@@ -87,13 +100,20 @@ contains
     end if
     next = rank_loads(self%simulator, self%diagnosis)
     call ask(self, questions)
-    call print_verdict(output_unit, self%settings, self%diagnosis, next)
-    call write_diagnosis_json(self%settings, self%diagnosis, next, questions, self%failure)
+    call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next)
+    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, self%failure)
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)
     self%code = merge(EXIT_FAILURE, self%diagnosis%decision%verdict, self%failure%failed)
   end subroutine diagnose_lead
+
+  !> Does tasks for rank 0. On the other ranks.
+  subroutine diagnose_serve(self)
+    class(diagnose_t), intent(inout) :: self
+    if (self%has_band) call self%band%serve(self%simulator)
+    call self%simulator%serve()
+  end subroutine diagnose_serve
 
   !> Puts the plain questions to the residuals of the baseline.
   subroutine ask(self, questions)
@@ -139,6 +159,7 @@ contains
     if (self%failure%failed) write (error_unit, '(a)') 'msm_diagnose: '//self%failure%reason
     flush (error_unit)
     call self%simulator%free()
+    if (self%has_band) call self%band%free()
     self%code = self%world%max_integer(self%code)
   end subroutine diagnose_finish
 end module app_diagnose

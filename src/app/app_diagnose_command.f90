@@ -77,7 +77,7 @@ contains
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &
                                             '', &
-                                        'exit codes: 0 adequate, --plan or --check     1 defect of program or machine', &
+                                       'exit codes: 0 adequate, --plan or --check     1 defect of program or machine', &
                                             '           10 one cause is named              2 mistake in the input', &
                                             '           11 several causes are possible     3 numerical failure', &
                                             '           12 a cause that is not in the catalogue', &

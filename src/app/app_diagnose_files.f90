@@ -52,7 +52,7 @@ contains
     call setup_params(s%experiment, s%setup%wing, s%catalogue%kinds, q, setup, params)
     call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//'; [include] file = '//path//NL//NL// &
-                    wing_lines(params)//instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
+                  wing_lines(params)//instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment
 
@@ -86,7 +86,8 @@ contains
       allocate (rows(7, s%bins%count(l)))
       do k = 1, size(rows, 2)
         associate (i => first + k - 1)
-          rows(:, k) = [s%bins%place(:, i), simulator%labels%observed(i), base(i), extended(i), white(i, 1), white(i, 2)]
+          rows(:, k) = [s%bins%place(:, i), simulator%labels%observed(i), base(i), extended(i), &
+                        white(i, 1), white(i, 2)]
         end associate
       end do
       call put_table(file, '/loads/'//s%measurement%loads(l)%name, rows, &

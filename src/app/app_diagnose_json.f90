@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> NAME.json: everything that a diagnosis found, for programs. Its form is told by `schema_version` and docs/diagnosis.md.
+!> NAME.json: everything that a diagnosis found, for programs. Its form is told by `schema_version` and
+!> docs/diagnosis.md.
 module app_diagnose_json
+  use app_diagnose_band, only: mesh_band_t
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_summary, only: cause_name, verdict_sentence
@@ -22,9 +24,10 @@ module app_diagnose_json
 contains
 
   !> Writes the file.
-  subroutine write_diagnosis_json(s, d, next, questions, failure)
+  subroutine write_diagnosis_json(s, d, band, next, questions, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
+    type(mesh_band_t), intent(in) :: band
     type(next_t), intent(in) :: next
     type(question_t), intent(in) :: questions(:)
     type(failure_t), intent(inout) :: failure
@@ -40,6 +43,12 @@ contains
     call json%put('seed', int(s%options%seed))
     call put_verdict(json, s, d)
     call put_noise(json, s, d)
+    call json%open_object('mesh_band')
+    call json%put('is_found', band%is_found)
+    call json%put('points', band%n_points)
+    call json%put('rms_m', band%rms)
+    call json%put('snr', band%snr)
+    call json%close()
     call put_baseline(json, s, d)
     call json%open_list('effects')
     do i = 1, size(s%catalogue%effects)

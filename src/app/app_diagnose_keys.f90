@@ -25,11 +25,13 @@ contains
     call registry%add_section('Solver', 'path of the static solution')
     call registry%add_real('Solver', 'tolerance', 1.0e-8_rp, 'of the residual, relative to the load', min=1.0e-12_rp, &
                            max=1.0e-3_rp)
-    call registry%add_real('Solver', 'step_limit', 0.025_rp, 'largest movement in one stage, relative to the wing''s '// &
+    call registry%add_real('Solver', 'step_limit', 0.025_rp, &
+                           'largest movement in one stage, relative to the wing''s '// &
                            'size', above=0.0_rp, max=0.2_rp)
     call registry%add_integer('Solver', 'factorisation_limit', 300, 'give up after so many for one load', min=1)
     call registry%add_section('Saving', 'what is written')
-    call registry%add_text('Saving', 'name', 'diagnosis', 'first part of the names of all files, with a folder if wanted')
+    call registry%add_text('Saving', 'name', 'diagnosis', &
+                           'first part of the names of all files, with a folder if wanted')
   end subroutine register_diagnose_keys
 
   !> Writes the reference of these keys, a part of docs/parameters.md.
@@ -49,11 +51,16 @@ contains
                     'msm_train; everything else that can vary is a candidate for what it lacks')
     call r%add_real('Diagnose', 'prior_decades', 1.0_rp, 'sd of the prior about the values of [Wing]', unit='decades', &
                     above=0.0_rp)
-    call r%add_real('Diagnose', 'membrane_sd', 0.1_rp, 'sd of log D that is no discovery: meshes change the effective D by '// &
+    call r%add_real('Diagnose', 'membrane_sd', 0.1_rp, &
+                    'sd of log D that is no discovery: meshes change the effective D by '// &
                     '5 to 15 % (docs/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
-    call r%add_integer('Diagnose', 'starts', 3, 'points from which the baseline is fitted: the values of [Wing], then '// &
+    call r%add_switch('Diagnose', 'refine', .false., 'fit the baseline on a mesh of half the size too, and count '// &
+                      'the difference as an error: for data that do not come from the same mesh')
+    call r%add_integer('Diagnose', 'starts', 3, &
+                       'points from which the baseline is fitted: the values of [Wing], then '// &
                        'random ones', min=1, max=100)
-    call r%add_integer('Diagnose', 'observations', 900, 'at most; heights are averaged over squares until there are no '// &
+    call r%add_integer('Diagnose', 'observations', 900, &
+                       'at most; heights are averaged over squares until there are no '// &
                        'more', min=50, max=20000)
     call r%add_word('Diagnose', 'noise', 'estimated', 'estimated|declared', &
                     'whether the size of the errors of heights is estimated from the data, or believed as declared')

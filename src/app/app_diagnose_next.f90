@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which measurement tells the possible causes apart best (Atkinson and Fedorov 1975, DOI 10.1093/biomet/62.1.57: the design
-!> that maximises the sum of squares by which rival models must differ).
+!> Which measurement tells the possible causes apart best (Atkinson and Fedorov 1975, DOI 10.1093/biomet/62.1.57: the
+!> design that maximises the sum of squares by which rival models must differ).
 !>
 !> The rivals are the first cause and the one that imitates it best. What the second cannot imitate of the first, at
 !> the strength found, is a sum of squares over all loads; a load that is repeated adds its share once more.

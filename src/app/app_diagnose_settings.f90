@@ -11,7 +11,8 @@ module app_diagnose_settings
   use diagnosis_engine, only: diagnosis_options_t
   use diagnosis_noise, only: estimate_noise, noise_estimate_t
   use diagnosis_wing_bins, only: bins_t, make_bins, usual_size
-  use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue, make_patterns
+  use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
+  use diagnosis_wing_lattice, only: make_patterns
   use diagnosis_wing_task, only: wing_patterns_t
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -41,6 +42,7 @@ module app_diagnose_settings
     type(noise_estimate_t) :: noise
     type(diagnosis_options_t) :: options
     integer :: n_starts = 1
+    logical :: refines = .false.            !< the mesh, to see what it does
     character(:), allocatable :: name       !< first part of the names of the files to write
   end type diagnose_settings_t
 
@@ -78,7 +80,7 @@ contains
     call read_instrument(s%config, s%instrument, errors)
     call read_sought(s%config, 'Diagnose', s%setup%asked, s%instrument, .true., s%sought, errors)
     if (size(s%sought%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
-                                            'the baseline seeks parameters of the wing only, not of the measurement')
+                                               'the baseline seeks parameters of the wing only, not of the measurement')
     if (errors%count() > 0) return
     call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
@@ -88,6 +90,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     associate (c => s%config, o => s%options)
       s%membrane_sd = c%get_real('Diagnose', 'membrane_sd')
+      s%refines = c%get_switch('Diagnose', 'refine')
       s%n_starts = c%get_integer('Diagnose', 'starts')
       o%is_scale_known = c%get_word('Diagnose', 'noise') == 'declared'
       o%n_draws = c%get_integer('Diagnose', 'draws')

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What a diagnosis says on the terminal, in at most 15 lines, and what the loads of a measurement could show.
 module app_diagnose_summary
+  use app_diagnose_band, only: mesh_band_t
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
   use base_errors, only: failure_t
@@ -18,19 +19,26 @@ module app_diagnose_summary
 contains
 
   !> At most 15 lines.
-  subroutine print_verdict(unit, s, d, next)
+  subroutine print_verdict(unit, s, d, band, next)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
+    type(mesh_band_t), intent(in) :: band
     type(next_t), intent(in) :: next
     character(200) :: line
     integer :: i
     write (line, '(a,i0,a,i0,a,es10.3,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
       ' averages over squares of ', s%bins%size, ' m; '//s%measurement_path
     write (unit, '(a)') trim(line)
-    write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, ' um, declared are ', &
+    write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, &
+      ' um, declared are ', &
       1.0e6_rp*s%noise%declared, ' um'
     write (unit, '(a)') trim(line)
+    if (band%is_found) then
+      write (line, '(a,f0.2,a,f0.1,a,i0,a)') 'mesh      changes heights by ', 1.0e6_rp*band%rms, &
+        ' um rms after a refit, as a signal-to-noise ratio of ', band%snr, ' (', band%n_points, ' points)'
+      write (unit, '(a)') trim(line)
+    end if
     write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%baseline%chi2, ' of ', s%bins%n, &
       ' averages; variance over that of the noise model ', d%scale
     write (unit, '(a)') trim(line)
@@ -177,8 +185,8 @@ contains
     text = trim(adjustl(buffer))
   end function probability_text
 
-  !> The smallest strength of every effect that the loads would show with a probability of 90 %, from tangents at the wing
-  !> as [Wing] has it. On rank 0; the others serve.
+  !> The smallest strength of every effect that the loads would show with a probability of 90 %, from tangents at the
+  !> wing as [Wing] has it. On rank 0; the others serve.
   subroutine print_plan(unit, s, simulator, failure)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -192,7 +200,8 @@ contains
     if (failure%failed) return
     call calibration%init(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed)
     call find_detectable(design, calibration, size(s%catalogue%effects), snr)
-    write (unit, '(a)') 'effect                parameter          found with 90 % from  at                          '// &
+    write (unit, '(a)') &
+      'effect                parameter          found with 90 % from  at                          '// &
       'seen beside baseline'
     do e = 1, size(s%catalogue%effects)
       if (s%catalogue%effects(e)%is_testable()) then

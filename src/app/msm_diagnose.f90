@@ -40,12 +40,12 @@ program msm_diagnose
   if (diagnose%code == EXIT_OK .and. command%action == DIAGNOSE_CHECK) then
     if (world%is_root) call diagnose%settings%config%print_effective(output_unit)
   else if (diagnose%code == EXIT_OK) then
-    call diagnose%begin()
+    call diagnose%begin(command)
     if (world%is_root) then
       call diagnose%lead(command)
       call diagnose%simulator%dismiss()
     else
-      call diagnose%simulator%serve()
+      call diagnose%serve()
     end if
     call diagnose%finish()
   end if

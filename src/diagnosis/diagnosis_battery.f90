@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Plain questions to the residuals of the baseline, each with a statistic, its p if the baseline is true, and a sentence.
+!> Plain questions to the residuals of the baseline, each with a statistic, its p if the baseline is true, and a
+!> sentence.
 !>
-!> Residuals are whitened. With g the whitened response to each load, a = g r/(g g) is by how much of itself a response is
-!> too large, with the sd 1/|g|; its slopes against the level, the order and so on are tested by weighted regression. The
-!> fitted parameters are not accounted for, which makes p a little too large.
+!> Residuals are whitened. With g the whitened response to each load, a = g r/(g g) is by how much of itself a
+!> response is too large, with the sd 1/|g|; its slopes against the level, the order and so on are tested by weighted
+!> regression. The fitted parameters are not accounted for, which makes p a little too large.
 module diagnosis_battery
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -165,7 +166,7 @@ contains
     associate (below => 2*BEYOND_THREE*size(residuals))
       call append(questions, 'outliers', real(n, rp)/size(residuals), &
                   merge(1 - exp(log_chi2_tail(below, max(2, 2*n))), 1.0_rp, n > 0), &
-                  'there are more outliers than normal errors have', 'there are no more outliers than normal errors have')
+                'there are more outliers than normal errors have', 'there are no more outliers than normal errors have')
     end associate
   end subroutine ask_outliers
 

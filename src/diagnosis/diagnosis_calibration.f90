@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What chance alone does to all tests together: a parametric bootstrap of the design.
 !>
-!> If the baseline is true, z is a vector of independent normal numbers, and the test statistics of all candidates and of
-!> unknown causes follow from it. Their joint distribution gives p of scans (the largest of many positions), p of unknown
-!> causes, and one global p of the combined rule: the smallest p of any effect, which has EFFECTS_SHARE of the level, or
-!> of any unknown cause, which has the rest. Local and global p differ by the look-elsewhere effect.
+!> If the baseline is true, z is a vector of independent normal numbers, and the test statistics of all candidates and
+!> of unknown causes follow from it. Their joint distribution gives p of scans (the largest of many positions), p of
+!> unknown causes, and one global p of the combined rule: the smallest p of any effect, which has EFFECTS_SHARE of the
+!> level, or of any unknown cause, which has the rest. Local and global p differ by the look-elsewhere effect.
 !>
 !> Draw number d of a seed is the same on every rank. Beyond the draws p is continued as the law of p of an
 !> independent number of tests, and as an exponential tail for unknown causes.

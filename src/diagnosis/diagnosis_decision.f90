@@ -4,8 +4,9 @@
 !> | verdict | when |
 !> |---|---|
 !> | adequate | chance alone is as sure as the combined test in more than LEVEL of all experiments |
-!> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high; and were
-!> the truth an unknown cause of this strength, the name would be rejected with a probability of at least POWER |
+!> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high;
+!> and were the truth an unknown cause of this strength, the name would be rejected with a probability of at least
+!> POWER |
 !> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
 !> | unknown | no effects of the catalogue, up to three together, leave nothing but noise, or an unknown cause is more
 !> probable than they are |
@@ -78,9 +79,9 @@ contains
     end do
   end function rank_effects
 
-  !> The verdict for z(k), in units of the noise, with its statistics and hypotheses; the evidences may have been corrected
-  !> by nonlinear fits. remainder(effects), where given and not positive, is the log p of what the nonlinear fit of an
-  !> effect leaves; elsewhere it is computed in the linear approximation.
+  !> The verdict for z(k), in units of the noise, with its statistics and hypotheses; the evidences may have been
+  !> corrected by nonlinear fits. remainder(effects), where given and not positive, is the log p of what the nonlinear
+  !> fit of an effect leaves; elsewhere it is computed in the linear approximation.
   subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision, remainder)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The linear core: everything that can be computed before one looks at the residuals.
 !>
-!> With whitened tangents J of the baseline (priors as further rows) and S of all effects, what the baseline can imitate is
-!> projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. What is left of all effects and of patterns of
-!> unknown causes spans k dimensions with the orthonormal basis X. z = X^T r holds all that tests ask of the residuals r:
-!> k independent numbers of variance 1 if the baseline is true. This is the min-max test of Doehler, Mevel and Zhang,
-!> Annual Reviews in Control 42 (2016) 244, for which nuisance parameters are rejected by projection.
+!> With whitened tangents J of the baseline (priors as further rows) and S of all effects, what the baseline can
+!> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. What is left of all effects and of
+!> patterns of unknown causes spans k dimensions with the orthonormal basis X. z = X^T r holds all that tests ask of
+!> the residuals r: k independent numbers of variance 1 if the baseline is true. This is the min-max test of Doehler,
+!> Mevel and Zhang, Annual Reviews in Control 42 (2016) 244, for which nuisance parameters are rejected by projection.
 module diagnosis_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -17,6 +17,9 @@ module diagnosis_design
   public :: design_t, candidate_t, family_t, build_design
 
   real(rp), parameter, public :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
+  !> But what is so large that its remainder still has this signal-to-noise ratio for one prior sd can be seen, down to the
+  !> fraction at which the linear approximation may be what remains.
+  real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
   integer, parameter :: N_SCALES = 13
   real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
 
@@ -204,7 +207,8 @@ contains
       length = norm2(matmul(raw, prior_sd*vt(i, :)))
       if (.not. length > 0) cycle
       c%retained = max(c%retained, min(1.0_rp, s(i)/length))
-      keep(i) = s(i) >= ABSORBED*length .and. s(i) > 1.0e-9_rp*s(1)
+      if (s(i) <= 1.0e-9_rp*s(1)) cycle
+      keep(i) = s(i) >= ABSORBED*length .or. (s(i) >= SHOWN .and. s(i) >= RELIABLE*length)
     end do
     c%df = count(keep)
     allocate (c%basis(size(u, 1), c%df), c%solve(size(prior_sd), c%df))
@@ -282,15 +286,17 @@ contains
     class(family_t), intent(in) :: self
     real(rp), intent(in) :: z(:)
     real(rp), allocatable, intent(out) :: mean(:), sd(:)
-    real(rp) :: w(size(self%scale)), tau, largest
+    real(rp) :: w(size(self%scale)), tau, largest, resolved
     integer :: i
     w = matmul(z, self%basis)
     tau = strength(maxloc(matmul(w**2, self%strengths%gain) - self%strengths%offset, 1))
     mean = matmul(self%weights, tau*self%scale/(1 + tau*self%scale**2)*w)
-    largest = 1/maxval(norm2(self%weights, 1)) ! the columns of weights have the length of one over the largest singular value
+    ! The columns of weights have the length of one over the largest singular value.
+    largest = 1/maxval(norm2(self%weights, 1))
     allocate (sd(size(mean)))
     do i = 1, size(sd)
-      sd(i) = sqrt(max(0.0_rp, tau/largest**2 - sum(self%weights(i, :)**2*tau*(tau*self%scale**2/(1 + tau*self%scale**2)))))
+      resolved = sum(self%weights(i, :)**2*tau*(tau*self%scale**2/(1 + tau*self%scale**2)))
+      sd(i) = sqrt(max(0.0_rp, tau/largest**2 - resolved))
     end do
   end subroutine family_map
 

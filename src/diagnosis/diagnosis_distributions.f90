@@ -155,8 +155,8 @@ contains
     f = 1/f
   end function beta_fraction
 
-  !> A chi^2 variable with df >= 2 degrees of freedom from a stream: twice a gamma variable by the rejection of Marsaglia
-  !> and Tsang, ACM Trans. Math. Softw. 26 (2000) 363.
+  !> A chi^2 variable with df >= 2 degrees of freedom from a stream: twice a gamma variable by the rejection of
+  !> Marsaglia and Tsang, ACM Trans. Math. Softw. 26 (2000) 363.
   subroutine draw_chi2(stream, df, x)
     type(random_stream_t), intent(inout) :: stream
     integer, intent(in) :: df

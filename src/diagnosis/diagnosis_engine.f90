@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds, nonlinear refits of
-!> the leaders, verdict, validation on locations that were left out, intervals.
+!> The whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds, nonlinear
+!> refits of the leaders, verdict, validation on locations that were left out, intervals.
 module diagnosis_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -21,6 +21,8 @@ module diagnosis_engine
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis, find_detectable
 
   real(rp), parameter :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
+
+  integer, parameter :: FEWEST_REST = 30    !< degrees of freedom from which the size of the noise is estimated
 
   type :: diagnosis_options_t
     type(fit_options_t) :: fit
@@ -75,25 +77,27 @@ contains
     type(diagnosis_t), intent(out), target :: d
     type(failure_t), intent(out) :: failure
     integer :: n_effects
+    logical :: is_scale_known
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
     call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure)
     if (failure%failed) return
     call build_design(simulator, d%baseline%q, d%design, failure)
     if (failure%failed) return
-    d%calibration%is_scale_known = options%is_scale_known
-    if (d%design%n_rest < 20) then
+    ! Without directions that no test uses the noise model is believed.
+    is_scale_known = options%is_scale_known .or. d%design%n_rest < FEWEST_REST
+    if (simulator%n_observations < 2*simulator%n_baseline) then
       d%decision%verdict = VERDICT_INSUFFICIENT
       allocate (d%decision%causes(0), d%decision%set(0))
       return
     end if
-    call d%calibration%init(d%design, n_effects, options%is_scale_known, options%n_draws, options%seed)
+    call d%calibration%init(d%design, n_effects, is_scale_known, options%n_draws, options%seed)
     call find_detectable(d%design, d%calibration, n_effects, d%detectable_snr)
     allocate (d%z(d%design%k))
     call compress_at(simulator, d%baseline%q, d%design, d%z, d%rest, failure)
     if (failure%failed) return
-    call find_statistics(d%design, n_effects, options%is_scale_known, d%z, d%rest, d%statistics)
-    if (.not. options%is_scale_known) d%scale = d%rest/d%design%n_rest
+    call find_statistics(d%design, n_effects, is_scale_known, d%z, d%rest, d%statistics)
+    if (.not. is_scale_known) d%scale = d%rest/d%design%n_rest
     d%z = d%z/sqrt(d%scale)
     call d%hypotheses%init(d%design, n_effects, d%z)
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear)
@@ -125,8 +129,8 @@ contains
     call design%compress(residuals, q(:simulator%n_baseline), z, rest)
   end subroutine compress_at
 
-  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global level, for
-  !> its variant of the fewest directions; huge if the baseline absorbs it.
+  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global level,
+  !> for its variant of the fewest directions; huge if the baseline absorbs it.
   subroutine find_detectable(design, calibration, n_effects, snr)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -250,7 +254,8 @@ contains
         call profile_interval(problem, nested_unknowns(simulator, d%extended%active), d%extended%q(d%extended%active), &
                               i, d%extended%sd(i), THRESHOLD_90*d%scale, options%fit, interval)
         associate (null => simulator%quantities(d%extended%active(i))%null)
-          is_outside = (interval%has_lower .and. null < interval%lower) .or. (interval%has_upper .and. null > interval%upper)
+          is_outside = (interval%has_lower .and. null < interval%lower) .or. &
+                       (interval%has_upper .and. null > interval%upper)
         end associate
         d%is_null_excluded = d%is_null_excluded .or. is_outside
       end associate

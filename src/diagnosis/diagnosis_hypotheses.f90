@@ -2,9 +2,9 @@
 !> Which cause explains a misfit, as odds: every effect, pairs of effects, and unknown causes are hypotheses about z.
 !>
 !> The evidence of a hypothesis is the density of z averaged over strengths (uniform in their logarithm over six decades
-!> of variance, the same for all) and over positions, relative to the baseline alone (1). Small and large models thus pay
-!> for what they could have explained (Kass and Raftery 1995, DOI 10.1080/01621459.1995.10476572). Odds are evidences
-!> times PRIOR_.., which say how often a cause is expected before the data.
+!> of variance, the same for all) and over positions, relative to the baseline alone (1). Small and large models thus
+!> pay for what they could have explained (Kass and Raftery 1995, DOI 10.1080/01621459.1995.10476572). Odds are
+!> evidences times PRIOR_.., which say how often a cause is expected before the data.
 module diagnosis_hypotheses
   use base_kinds, only: i8, rp
   use base_random, only: random_stream_t
@@ -71,7 +71,8 @@ contains
     do e = 1, n_effects
       if (n(e) == 0) cycle
       associate (top => self%candidate(self%best(e)))
-        self%effect(e) = top + log(sum(exp(max(-700.0_rp, self%candidate - top)), mask=design%candidates%effect == e)/n(e))
+        self%effect(e) = top + log(sum(exp(max(-700.0_rp, self%candidate - top)), &
+                                       mask=design%candidates%effect == e)/n(e))
       end associate
     end do
     do f = 1, size(design%families)
@@ -141,8 +142,8 @@ contains
     end do
   end function remainder_log_p
 
-  !> The probability that a name, the directions basis(k, df), were rejected at the level exp(log_level) if the truth were
-  !> an unknown cause of signal-to-noise ratio `snr`: a random field of one of the families.
+  !> The probability that a name, the directions basis(k, df), were rejected at the level exp(log_level) if the truth
+  !> were an unknown cause of signal-to-noise ratio `snr`: a random field of one of the families.
   real(rp) function name_power(design, calibration, basis, snr, log_level, n_draws, seed) result(power)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration

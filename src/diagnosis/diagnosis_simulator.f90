@@ -41,7 +41,8 @@ module diagnosis_simulator
     procedure :: is_testable => effect_is_testable
   end type effect_t
 
-  !> To what every observation belongs. Surfaces are numbered from 1; what is said of a surface has their number as index.
+  !> To what every observation belongs. Surfaces are numbered from 1; what is said of a surface has their number as
+  !> index.
   type :: labels_t
     integer, allocatable :: surface(:)        !< (n) load under which it was observed
     integer, allocatable :: block(:)          !< (n) observations of different blocks have independent errors

@@ -146,7 +146,7 @@ contains
     directions = transpose(jacobian(outside, :))
     call solve_lower(lower, directions)
     white = reshape([nuisances(outside, :), transpose(directions)], &
-                                    [size(outside), size(nuisances, 2) + n])
+                    [size(outside), size(nuisances, 2) + n])
     call outer%add_directions(white)
   end subroutine add_uncertainty
 

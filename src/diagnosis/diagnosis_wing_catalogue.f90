@@ -1,27 +1,26 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The catalogue: what a simulation of a bending test may lack, one entry for each effect, with a sentence for people, the
-!> parameters that it releases, the positions at which it is tried, and what data it needs to show.
+!> The catalogue: what a simulation of a bending test may lack, one entry for each effect, with a sentence for people,
+!> the parameters that it releases, the positions at which it is tried, and what data it needs to show.
 module diagnosis_wing_catalogue
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnosis_simulator, only: effect_t, quantity_t, variant_t
+  use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT, &
                                        KIND_ZERO
-  use diagnosis_wing_task, only: wing_patterns_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: missing_for, CREEP, DRIFT, DRIFT_RATE, FORCE_GAIN, FORCE_OFFSET, FORCE_TILT_X, &
                                     FORCE_TILT_Y, HEIGHT_SCALE, LOAD_SHIFT_X, LOAD_SHIFT_Y, MAP_ROTATION, MAP_SCALE, &
                                     MAP_SHIFT_X, MAP_SHIFT_Y, PISTON, TILT_X, TILT_Y
-  use measurement_place, only: find_place
   use solid_layout, only: hinge_in_vein
   use solid_params, only: parameter_t
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: catalogue_t, make_catalogue, make_patterns
+  public :: catalogue_t, make_catalogue
 
   real(rp), parameter :: DECADE = 2.302585092994046_rp
-  real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp, PATTERN_RADIUS = 0.16_rp !< of the wing's size
+  real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp !< of the wing's size
 
   !> Parameters and effects of a diagnosis; the first n_baseline parameters are those of the baseline.
   type :: catalogue_t
@@ -71,7 +70,7 @@ contains
     character(:), allocatable :: levels
     levels = needs_levels(e)
     call enter_named(c, e, numbers, 'root_compliance', 'compliant root', [character(20) :: 'root_flap', 'root_twist'], &
-                     .true., 'The clamp or the wing''s root gives way: the whole wing turns about it, in proportion to '// &
+                 .true., 'The clamp or the wing''s root gives way: the whole wing turns about it, in proportion to '// &
                      'the moment of the force.', '')
     call enter_named(c, e, numbers, 'root_stiffness', 'root of another stiffness', [character(20) :: 'root'], .true., &
                      'The veins bend more or less easily where the wing is clamped.', '')
@@ -88,7 +87,8 @@ contains
     call enter_named(c, e, numbers, 'orthotropy', 'membrane that is stiffer in one direction', &
                      [character(20) :: 'orthotropy'], .true., &
                      'The membrane stretches less easily along the span than across it, or the other way round.', '')
-    call enter_named(c, e, numbers, 'joint_hardening', 'joints that harden', [character(20) :: 'joint_hardening'], .true., &
+    call enter_named(c, e, numbers, 'joint_hardening', 'joints that harden', &
+                     [character(20) :: 'joint_hardening'], .true., &
                      'Joints of veins get stiffer, or give way, the more they are bent.', levels)
     call enter_named(c, e, numbers, 'one_joint_hardening', 'one joint that hardens', [character(20) :: 'hardening:*'], &
                      .false., 'One joint gets stiffer, or gives way, the more it is bent.', levels)
@@ -114,8 +114,8 @@ contains
       p = e%model%params%describe(i)
       do k = 1, size(names)
         n = len_trim(names(k))
-        if (names(k)(n:n) == '*') then
-          if (index(p%name, names(k)(:n - 1)) /= 1) cycle
+        if (names(k) (n:n) == '*') then
+          if (index(p%name, names(k) (:n - 1)) /= 1) cycle
         else if (p%name /= names(k)) then
           cycle
         end if
@@ -161,7 +161,7 @@ contains
     end do
     if (size(variants) > 0) &
       call c%enter('soft_place', 'a joint that the model does not have', &
-                   'One vein is softer (or stiffer) at one place than it looks: an unseen joint, a crack or a repair.', &
+                  'One vein is softer (or stiffer) at one place than it looks: an unseen joint, a crack or a repair.', &
                    .false., '', variants)
     deallocate (variants)
     allocate (variants(0))
@@ -186,7 +186,8 @@ contains
                           'All forces were larger or smaller than stated, by one factor.', '')
     call enter_instrument(c, e, 'force_offset', 'zero error of the force sensor', [FORCE_OFFSET], .true., &
                           'The same force was added to every force that is stated.', needs_levels(e))
-    call enter_instrument(c, e, 'force_direction', 'forces that were not upright', [FORCE_TILT_X, FORCE_TILT_Y], .true., &
+    call enter_instrument(c, e, 'force_direction', 'forces that were not upright', &
+                          [FORCE_TILT_X, FORCE_TILT_Y], .true., &
                           'All forces leaned to one side.', '')
     if (size(e%model%triangles) > 0) &
       call enter_instrument(c, e, 'load_position', 'forces beside the stated places', [LOAD_SHIFT_X, LOAD_SHIFT_Y], &
@@ -196,8 +197,8 @@ contains
     call enter_instrument(c, e, 'scan_plane', 'tilted or lifted scans', [TILT_X, TILT_Y, PISTON], .true., &
                           'All loaded scans were tilted or lifted against the unloaded one, in the same way.', '')
     call enter_instrument(c, e, 'registration', 'shifted or turned maps', [MAP_SHIFT_X, MAP_SHIFT_Y, MAP_ROTATION, &
-                                                                         MAP_SCALE], .true., &
-                         'The wing lay elsewhere, turned or magnified in the height maps than the file says.', '')
+                                                                           MAP_SCALE], .true., &
+                          'The wing lay elsewhere, turned or magnified in the height maps than the file says.', '')
     call enter_instrument(c, e, 'drift', 'a wing that changed during the experiment', [DRIFT], .true., &
                           'The wing became stiffer (it dried) or softer from one measurement to the next.', '')
     call enter_instrument(c, e, 'drift_in_time', 'a wing that changed with time', [DRIFT_RATE], .true., &
@@ -268,36 +269,6 @@ contains
       end do
     end associate
   end function needs_levels
-
-  !> Places of unknown causes.
-  subroutine make_patterns(experiment, wing, patterns)
-    type(experiment_t), intent(in) :: experiment
-    type(wing_t), intent(in) :: wing
-    type(wing_patterns_t), intent(out) :: patterns
-    patterns%radius = PATTERN_RADIUS*experiment%model%size
-    call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%place)
-  end subroutine make_patterns
-
-  !> Points (2, n) [m] of a triangular lattice on the wing, their distance a share of its size.
-  subroutine lattice(wing, length, share, places)
-    type(wing_t), intent(in) :: wing
-    real(rp), intent(in) :: length, share
-    real(rp), allocatable, intent(out) :: places(:, :)
-    real(rp) :: place(2), low(2), high(2), spacing
-    integer :: i, j
-    spacing = share*length
-    low = minval(wing%points(:2, :), 2)
-    high = maxval(wing%points(:2, :), 2)
-    allocate (places(2, 0))
-    do j = 0, int((high(2) - low(2))/(0.866_rp*spacing)) + 1
-      do i = 0, int((high(1) - low(1))/spacing) + 1
-        place = low + [(i + 0.5_rp*modulo(j, 2))*spacing, (j + 0.25_rp)*0.866_rp*spacing]
-        associate (found => find_place(wing%points, wing%triangles, length, place))
-          if (found%is_found) places = reshape([places, place], [2, size(places, 2) + 1])
-        end associate
-      end do
-    end do
-  end subroutine lattice
 
   !> Adds a parameter and gives its number.
   integer function catalogue_add_quantity(self, quantity, kind) result(n)

@@ -129,7 +129,8 @@ contains
     params = setup%experiment%params(setup_coordinates(setup, q))
   end subroutine setup_params
 
-  !> column(n): derivative of the residuals of load l with respect to quantity i at q, after `residuals` of the simulation.
+  !> column(n): derivative of the residuals of load l with respect to quantity i at q, after `residuals` of the
+  !> simulation.
   subroutine quantity_tangent(simulation, setup, quantities, q, i, l, column)
     class(simulation_t), intent(inout) :: simulation
     type(setup_t), intent(in) :: setup

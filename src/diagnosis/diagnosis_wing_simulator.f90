@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing of masses and springs and a measurement of it as the statistics see them. Loads are tasks of a farm: rank 0 leads,
-!> all ranks solve, and results do not depend on their number.
+!> A wing of masses and springs and a measurement of it as the statistics see them. Loads are tasks of a farm: rank 0
+!> leads, all ranks solve, and results do not depend on their number.
 !>
 !>     call simulator%init(...)                    collective
 !>     if (world%is_root) then
@@ -217,7 +217,8 @@ contains
         end do
         at = at + b
       end do
-      self%tried(:, :, l) = reshape(outputs(at + 1:at + size(self%tried)/size(outputs, 2), l), shape(self%tried(:, :, l)))
+      self%tried(:, :, l) = reshape(outputs(at + 1:at + size(self%tried)/size(outputs, 2), l), &
+                                    shape(self%tried(:, :, l)))
     end do
   end subroutine wing_evaluate
 
@@ -274,7 +275,8 @@ contains
       end do
       v = v + N_LOAD_NUISANCES
     end do
-    call self%evaluate(q, pack([self%gain, self%membrane], [self%gain, self%membrane] > 0), residuals, columns, is_valid)
+    call self%evaluate(q, pack([self%gain, self%membrane], [self%gain, self%membrane] > 0), residuals, columns, &
+                       is_valid)
     v = v + 1
     i = 0
     if (self%gain > 0) then

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The task of which a diagnosis of a wing consists: one load at one point, done by any rank. The result depends on the task
-!> and on what rank 0 has shared, never on what the rank has done before.
+!> The task of which a diagnosis of a wing consists: one load at one point, done by any rank. The result depends on
+!> the task and on what rank 0 has shared, never on what the rank has done before.
 module diagnosis_wing_task
   use base_errors, only: require
   use base_kinds, only: rp
@@ -102,9 +102,9 @@ contains
   end function task_input
 
   !> TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the quantities and the shape;
-  !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), patterns(b, 2 n); TASK_PIXELS facts and
-  !> the residuals of all pixels. b observations of the load; the status is NOT_SOLVED where there is no shape, or one in
-  !> an excluded zone.
+  !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), patterns(b, 2 n); TASK_PIXELS facts
+  !> and the residuals of all pixels. b observations of the load; the status is NOT_SOLVED where there is no shape, or
+  !> one in an excluded zone.
   subroutine runner_run_task(self, input, output, status)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: input(:)

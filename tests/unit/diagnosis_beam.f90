@@ -2,9 +2,9 @@
 !> A wing for tests of the diagnosis that shares nothing with the one of the solver: a beam that bends and twists, with
 !> closed sums for its deflection.
 !>
-!> w = F [ sum over s of c(s) (x - s)+ (a - s)+ ds + y b sum over s < min(x, a) of t(s) ds ] at (x, y) under the force F at
-!> (a, b): c and t are the compliances of bending and torsion along the span of length 1. Everything that can be wrong
-!> with it has a parameter; some cannot be told apart by construction.
+!> w = F [ sum over s of c(s) (x - s)+ (a - s)+ ds + y b sum over s < min(x, a) of t(s) ds ] at (x, y) under the force
+!> F at (a, b): c and t are the compliances of bending and torsion along the span of length 1. Everything that can be
+!> wrong with it has a parameter; some cannot be told apart by construction.
 module diagnosis_beam
   use base_kinds, only: i8, rp
   use base_random, only: fill_gaussians
@@ -195,7 +195,8 @@ contains
     call fill_gaussians(int(seed, i8), 2_i8, 0_i8, tilt)
     do k = 1, size(noise)
       l = self%labels%surface(k)
-      self%data(k) = self%data(k) + sigma*noise(k) + self%tilt_sd*(tilt(3*l - 2) + tilt(3*l - 1)*self%labels%place(1, k) &
+      self%data(k) = self%data(k) + sigma*noise(k) + &
+                     self%tilt_sd*(tilt(3*l - 2) + tilt(3*l - 1)*self%labels%place(1, k) &
                                                                    + tilt(3*l)*self%labels%place(2, k))
     end do
     self%hidden = 0

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The statistics of the diagnosis on a wing in closed form (diagnosis_beam): size, power, names, aliases, unknown causes.
+!> The statistics of the diagnosis on a wing in closed form (diagnosis_beam): size, power, names, aliases, unknown
+!> causes.
 !>
 !> Random numbers are fixed, so the counts are always the same; bounds are those that a correct program violates with a
 !> probability below 1e-3 for a random seed (binomial distribution), or the targets of docs/diagnosis.md.
@@ -252,10 +253,11 @@ contains
     call check(unknown >= 0.8_rp*BATCH, 'and if it is strong it is called unknown')
   end subroutine test_unknown
 
-  !> Estimates of one parameter within 1.645 standard errors in 90 % of 200 cases: fewer than 166 or more than 192 with a
-  !> probability below 1e-3.
+  !> Estimates of one parameter within 1.645 standard errors in 90 % of 200 cases: fewer than 166 or more than 192
+  !> with a probability below 1e-3.
   subroutine test_estimates()
-    real(rp) :: residuals(beam%n_observations), jacobian(beam%n_observations, 0), z(design%k), rest, q(size(q0)), value(1)
+    real(rp) :: residuals(beam%n_observations), jacobian(beam%n_observations, 0), z(design%k), rest
+    real(rp) :: q(size(q0)), value(1)
     integer :: c, s, inside
     logical :: is_valid
     inside = 0
@@ -290,7 +292,8 @@ contains
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(.not. failure%failed .and. d%decision%verdict == VERDICT_NAMED, 'a one-way joint gets a name')
     call check(d%decision%set(1) == E_ONE_WAY, 'which is its own')
-    call check(d%intervals(1)%lower < q(P_ONE_WAY) .and. q(P_ONE_WAY) < d%intervals(1)%upper, 'its interval holds the truth')
+    call check(d%intervals(1)%lower < q(P_ONE_WAY) .and. q(P_ONE_WAY) < d%intervals(1)%upper, &
+               'its interval holds the truth')
     call check(d%has_gain .and. d%gain > d%gain_error, 'it predicts locations that the fit did not see')
     ! Deflections to one side are too large: that is the plain question about the sign.
     call beam%evaluate(d%baseline%q, [integer ::], residuals, jacobian, is_valid)

@@ -1,0 +1,46 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Places all over a wing, at which causes without a place of their own are tried.
+module diagnosis_wing_lattice
+  use base_kinds, only: rp
+  use diagnosis_wing_task, only: wing_patterns_t
+  use measurement_experiment, only: experiment_t
+  use measurement_place, only: find_place
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: lattice, make_patterns
+
+  real(rp), parameter :: PATTERN_RADIUS = 0.16_rp !< of the wing's size
+
+contains
+
+  !> Places of unknown causes.
+  subroutine make_patterns(experiment, wing, patterns)
+    type(experiment_t), intent(in) :: experiment
+    type(wing_t), intent(in) :: wing
+    type(wing_patterns_t), intent(out) :: patterns
+    patterns%radius = PATTERN_RADIUS*experiment%model%size
+    call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%place)
+  end subroutine make_patterns
+
+  !> Points (2, n) [m] of a triangular lattice on the wing, their distance a share of its size.
+  subroutine lattice(wing, length, share, places)
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: length, share
+    real(rp), allocatable, intent(out) :: places(:, :)
+    real(rp) :: place(2), low(2), high(2), spacing
+    integer :: i, j
+    spacing = share*length
+    low = minval(wing%points(:2, :), 2)
+    high = maxval(wing%points(:2, :), 2)
+    allocate (places(2, 0))
+    do j = 0, int((high(2) - low(2))/(0.866_rp*spacing)) + 1
+      do i = 0, int((high(1) - low(1))/spacing) + 1
+        place = low + [(i + 0.5_rp*modulo(j, 2))*spacing, (j + 0.25_rp)*0.866_rp*spacing]
+        associate (found => find_place(wing%points, wing%triangles, length, place))
+          if (found%is_found) places = reshape([places, place], [2, size(places, 2) + 1])
+        end associate
+      end do
+    end do
+  end subroutine lattice
+end module diagnosis_wing_lattice
