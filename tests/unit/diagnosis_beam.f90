@@ -197,7 +197,7 @@ contains
       l = self%labels%surface(k)
       self%data(k) = self%data(k) + sigma*noise(k) + &
                      self%tilt_sd*(tilt(3*l - 2) + tilt(3*l - 1)*self%labels%place(1, k) &
-                                                                   + tilt(3*l)*self%labels%place(2, k))
+                                   + tilt(3*l)*self%labels%place(2, k))
     end do
     self%hidden = 0
     self%hidden_twist = 0

@@ -57,7 +57,7 @@ contains
   !> the two is the first.
   subroutine test_coarse_and_fine()
     real(rp), parameter :: HEIGHT = 0.04_rp, CORNERS(3, 3) = reshape([0.5_rp, 0.5_rp, 1.0_rp, 2.5_rp, 0.5_rp, 1.0_rp, &
-                                                                    1.5_rp, 3.5_rp, 1.0_rp], [3, 3])
+                                                                      1.5_rp, 3.5_rp, 1.0_rp], [3, 3])
     type(surface_t) :: pair(2)
     integer :: fine
     do fine = 1, 2
@@ -65,8 +65,8 @@ contains
       pair(fine)%points = pair(fine)%points + spread([1.45_rp, 1.5_rp, 1.0_rp + HEIGHT], 2, size(points, 2))
       call pair(3 - fine)%init(CORNERS, reshape([1, 2, 3], [3, 1]), 3)
       gap = smallest_gap(pair, 0.1_rp, BOX)
-      call kit%check_close('a fine wing over a coarse one, '//merge('the first ', 'the second', fine == 1), gap%distance, &
-                           HEIGHT, rtol=1.0e-12_rp)
+      call kit%check_close('a fine wing over a coarse one, '//merge('the first ', 'the second', fine == 1), &
+                           gap%distance, HEIGHT, rtol=1.0e-12_rp)
     end do
   end subroutine test_coarse_and_fine
 
