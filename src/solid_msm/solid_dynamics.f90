@@ -121,27 +121,33 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(out) :: report
     real(rp), intent(in), optional :: guess(:, :) !< (3, n_all) [m] of u at the end, instead of an extrapolated one
+    type(dynamic_options_t) :: now
     integer :: halvings, done
     real(rp) :: part
     logical :: converged
     call require(dt > 0, 'dynamics_t%step: the time step must be positive')
     call copy_state(state, self%saved)
+    now = options
     halvings = 0
     done = 0
     do
       part = dt/2**halvings
       if (present(guess) .and. halvings == 0) then
-        call substep(self, model, inertia, motion%at(self%saved%time + part), force, part, options, state, report, &
+        call substep(self, model, inertia, motion%at(self%saved%time + part), force, part, now, state, report, &
                      converged, guess)
       else
-        call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, options, state, &
+        call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, now, state, &
                      report, converged)
       end if
       if (converged) then
         done = done + 1
         report%substeps = report%substeps + 1
         if (done == 2**halvings) exit
+        now = options
+      else if (now%worth_reuse > 0) then
+        now%worth_reuse = 0
       else if (halvings < options%halvings) then
+        now = options
         halvings = halvings + 1
         done = 2*done
       else
@@ -166,7 +172,7 @@ contains
     logical, intent(out) :: converged
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
-    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r, last_size
+    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r, last_size, newton_sizes(2)
     integer :: iteration, n_newton
     logical :: is_spd
 
@@ -189,6 +195,7 @@ contains
     size_r = 0
     converged = .false.
     n_newton = 0
+    newton_sizes = 0
     do iteration = 0, 4*options%iterations
       self%v = q*(self%u - self%bu)
       self%rate = q*(self%v - self%bv)
@@ -206,12 +213,11 @@ contains
       converged = size_r <= max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
       if (converged .and. iteration > 0) exit
       converged = .false.
-      if (iteration >= 3) then
-        if (size_r > report%residuals(max(0, min(iteration, HISTORY) - 2))) exit
-      end if
       if (iteration == 0 .or. size_r > options%worth_reuse*last_size) then
         if (n_newton == options%iterations) exit
+        if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the factorisation before the last one
         n_newton = n_newton + 1
+        newton_sizes = [newton_sizes(2), size_r]
         call factorise(self, model, inertia, frame, q, .false., is_spd)
         report%factorisations = report%factorisations + 1
         if (.not. is_spd) then
