@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The command line of `flusi`.
 module app_command_line
+  use app_arguments, only: argument_text
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER, BUILD_FLAGS, BUILD_TYPE
   use base_errors, only: message_list_t
   implicit none
@@ -138,15 +139,6 @@ contains
     if (command%restart .and. all(command%action /= [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])) &
       call errors%add('--restart goes with a run')
   end subroutine check_files
-
-  function argument_text(i) result(text)
-    integer, intent(in) :: i
-    character(:), allocatable :: text
-    integer :: length
-    call get_command_argument(i, length=length)
-    allocate (character(length) :: text)
-    call get_command_argument(i, text)
-  end function argument_text
 
   !> Writes how the program is called.
   subroutine print_usage(unit)

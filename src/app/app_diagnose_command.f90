@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The command line of `msm_diagnose`.
 module app_diagnose_command
+  use app_arguments, only: argument_text
   use base_errors, only: message_list_t
   implicit none
   private
@@ -22,13 +23,10 @@ contains
     type(diagnose_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: argument
-    integer :: i, length
+    integer :: i
     command%ini = ''
     do i = 1, command_argument_count()
-      call get_command_argument(i, length=length)
-      if (allocated(argument)) deallocate (argument)
-      allocate (character(length) :: argument)
-      call get_command_argument(i, argument)
+      argument = argument_text(i)
       select case (argument)
       case ('--help', '-h')
         command%action = DIAGNOSE_HELP

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The command line of `msm_train`.
 module app_train_command
+  use app_arguments, only: argument_text
   use base_errors, only: message_list_t
   implicit none
   private
@@ -73,15 +74,6 @@ contains
       command%action = action
     end subroutine choose
   end subroutine parse_train_command
-
-  function argument_text(i) result(text)
-    integer, intent(in) :: i
-    character(:), allocatable :: text
-    integer :: length
-    call get_command_argument(i, length=length)
-    allocate (character(length) :: text)
-    call get_command_argument(i, text)
-  end function argument_text
 
   !> Writes how the program is called.
   subroutine print_train_usage(unit)
