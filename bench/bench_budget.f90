@@ -144,7 +144,7 @@ contains
       terms = evaluation%terms(experiment, l)
       costs = costs + [terms(1), sum(evaluation%violation)]
       if (.not. is_mean) cycle
-      is_start(l) = evaluation%is_solved .and. evaluation%snaps == 0
+      is_start(l) = evaluation%is_start
       if (is_start(l)) shapes(:, :, l) = u
     end do
   end subroutine solve

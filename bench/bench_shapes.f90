@@ -103,7 +103,7 @@ contains
     call model%set_params(other)
     call solve_static(work, model, load, .false., options, v, report)
     call model%set_params(params)
-    is_warm = report%converged .and. report%snaps == 0 ! the path behind a snap may not be the cold one
+    is_warm = report%is_start ! the path behind a snap may not be the cold one
     call cpu_time(t0)
     call solve_static(work, model, load, is_warm, options, v, report)
     call cpu_time(t1)

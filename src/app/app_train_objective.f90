@@ -73,7 +73,7 @@ contains
     call full_results(self%experiment, self%crew, coordinates, self%is_start, self%shapes, evaluations, shapes)
     if (self%crew%is_stopped) return
     do l = 1, size(evaluations)
-      self%is_start(l) = evaluations(l)%is_solved .and. evaluations(l)%snaps == 0
+      self%is_start(l) = evaluations(l)%is_start
       if (self%is_start(l)) self%shapes(:, :, l) = shapes(:, :, l)
       self%n_factorisations = self%n_factorisations + evaluations(l)%factorisations
     end do

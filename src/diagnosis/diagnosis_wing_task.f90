@@ -131,7 +131,7 @@ contains
       call evaluate(self%setup%experiment, self%work, setup_coordinates(self%setup, q), l, is_warm, self%u, evaluation)
       status = merge(0, NOT_SOLVED, evaluation%is_feasible())
       if (status /= 0) return
-      output(1) = merge(1, 0, evaluation%snaps == 0)
+      output(1) = merge(1, 0, evaluation%is_start)
       select case (nint(input(1)))
       case (TASK_EVALUATE)
         call give_evaluation(self, q, input(N_HEAD + nq + 1:) > 0.5_rp, l, evaluation%residuals, output(N_FACTS + 1:))

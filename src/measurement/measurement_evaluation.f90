@@ -15,14 +15,15 @@ module measurement_evaluation
   public :: evaluation_t, evaluation_work_t, evaluate, zone_violations
 
   integer, parameter, public :: VIOLATION_BACKWARD = 1, VIOLATION_FOLDED = 2
-  integer, parameter :: N_FACTS = 6
+  integer, parameter :: N_FACTS = 7
 
   !> What came out.
   type :: evaluation_t
     logical :: is_solved = .false.          !< the shape was found; otherwise all below is 0
     real(rp) :: violation(2) = 0            !< >= 0, of the wing's length: how far the shape is in the two zones
     integer :: factorisations = 0
-    integer :: snaps = 0                    !< a shape with snaps is no start for a warm one
+    integer :: snaps = 0
+    logical :: is_start = .false.           !< a start for warm solutions, see static_report_t
     logical :: was_redone_cold = .false.
     real(rp), allocatable :: residuals(:)   !< (n) [m] or [rad], computed minus measured
     real(rp), allocatable :: jacobian(:, :) !< (n, unknowns) their derivatives, or (0, 0)
@@ -78,7 +79,7 @@ contains
   end function evaluation_terms
 
   !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which
-  !> must be a shape under the same load reached without snaps, and always the result. `evaluation` was made by
+  !> must be a shape under the same load whose evaluation said `is_start`, and always the result. `evaluation` was made by
   !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing.
   subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation)
     type(experiment_t), intent(in) :: experiment
@@ -95,6 +96,7 @@ contains
     evaluation%is_solved = report%converged
     evaluation%factorisations = report%factorisations
     evaluation%snaps = report%snaps
+    evaluation%is_start = report%is_start
     evaluation%was_redone_cold = report%was_redone_cold
     evaluation%violation = 0
     evaluation%residuals = 0
@@ -140,7 +142,8 @@ contains
     integer :: n
     n = size(self%residuals)
     values(:N_FACTS) = [merge(1.0_rp, 0.0_rp, self%is_solved), self%violation, real(self%factorisations, rp), &
-                        real(self%snaps, rp), merge(1.0_rp, 0.0_rp, self%was_redone_cold)]
+                        real(self%snaps, rp), merge(1.0_rp, 0.0_rp, self%was_redone_cold), &
+                        merge(1.0_rp, 0.0_rp, self%is_start)]
     values(N_FACTS + 1:N_FACTS + n) = self%residuals
     values(N_FACTS + n + 1:) = reshape(self%jacobian, [size(self%jacobian)])
   end subroutine evaluation_to_reals
@@ -156,6 +159,7 @@ contains
     self%factorisations = nint(values(4))
     self%snaps = nint(values(5))
     self%was_redone_cold = values(6) > 0.5_rp
+    self%is_start = values(7) > 0.5_rp
     self%residuals(:) = values(N_FACTS + 1:N_FACTS + n)
     self%jacobian(:, :) = reshape(values(N_FACTS + n + 1:), shape(self%jacobian))
   end subroutine evaluation_from_reals

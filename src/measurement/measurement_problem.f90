@@ -102,7 +102,7 @@ contains
     integer :: l
     self%shapes = self%tried
     do l = 1, size(self%evaluations)
-      self%is_start(l) = self%evaluations(l)%is_solved .and. self%evaluations(l)%snaps == 0
+      self%is_start(l) = self%evaluations(l)%is_start
     end do
   end subroutine problem_accept
 

@@ -148,9 +148,11 @@ contains
       one%snaps = one%snaps + report%snaps
       one%stages = one%stages + report%stages
       one%was_redone_cold = one%was_redone_cold .or. report%was_redone_cold
+      one%is_start = one%is_start .and. report%is_start
       report = one
     end do
     report%converged = .false.
+    report%is_start = .false.
     report%reason = 'the clamp turns too far: root_flap or root_twist is too large for this load'
   end subroutine find_turn
 

@@ -40,6 +40,9 @@ module solid_statics
     integer :: stages = 0                 !< accepted steps of the path
     integer :: snaps = 0
     logical :: was_redone_cold = .false.
+    !> a start for warm solutions: converged without snaps, and no tangent that was not positive definite made the path
+    !> shorten its steps below the first one. Behind a fold, or close to one, another path may lead to another shape
+    logical :: is_start = .false.
   end type static_report_t
 
 contains
@@ -89,7 +92,7 @@ contains
     real(rp) :: t, dt, target, tolerance, moved, ahead(3), old_t, older_t, most_moved
     integer :: n_old ! points behind the last one that the extrapolation may use
     integer :: begin, n_used, rejections, rejections_unstable
-    logical :: accepted, was_unstable
+    logical :: accepted, was_unstable, met_fold
 
     begin = work%cholesky%n_factorisations
     most_moved = options%step_limit*model%size
@@ -103,6 +106,7 @@ contains
     n_old = 0
     rejections = 0
     rejections_unstable = 0
+    met_fold = .false.
     t = 0
     dt = merge(1.0_rp, COLD_STEP, is_warm)
     do while (t < 1)
@@ -114,7 +118,7 @@ contains
       if (n_old >= 1) ahead(1) = (target - t)/(t - old_t)
       if (n_old >= 2) ahead(2) = (target - t)*(target - old_t)/(t - older_t)
       if (n_old >= 2) ahead(2:3) = ahead(2)/[t - old_t, old_t - older_t]
-      call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, moved, &
+      call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, t > 0, moved, &
                    accepted, was_unstable, n_used)
       if (is_warm .and. options%redo_cold) then
         if (was_unstable .or. accepted .and. n_used > STRAIGHT .or. dt < COLD_STEP) then
@@ -142,6 +146,7 @@ contains
         rejections = rejections + 1
         if (was_unstable) rejections_unstable = rejections_unstable + 1
         dt = SHRINK*dt
+        met_fold = met_fold .or. was_unstable .and. dt < COLD_STEP
         if (rejections_unstable >= 2 .or. rejections >= 4 .or. dt < SMALLEST) then
           target = min(1.0_rp, t + dt)
           work%stage = target
@@ -169,6 +174,7 @@ contains
       end if
     end do
     call conclude(work, model, load, options, u, report)
+    report%is_start = report%converged .and. report%snaps == 0 .and. .not. met_fold
   end subroutine follow_path
 
   !> Residual that the rounding of the displacements leaves, relative to the load.
@@ -181,7 +187,7 @@ contains
 
   !> Newton iteration at the stage of `work`, from the path's last point u, extrapolated by `ahead`
   !> steps from the point before. If accepted, work%trial and work%axial are the new point.
-  subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, moved, accepted, &
+  subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, has_left, moved, accepted, &
                      was_unstable, n_used)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -189,6 +195,7 @@ contains
     real(rp), intent(in) :: ahead(3), tolerance, most_moved
     integer, intent(in) :: limit
     real(rp), intent(in) :: u(:, :)
+    logical, intent(in) :: has_left !< u is no longer the start of the path
     real(rp), intent(out) :: moved !< [m] largest movement from the last point
     logical, intent(out) :: accepted, was_unstable
     integer, intent(out) :: n_used !< factorisations, and one more if the last had to serve several steps
@@ -207,7 +214,11 @@ contains
     work%trial = u + (ahead(1) + ahead(2))*(u - work%old) - ahead(3)*(work%old - work%older)
     work%axial = work%here_axial + (ahead(1) + ahead(2))*(work%here_axial - work%old_axial) - &
                  ahead(3)*(work%old_axial - work%older_axial)
-    call work%residual(model, load, work%trial, work%g)
+    if (has_left .or. work%is_growing .or. work%stage < 1) then
+      call work%residual(model, load, work%trial, work%g)
+    else
+      work%g = work%start_residual
+    end if
     size_g = norm2(work%g)
     do iteration = 1, limit
       call work%factorise(model, load, work%trial, .false., SHIFT*model%params%k_vein, is_spd)
@@ -287,8 +298,9 @@ contains
   end subroutine reuse_factors
 
   !> Tests the end of the path for stability with the exact tangent, whose factorisation stays, and
-  !> spends up to three more steps on it. Rounding u to its last bit alone changes the residual by k_e times
-  !> that bit, up to 1e-8 of a small load; so the last two corrections are kept apart from u.
+  !> spends up to three more steps on it, the first with the residual at u that `work` holds. Rounding u to its last
+  !> bit alone changes the residual by k_e times that bit, up to 1e-8 of a small load; so what the first correction
+  !> loses and all of the last two are kept apart from u.
   subroutine conclude(work, model, load, options, u, report)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -301,7 +313,6 @@ contains
     logical :: is_spd
     if (allocated(report%reason)) return
     call work%law_axial(model, u)
-    call work%residual(model, load, u, work%g)
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
     if (.not. is_spd) then
       report%reason = 'the path ends in an unstable equilibrium'
@@ -309,8 +320,9 @@ contains
     end if
     report%reciprocal_condition = work%cholesky%reciprocal_condition()
     call work%newton_step(model, work%g)
+    work%trial = u
     u = u + work%du
-    work%trial = 0
+    work%trial = (work%trial - u) + work%du ! what the sum lost
     do refinement = 0, 2
       call work%residual(model, load, u, work%g, low=work%trial)
       size_g = norm2(work%g)
