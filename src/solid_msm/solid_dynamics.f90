@@ -11,9 +11,11 @@ module solid_dynamics
   use base_errors, only: require
   use base_kinds, only: rp
   use base_text, only: number_text
+  use solid_dynamic_state, only: copy_state, dynamic_state_t
   use solid_equilibrium, only: equilibrium_t
   use solid_extension, only: extension_axial
-  use solid_inertia, only: inertia_t, add_inertia_forces, add_inertia_tangent, apply_gyroscopic
+  use solid_inertia, only: inertia_t, add_inertia_forces, add_inertia_tangent, apply_gyroscopic, gyroscopic_turn
+  use solid_krylov, only: krylov_t
   use solid_model, only: solid_model_t
   use solid_motion, only: frame_t, motion_t
   use solid_tangent, only: assemble_tangent
@@ -21,26 +23,17 @@ module solid_dynamics
   private
   public :: copy_state, dynamic_state_t, dynamic_options_t, step_report_t, dynamics_t
 
-  !> What a restart needs. All arrays are (3, n_all).
-  type :: dynamic_state_t
-    real(rp) :: time = 0                                    !< [s]
-    real(rp) :: old_step = 0                                !< [s] size of the last step; 0: none yet
-    real(rp), dimension(:, :), allocatable :: u, v          !< [m], [m/s] now, in the wing frame
-    real(rp), dimension(:, :), allocatable :: old_u, old_v  !< one step before
-    real(rp), dimension(:, :), allocatable :: g, old_g      !< [N] elastic forces of both times
-    real(rp), dimension(:, :), allocatable :: a             !< [m/s^2] rate of v in the wing frame, of order 2
-  contains
-    procedure :: init => state_init
-  end type dynamic_state_t
-
   !> Choices of the algorithm.
   type :: dynamic_options_t
     real(rp) :: tolerance = 1.0e-8_rp !< of the residual, relative to the largest force in the balance
     integer :: iterations = 10
     integer :: halvings = 8           !< a failed step is retried with halved steps, this often
-    !> A factorisation serves further iterations, which are not counted, after one that has reduced the residual to this
-    !> fraction and while they do; 0: Newton's method proper.
-    real(rp) :: worth_reuse = 0.1_rp
+    !> A factorisation serves further iterations, which are not counted, if at the rate of the last one this many suffice,
+    !> about what a factorisation costs; 0: Newton's method proper.
+    real(rp) :: worth_reuse = 7
+    !> So many in a step; then tangents are inverted by iterations with the last factors. More only if these fail, and
+    !> in a step that is halved.
+    integer :: factorisations = 3
   end type dynamic_options_t
 
   integer, parameter :: HISTORY = 16
@@ -60,8 +53,9 @@ module solid_dynamics
   type :: dynamics_t
     private
     type(equilibrium_t) :: solver
+    type(krylov_t) :: krylov
     type(dynamic_state_t) :: saved
-    real(rp), dimension(:, :), allocatable :: bu, bv, bg, u, v, rate, r, x, old_x, old_r
+    real(rp), dimension(:, :), allocatable :: bu, bv, bg, u, v, rate, r, x, old_x, old_r, turns, free_x
   contains
     procedure :: init => dynamics_init
     procedure :: free => dynamics_free
@@ -69,24 +63,6 @@ module solid_dynamics
   end type dynamics_t
 
 contains
-
-  !> A wing at time `time`, at rest in its frame in the unloaded shape, or at u and v if given.
-  subroutine state_init(self, model, time, u, v)
-    class(dynamic_state_t), intent(out) :: self
-    type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: time
-    real(rp), intent(in), optional :: u(:, :), v(:, :)
-    integer :: n
-    n = model%n_all
-    self%time = time
-    allocate (self%u(3, n), self%v(3, n), self%g(3, n), source=0.0_rp)
-    if (present(u)) self%u(:, :) = u
-    if (present(v)) self%v(:, :) = v
-    call model%zero_clamped(self%u)
-    call model%zero_clamped(self%v)
-    call model%gradient(self%u, self%g)
-    allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), self%a(3, n), source=0.0_rp)
-  end subroutine state_init
 
   !> Work space and symbolic analysis for this model.
   subroutine dynamics_init(self, model)
@@ -96,17 +72,20 @@ contains
     n = model%n_all
     call self%free()
     call self%solver%init(model)
+    call self%krylov%init(model%n_free)
     call self%saved%init(model, 0.0_rp)
     allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%u(3, n), self%v(3, n), self%rate(3, n), &
-              self%r(3, n), self%x(3, n), self%old_x(3, n), self%old_r(3, n), source=0.0_rp)
+              self%r(3, n), self%x(3, n), self%old_x(3, n), self%old_r(3, n), self%turns(3, model%n_free), &
+              self%free_x(3, model%n_free), source=0.0_rp)
   end subroutine dynamics_init
 
   !> Releases everything.
   subroutine dynamics_free(self)
     class(dynamics_t), intent(inout) :: self
     call self%solver%free()
+    call self%krylov%free()
     if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%u, self%v, self%rate, self%r, &
-                                        self%x, self%old_x, self%old_r)
+                                        self%x, self%old_x, self%old_r, self%turns, self%free_x)
   end subroutine dynamics_free
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
@@ -144,10 +123,12 @@ contains
         report%substeps = report%substeps + 1
         if (done == 2**halvings) exit
         now = options
+        now%factorisations = merge(huge(1), options%factorisations, halvings > 0)
       else if (now%worth_reuse > 0) then
         now%worth_reuse = 0
       else if (halvings < options%halvings) then
         now = options
+        now%factorisations = huge(1)
         halvings = halvings + 1
         done = 2*done
       else
@@ -172,9 +153,10 @@ contains
     logical, intent(out) :: converged
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
-    real(rp) :: r, c1, c2, q, scale, floor, noise, size_r, last_size, newton_sizes(2)
-    integer :: iteration, n_newton
-    logical :: is_spd
+    real(rp) :: r, c1, c2, q, scale, floor, noise, small, size_r, last_size, newton_sizes(2)
+    real(rp), parameter :: FAR = 0.5_rp ! of the first residual: the tangent may be indefinite, which would take two
+    integer :: iteration, n_newton, left
+    logical :: is_spd, is_solved
 
     r = 0
     if (state%old_step > 0) r = h/state%old_step
@@ -210,23 +192,26 @@ contains
       scale = max(scale, q*momentum_norm(inertia, self%bv))
       report%residuals(min(iteration, HISTORY)) = size_r
       if (.not. size_r <= huge(size_r)) exit
-      converged = size_r <= max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
+      small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
+      converged = size_r <= small
       if (converged .and. iteration > 0) exit
       converged = .false.
-      if (iteration == 0 .or. size_r > options%worth_reuse*last_size) then
-        if (n_newton == options%iterations) exit
-        if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the factorisation before the last one
+      is_solved = .false.
+      if (needs_new_tangent(options, iteration, size_r, last_size, small)) then
+        left = options%factorisations - report%factorisations
+        if (n_newton == merge(options%iterations, 2*options%iterations, left > 0)) exit ! inexact steps need more
+        if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
-        call factorise(self, model, inertia, frame, q, .false., is_spd)
-        report%factorisations = report%factorisations + 1
-        if (.not. is_spd) then
-          call factorise(self, model, inertia, frame, q, .true., is_spd)
-          report%factorisations = report%factorisations + 1
+        call assemble(self, model, inertia, frame, q, .false.)
+        if (left < 1 .or. left == 1 .and. size_r > FAR*report%residuals(0)) &
+          call iterate(self, model, inertia, frame, q, is_solved)
+        if (.not. is_solved) then
+          call factorise(self, model, inertia, frame, q, report%factorisations, is_spd)
+          if (.not. is_spd) exit
         end if
-        if (.not. is_spd) exit
       end if
-      call solve(self, model, inertia, frame, q)
+      if (.not. is_solved) call solve(self, model, inertia, frame, q)
       call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%axial, self%x)
       self%u = self%u + self%x
       report%iterations = report%iterations + 1
@@ -269,15 +254,30 @@ contains
     norm = sqrt(norm)
   end function momentum_norm
 
-  !> The symmetric part of the Jacobian, or a positive definite neighbour of it.
-  subroutine factorise(self, model, inertia, frame, q, semidefinite, is_spd)
+  !> Whether the factors at hand are no good for the next iteration. The first two after a factorisation at the
+  !> extrapolated shape take back what its springs were stretched by, for which they are good enough; later ones
+  !> should converge in fewer iterations than a factorisation costs.
+  pure logical function needs_new_tangent(options, iteration, size_r, last_size, small) result(is_needed)
+    type(dynamic_options_t), intent(in) :: options
+    integer, intent(in) :: iteration
+    real(rp), intent(in) :: size_r, last_size, small !< [N] residuals, now, before, and of the end
+    integer, parameter :: STRETCHED = 3
+    real(rp), parameter :: GROWTH = 2
+    is_needed = .true.
+    if (iteration == 0 .or. .not. options%worth_reuse > 0) return
+    if (iteration < STRETCHED) is_needed = size_r > GROWTH*last_size
+    if (is_needed .and. size_r < last_size) &
+      is_needed = log(size_r/small) > options%worth_reuse*log(last_size/size_r)
+  end function needs_new_tangent
+
+  !> The symmetric part of the Jacobian, or its elements' positive semidefinite parts.
+  subroutine assemble(self, model, inertia, frame, q, semidefinite)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     type(frame_t), intent(in) :: frame
     real(rp), intent(in) :: q
     logical, intent(in) :: semidefinite
-    logical, intent(out) :: is_spd
     type(frame_t) :: at_rest
     call assemble_tangent(model, self%u, self%solver%axial, semidefinite, self%solver%blocks)
     if (inertia%rayleigh_stiffness > 0) &
@@ -287,9 +287,50 @@ contains
     else
       call add_inertia_tangent(inertia, model, frame, q, self%solver%blocks)
     end if
-    call model%pattern%pack(self%solver%blocks, self%solver%values)
-    call self%solver%cholesky%factorise(self%solver%values, is_spd)
+  end subroutine assemble
+
+  !> Factorises what was assembled, or a positive definite neighbour of it, and counts.
+  subroutine factorise(self, model, inertia, frame, q, n_factorisations, is_spd)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q
+    integer, intent(inout) :: n_factorisations
+    logical, intent(out) :: is_spd
+    integer :: attempt
+    do attempt = 1, 2
+      if (attempt == 2) call assemble(self, model, inertia, frame, q, .true.)
+      call model%pattern%pack(self%solver%blocks, self%solver%values)
+      call self%solver%cholesky%factorise(self%solver%values, is_spd)
+      n_factorisations = n_factorisations + 1
+      if (is_spd) return
+    end do
   end subroutine factorise
+
+  !> x = -(S + N)^-1 r with the assembled S and the skew N, by the factors of an older S, if that succeeds.
+  subroutine iterate(self, model, inertia, frame, q, is_solved)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q
+    logical, intent(out) :: is_solved
+    real(rp), parameter :: ENOUGH = 1.0e-3_rp, USEFUL = 0.3_rp ! Newton's method mends the rest
+    real(rp) :: left
+    integer :: i
+    do i = 1, model%n_free
+      self%turns(:, i) = gyroscopic_turn(inertia, frame, q, model%movable(i))
+      self%solver%right_hand_side(:, i) = -self%r(:, model%movable(i))
+    end do
+    call self%krylov%solve(model%pattern, self%solver%blocks, self%turns, self%solver%cholesky, &
+                           self%solver%right_hand_side, ENOUGH, self%free_x, left)
+    is_solved = left <= USEFUL
+    if (.not. is_solved) return
+    do i = 1, model%n_free
+      self%x(:, model%movable(i)) = self%free_x(:, i)
+    end do
+  end subroutine iterate
 
   !> x = -(S + N)^-1 r with the factorised S and the skew N.
   subroutine solve(self, model, inertia, frame, q)
@@ -327,19 +368,4 @@ contains
       self%r = self%v
     end do
   end subroutine solve
-
-  !> Copies a state to one of the same wing; allocates nothing.
-  subroutine copy_state(from, to)
-    type(dynamic_state_t), intent(in) :: from
-    type(dynamic_state_t), intent(inout) :: to
-    to%time = from%time
-    to%old_step = from%old_step
-    to%u = from%u
-    to%v = from%v
-    to%old_u = from%old_u
-    to%old_v = from%old_v
-    to%g = from%g
-    to%old_g = from%old_g
-    to%a = from%a
-  end subroutine copy_state
 end module solid_dynamics

@@ -8,7 +8,8 @@ module solid_inertia
   use solid_vectors, only: cross, outer, IDENTITY
   implicit none
   private
-  public :: inertia_t, momenta_t, add_inertia_forces, add_inertia_tangent, apply_gyroscopic, measure_motion
+  public :: inertia_t, momenta_t, add_inertia_forces, add_inertia_tangent, apply_gyroscopic, gyroscopic_turn, &
+            measure_motion
 
   !> Masses and damping. The damping acts on the motion within the wing frame.
   type :: inertia_t
@@ -88,14 +89,22 @@ contains
     type(frame_t), intent(in) :: frame
     real(rp), intent(in) :: rate_of, x(:, :)
     real(rp), intent(inout) :: y(:, :)
-    real(rp) :: turn(3)
     integer :: i, p
-    turn = 2*rate_of*frame%omega + frame%alpha
     do i = 1, model%n_free
       p = model%movable(i)
-      y(:, p) = self%mass(p)*cross(turn, x(:, p))
+      y(:, p) = cross(gyroscopic_turn(self, frame, rate_of, p), x(:, p))
     end do
   end subroutine apply_gyroscopic
+
+  !> The vector t of point p with which the skew part of the Jacobian is x -> t x x [kg/s^2].
+  pure function gyroscopic_turn(self, frame, rate_of, p) result(turn)
+    type(inertia_t), intent(in) :: self
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: rate_of
+    integer, intent(in) :: p
+    real(rp) :: turn(3)
+    turn = self%mass(p)*(2*rate_of*frame%omega + frame%alpha)
+  end function gyroscopic_turn
 
   !> Energy and momentum at displacements u and velocities v in the frame.
   function measure_motion(self, model, frame, u, v) result(m)

@@ -1,0 +1,56 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What is known of a moving wing at one time.
+module solid_dynamic_state
+  use base_kinds, only: rp
+  use solid_model, only: solid_model_t
+  implicit none
+  private
+  public :: copy_state, dynamic_state_t
+
+  !> What a restart needs. All arrays are (3, n_all).
+  type :: dynamic_state_t
+    real(rp) :: time = 0                                    !< [s]
+    real(rp) :: old_step = 0                                !< [s] size of the last step; 0: none yet
+    real(rp), dimension(:, :), allocatable :: u, v          !< [m], [m/s] now, in the wing frame
+    real(rp), dimension(:, :), allocatable :: old_u, old_v  !< one step before
+    real(rp), dimension(:, :), allocatable :: g, old_g      !< [N] elastic forces of both times
+    real(rp), dimension(:, :), allocatable :: a             !< [m/s^2] rate of v in the wing frame, of order 2
+  contains
+    procedure :: init => state_init
+  end type dynamic_state_t
+
+contains
+
+  !> A wing at time `time`, at rest in its frame in the unloaded shape, or at u and v if given.
+  subroutine state_init(self, model, time, u, v)
+    class(dynamic_state_t), intent(out) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: time
+    real(rp), intent(in), optional :: u(:, :), v(:, :)
+    integer :: n
+    n = model%n_all
+    self%time = time
+    allocate (self%u(3, n), self%v(3, n), self%g(3, n), source=0.0_rp)
+    if (present(u)) self%u(:, :) = u
+    if (present(v)) self%v(:, :) = v
+    call model%zero_clamped(self%u)
+    call model%zero_clamped(self%v)
+    call model%gradient(self%u, self%g)
+    allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), self%a(3, n), source=0.0_rp)
+  end subroutine state_init
+
+  !> Copies a state to one of the same wing; allocates nothing.
+  subroutine copy_state(from, to)
+    type(dynamic_state_t), intent(in) :: from
+    type(dynamic_state_t), intent(inout) :: to
+    to%time = from%time
+    to%old_step = from%old_step
+    to%u = from%u
+    to%v = from%v
+    to%old_u = from%old_u
+    to%old_v = from%old_v
+    to%g = from%g
+    to%old_g = from%old_g
+    to%a = from%a
+  end subroutine copy_state
+end module solid_dynamic_state
