@@ -7,7 +7,7 @@ module diagnosis_wing_catalogue
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_named, millimetres, percent
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: needs_holds, needs_levels, needs_mass, needs_membrane, needs_sides, &
-                                  needs_small_deflections
+                                  needs_small_deflections, needs_springs_both_ways
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: CREEP, DRIFT, DRIFT_RATE, FORCE_GAIN, FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, &
@@ -76,6 +76,15 @@ contains
     call enter_named(c, e, numbers, 'orthotropy', 'membrane that is stiffer in one direction', &
                      [character(20) :: 'orthotropy'], .true., &
                      'The membrane stretches less easily along the span than across it, or the other way round.', '')
+    call enter_named(c, e, numbers, 'pretension', 'stretched membrane', [character(20) :: 'pretension'], .true., &
+                     'The membrane is stretched between the veins already when nothing pushes, like a drumskin.', &
+                     needs_springs_both_ways(e))
+    call enter_named(c, e, numbers, 'camber', 'a wing that is not flat', &
+                     [character(20) :: 'camber_span', 'camber_chord', 'camber_twist'], .true., &
+                     'The wing is curved or twisted when nothing pushes, and stiffer or softer for that.', &
+                     needs_membrane(e))
+    call enter_named(c, e, numbers, 'vein_torsion', 'veins that resist torsion', [character(20) :: 'torsion'], .true., &
+                     'Veins resist being twisted about themselves, not only being bent.', needs_membrane(e))
     call enter_named(c, e, numbers, 'joint_hardening', 'joints that harden', &
                      [character(20) :: 'joint_hardening'], .true., &
                      'Joints of veins get stiffer, or give way, the more they are bent.', levels)

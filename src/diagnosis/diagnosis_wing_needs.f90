@@ -6,7 +6,8 @@ module diagnosis_wing_needs
   use measurement_instrument, only: NONLINEARITY
   implicit none
   private
-  public :: needs_holds, needs_levels, needs_membrane, needs_mass, needs_sides, needs_small_deflections
+  public :: needs_holds, needs_levels, needs_membrane, needs_mass, needs_sides, needs_small_deflections, &
+            needs_springs_both_ways
 
   real(rp), parameter :: SAME_PLACE = 0.02_rp !< of the wing's size
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
@@ -63,6 +64,14 @@ contains
     missing = ''
     if (size(e%model%triangles) == 0) missing = 'needs a wing with a membrane'
   end function needs_membrane
+
+  !> Pretension: a membrane that does not go slack by itself.
+  function needs_springs_both_ways(e) result(missing)
+    type(experiment_t), intent(in) :: e
+    character(:), allocatable :: missing
+    missing = needs_membrane(e)
+    if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
+  end function needs_springs_both_ways
 
   !> Weight: the mass of the wing.
   function needs_mass(e) result(missing)
