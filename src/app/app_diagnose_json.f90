@@ -207,7 +207,7 @@ contains
           call json%put('local_p', exp(max(-700.0_rp, d%statistics%log_p(c))))
           call json%put('p', exp(max(-700.0_rp, d%calibration%log_p_effect(e, d%statistics%effect(e)))))
           call json%put('retained', one%retained)
-          call json%put('estimate', matmul(one%solve, matmul(d%z, one%basis)))
+          call json%put('estimate', -matmul(one%solve, matmul(d%z, one%basis))) ! z is computed less observed
           call json%put('standard_error', [(norm2(one%solve(i, :)), i=1, size(one%columns))])
           call json%put('log_evidence', d%hypotheses%effect(e))
           call json%put('posterior', d%decision%posterior(e))
