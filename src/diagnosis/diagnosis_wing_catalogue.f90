@@ -73,6 +73,10 @@ contains
                      'hollow or flattened veins.', '')
     call enter_named(c, e, numbers, 'membrane_bending', 'stiffer or softer membrane', [character(20) :: 'D'], .true., &
                      'The membrane resists bending more or less than was assumed.', '')
+    call enter_named(c, e, numbers, 'elasticity', 'stiffness of membrane and springs', &
+                     [character(20) :: 'D', 'k_vein', 'k_membrane', 'k_cross'], .true., &
+                     'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was '// &
+                     'assumed, as if all forces had another size.', '')
     call enter_named(c, e, numbers, 'orthotropy', 'membrane that is stiffer in one direction', &
                      [character(20) :: 'orthotropy'], .true., &
                      'The membrane stretches less easily along the span than across it, or the other way round.', '')
