@@ -84,6 +84,7 @@ contains
         select case (one%kind)
         case (KIND_PARAMETER)
           numbers = [numbers, one%number]
+          if (one%number == params%find('torsion')) params%effects%has_torsion = .true.
         case (KIND_SOFT)
           params%effects%soft_vein = trim(params%vein_names(one%vein))
           params%effects%soft_share = one%share

@@ -7,7 +7,7 @@
 module measurement_simulation
   use base_errors, only: require
   use base_kinds, only: rp
-  use measurement_experiment, only: experiment_t
+  use measurement_experiment, only: experiment_t, is_camber
   use measurement_forces, only: add_weight, applied_t, apply_load, force_derivative, magnitude_derivative, &
                                 position_derivative, stiffness_factor, stiffness_slopes
   use measurement_instrument, only: missing_for, GRAVITY_X, GRAVITY_Z, NONLINEARITY, PISTON, TILT_X, &
@@ -86,6 +86,7 @@ contains
     type(static_report_t) :: rest_report
     type(solid_params_t) :: params
     real(rp) :: factor(2)
+    logical :: starts_curved
     params = experiment%params(coordinates)
     self%params = params
     call self%view%set(experiment%instrument_at(coordinates))
@@ -111,7 +112,9 @@ contains
     params%bending_factor = factor(1)
     params%young = params%young*factor(2)
     call self%loaded%model%set_params(params)
-    call self%loaded%solve(self%force, is_warm, experiment%options, u, report)
+    starts_curved = .not. is_warm .and. any(abs(params%effects%camber) > 0)
+    if (starts_curved) u = self%rest_u
+    call self%loaded%solve(self%force, is_warm .or. starts_curved, experiment%options, u, report)
     if (.not. experiment%bends_rest) return
     report%factorisations = report%factorisations + rest_report%factorisations
     report%snaps = report%snaps + rest_report%snaps
@@ -121,7 +124,7 @@ contains
     report%reason = 'under its weight alone: '//rest_report%reason
   end subroutine simulation_solve
 
-  !> The tolerance for the wing under its small weight, relative to which rounding weighs more: as sharp as that of the
+  !> The tolerance for the wing under its small weight, if it has any, relative to which rounding weighs more: as sharp as that of the
   !> load, in newtons.
   pure function options_for(options, load, weight) result(changed)
     type(static_options_t), intent(in) :: options
@@ -129,7 +132,7 @@ contains
     type(static_options_t) :: changed
     real(rp), parameter :: COARSEST = 1.0e-3_rp
     changed = options
-    if (.not. norm2(weight) < norm2(load)) return
+    if (.not. norm2(weight) > 0 .or. .not. norm2(weight) < norm2(load)) return
     changed%tolerance = COARSEST
     if (norm2(weight)*COARSEST > options%tolerance*norm2(load)) &
       changed%tolerance = options%tolerance*norm2(load)/norm2(weight)
@@ -200,7 +203,12 @@ contains
     real(rp), intent(out) :: column(:)
     call self%loaded%parameter_motion(number, self%motion)
     call self%view%see(experiment, l, self%motion, column)
-    if (.not. experiment%bends_rest) return
+    if (.not. experiment%bends_rest .and. is_camber(self%params, number)) then
+      call find_rest(self, experiment)
+      if (.not. experiment%moves_rest) call self%view%look_at_rest(experiment, l)
+    else if (.not. experiment%bends_rest) then
+      return
+    end if
     call self%rest%parameter_motion(number, self%motion)
     call self%view%see_rest(experiment, l, self%motion, column)
   end subroutine simulation_parameter_tangent
@@ -258,6 +266,7 @@ contains
     logical :: is_weight
     is_weight = number >= GRAVITY_X .and. number <= GRAVITY_Z
     call require(missing_for(number, experiment%measurement) == '', 'measurement_simulation: data are missing')
+    if (is_weight) call require(size(experiment%masses) > 0, 'measurement_simulation: weight needs masses')
     if (is_weight .and. .not. experiment%bends_rest) call find_rest(self, experiment)
     if (number == NONLINEARITY) then
       call find_nonlinearity(self, experiment, l, column)
@@ -342,7 +351,6 @@ contains
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     type(static_report_t) :: report
-    call require(size(experiment%masses) > 0, 'measurement_simulation: weight needs masses')
     if (.not. allocated(self%rest%moved)) call self%rest%init(experiment%model)
     call self%rest%model%set_params(self%params)
     self%rest_u = 0

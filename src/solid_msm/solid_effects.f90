@@ -11,6 +11,9 @@
 !> | `hardening:<joint>` | what is added to h for one joint | 1/rad^2 | 0 |
 !> | `one_way:<joint>` | factor on the stiffness of one joint when it bends up, toward the normal | 1 | 1 |
 !> | `cuticle` | c: moment of all other hinges EI kappa (1 + c kappa^2) | m^2 | 0 |
+!> | `pretension` | tension of the membrane in the unloaded wing | N/m | 0 |
+!> | `camber_span`, `_chord`, `_twist` | curvature of the membrane that is free of stress: xx, yy, xy | 1/m | 0 |
+!> | `torsion` | GJ/EI of veins and joints, through the turning of the membrane's normal along them | 1 | 0 |
 !> | `root_flap`, `root_twist` | the clamp turns about y and about x by this times the moment | rad/(N m) | 0 |
 !>
 !> The laws are in the modules solid_effect_* and, of the clamp, in solid_bent_wing; where they act is given beside them
@@ -23,8 +26,10 @@ module solid_effects
   public :: effects_t, describe_effect
 
   integer, parameter, public :: EFFECT_GRADIENT = 1, EFFECT_DAMAGE = 2, EFFECT_SOFT = 3, EFFECT_ORTHOTROPY = 4, &
-                                EFFECT_HARDENING = 5, EFFECT_CUTICLE = 6, EFFECT_ROOT_FLAP = 7, EFFECT_ROOT_TWIST = 8
-  integer, parameter, public :: N_EFFECTS = 8 !< of the whole wing; the hardening of single joints follows
+                                EFFECT_HARDENING = 5, EFFECT_CUTICLE = 6, EFFECT_ROOT_FLAP = 7, EFFECT_ROOT_TWIST = 8, &
+                                EFFECT_PRETENSION = 9, EFFECT_CAMBER = 9, & !< EFFECT_CAMBER + 1 to 3: xx, yy, xy
+                                EFFECT_TORSION = 13
+  integer, parameter, public :: N_EFFECTS = 13 !< of the whole wing; the hardening of single joints follows
 
   !> Values of the effects, and where they act.
   type :: effects_t
@@ -39,6 +44,10 @@ module solid_effects
     real(rp) :: cuticle = 0                   !< [m^2]
     real(rp) :: root_flap = 0                 !< [rad/(N m)]
     real(rp) :: root_twist = 0                !< [rad/(N m)]
+    real(rp) :: pretension = 0                !< [N/m]
+    real(rp) :: camber(3) = 0                 !< [1/m] xx, yy, xy
+    real(rp) :: torsion = 0
+    logical :: has_torsion = .false.          !< the tangent has room for it: needed by `torsion`
     real(rp), allocatable :: joint_hardening(:) !< (joints) [1/rad^2] beside `hardening`
     logical :: has_sides = .false.              !< joints can tell up from down: needed by `one_way`
     real(rp), allocatable :: one_way(:)         !< (joints)
@@ -72,16 +81,26 @@ contains
     case (EFFECT_ORTHOTROPY)
       call define_effect(p, 'orthotropy', '1', .false., -0.9_rp, 0.9_rp, 0.5_rp)
     case (EFFECT_HARDENING)
-      call define_effect(p, 'joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e3_rp, 10.0_rp)
+      call define_effect(p, 'joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e5_rp, 10.0_rp)
     case (EFFECT_CUTICLE)
       call define_effect(p, 'cuticle', 'm^2', .false., -1.0e-5_rp, 1.0e-3_rp, 1.0e-5_rp)
     case (EFFECT_ROOT_FLAP)
       call define_effect(p, 'root_flap', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
     case (EFFECT_ROOT_TWIST)
       call define_effect(p, 'root_twist', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
+    case (EFFECT_PRETENSION)
+      call define_effect(p, 'pretension', 'N/m', .false., 0.0_rp, 10.0_rp, 0.1_rp)
+    case (EFFECT_CAMBER + 1)
+      call define_effect(p, 'camber_span', '1/m', .false., -20.0_rp, 20.0_rp, 3.0_rp)
+    case (EFFECT_CAMBER + 2)
+      call define_effect(p, 'camber_chord', '1/m', .false., -300.0_rp, 300.0_rp, 30.0_rp)
+    case (EFFECT_CAMBER + 3)
+      call define_effect(p, 'camber_twist', '1/m', .false., -60.0_rp, 60.0_rp, 10.0_rp)
+    case (EFFECT_TORSION)
+      call define_effect(p, 'torsion', '1', .false., 0.0_rp, 10.0_rp, 1.0_rp)
     case (N_EFFECTS + 1:)
       if (i <= N_EFFECTS + size(joint_names)) then
-        call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e3_rp, &
+        call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e5_rp, &
                            10.0_rp)
       else
         call define_effect(p, 'one_way:'//trim(joint_names(i - N_EFFECTS - size(joint_names))), '1', .true., 0.1_rp, &
@@ -111,6 +130,12 @@ contains
       value = self%root_flap
     case (EFFECT_ROOT_TWIST)
       value = self%root_twist
+    case (EFFECT_PRETENSION)
+      value = self%pretension
+    case (EFFECT_CAMBER + 1:EFFECT_CAMBER + 3)
+      value = self%camber(i - EFFECT_CAMBER)
+    case (EFFECT_TORSION)
+      value = self%torsion
     case default
       if (i <= N_EFFECTS + size(self%one_way)) then
         value = self%joint_hardening(i - N_EFFECTS)
@@ -142,6 +167,12 @@ contains
       self%root_flap = value
     case (EFFECT_ROOT_TWIST)
       self%root_twist = value
+    case (EFFECT_PRETENSION)
+      self%pretension = value
+    case (EFFECT_CAMBER + 1:EFFECT_CAMBER + 3)
+      self%camber(i - EFFECT_CAMBER) = value
+    case (EFFECT_TORSION)
+      self%torsion = value
     case default
       if (i <= N_EFFECTS + size(self%one_way)) then
         self%joint_hardening(i - N_EFFECTS) = value

@@ -5,6 +5,7 @@ module solid_elements
   use base_kinds, only: rp
   use base_text, only: number_text
   use solid_edges, only: edges_t
+  use solid_effect_torsion, only: twist_t
   use solid_extension, only: extensions_t, SPRING_VEIN, SPRING_MEMBRANE, SPRING_CROSS
   use solid_hinge, only: hinge_t, HINGE_NODES
   use solid_junctions, only: hinge_plan_t
@@ -132,31 +133,41 @@ contains
     type(edges_t), intent(in) :: edges
     real(rp), intent(in) :: points(:, :)
     type(plate_t) :: plate
+    real(rp) :: area(3)
     integer :: e
     plate%n = count(edges%triangles(2, :) > 0)
-    allocate (plate%nodes(4, plate%n), plate%weights(4, plate%n))
+    allocate (plate%nodes(4, plate%n), plate%weights(4, plate%n), plate%upward(plate%n))
     plate%n = 0
     do e = 1, edges%n
       if (edges%triangles(2, e) == 0) cycle
       plate%n = plate%n + 1
       plate%nodes(:, plate%n) = [edges%nodes(:, e), edges%apexes(:, e)]
       plate%weights(:, plate%n) = plate_weights(points(:, plate%nodes(:, plate%n)))
+      associate (c => plate%nodes(:, plate%n))
+        area = cross(points(:, c(2)) - points(:, c(1)), points(:, c(3)) - points(:, c(4)))
+      end associate
+      plate%upward(plate%n) = 0 ! a wing that stands upright has no camber
+      if (abs(area(3)) > 1.0e-6_rp*norm2(area)) plate%upward(plate%n) = 1/area(3)
     end do
   end function make_plate
 
   !> The pattern of the tangent, the places of all elements in it, and the constant tangent of the
   !> plate.
-  subroutine link_elements(free, n_free, springs, hinges, plate, pattern)
+  subroutine link_elements(free, n_free, springs, hinges, plate, twists, pattern)
     integer, intent(in) :: free(:), n_free
     type(extensions_t), intent(inout) :: springs
     type(hinge_t), intent(inout) :: hinges(:)
     type(plate_t), intent(inout) :: plate
+    type(twist_t), intent(inout) :: twists(:) !< those that get places
     type(pattern_t), intent(out) :: pattern
     integer, allocatable :: pairs(:, :)
     integer :: n, s, h, e, i, j, b
     n = springs%n + 6*plate%n
     do h = 1, size(hinges)
       n = n + hinges(h)%n_nodes*(hinges(h)%n_nodes - 1)/2
+    end do
+    do h = 1, size(twists)
+      n = n + twists(h)%n_nodes*(twists(h)%n_nodes - 1)/2
     end do
     allocate (pairs(2, n))
     pairs(:, :springs%n) = reshape(free([springs%nodes]), [2, springs%n])
@@ -166,6 +177,9 @@ contains
     end do
     do e = 1, plate%n
       call add_pairs(plate%nodes(:, e))
+    end do
+    do h = 1, size(twists)
+      call add_pairs(twists(h)%nodes(:twists(h)%n_nodes))
     end do
     pattern = make_pattern(n_free, pairs)
 
@@ -183,12 +197,20 @@ contains
         end do
       end do
     end do
+    do h = 1, size(twists)
+      do j = 1, twists(h)%n_nodes
+        do i = 1, j
+          twists(h)%blocks(i, j) = pattern%place(free(twists(h)%nodes(i)), free(twists(h)%nodes(j)))
+        end do
+      end do
+    end do
     allocate (plate%tangent(size(pattern%rows)), source=0.0_rp)
-    allocate (plate%blocks(4, 4, plate%n), source=0)
+    allocate (plate%blocks(4, 4, plate%n), plate%places(4, 4, plate%n), source=0)
     do e = 1, plate%n
       do j = 1, 4
         do i = 1, j
-          b = abs(pattern%place(free(plate%nodes(i, e)), free(plate%nodes(j, e))))
+          plate%places(i, j, e) = pattern%place(free(plate%nodes(i, e)), free(plate%nodes(j, e)))
+          b = abs(plate%places(i, j, e))
           plate%blocks(i, j, e) = b
           if (b > 0) plate%tangent(b) = plate%tangent(b) + plate%weights(i, e)*plate%weights(j, e)
         end do

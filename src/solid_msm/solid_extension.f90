@@ -10,7 +10,8 @@ module solid_extension
   use solid_vectors, only: outer, IDENTITY
   implicit none
   private
-  public :: extensions_t, extension_energy, extension_gradient, extension_axial, extension_tangent
+  public :: extensions_t, extension_energy, extension_gradient, extension_axial, extension_tangent, tension_energy, &
+            tension_gradient
 
   integer, parameter, public :: SPRING_VEIN = 1, SPRING_MEMBRANE = 2, SPRING_CROSS = 3
 
@@ -21,6 +22,7 @@ module solid_extension
     integer, allocatable :: family(:)    !< SPRING_VEIN, SPRING_MEMBRANE or SPRING_CROSS
     real(rp), allocatable :: d0(:, :)    !< (3, n) [m] stress-free vector from node 1 to node 2
     real(rp), allocatable :: l0(:)       !< (n) [m]
+    real(rp), allocatable :: tension(:)  !< (n) [N] at the length l0; not allocated: 0
     integer, allocatable :: blocks(:, :) !< (3, n) places of (1,1), (2,2), (1,2) in the matrix; 0: clamped
     real(rp) :: slack = 1                !< remaining stiffness of the membrane in compression, 0 < slack <= 1
     real(rp) :: width = 1.0e-9_rp        !< [m] elongation over which it fades
@@ -79,7 +81,37 @@ contains
                                  dot_product(direction, step(:, self%nodes(2, s)) - step(:, self%nodes(1, s)))
       axial(s) = k(s)*force
     end do
+    if (allocated(self%tension)) axial = axial + self%tension
   end subroutine extension_axial
+
+  !> Energy [J] of constant tensions(n) [N].
+  pure real(rp) function tension_energy(self, tension, u) result(energy)
+    type(extensions_t), intent(in) :: self
+    real(rp), intent(in) :: tension(:), u(:, :)
+    real(rp) :: dl, l, direction(3)
+    integer :: s
+    energy = 0
+    do s = 1, self%n
+      call elongation(self, s, u, dl, l, direction)
+      energy = energy + tension(s)*dl
+    end do
+  end function tension_energy
+
+  !> Adds its gradient to g(3, :) [N].
+  pure subroutine tension_gradient(self, tension, u, g)
+    type(extensions_t), intent(in) :: self
+    real(rp), intent(in) :: tension(:), u(:, :)
+    real(rp), intent(inout) :: g(:, :)
+    real(rp) :: dl, l, direction(3)
+    integer :: s
+    do s = 1, self%n
+      call elongation(self, s, u, dl, l, direction)
+      associate (i => self%nodes(1, s), j => self%nodes(2, s))
+        g(:, i) = g(:, i) - tension(s)*direction
+        g(:, j) = g(:, j) + tension(s)*direction
+      end associate
+    end do
+  end subroutine tension_gradient
 
   !> Adds the tangent k t t^T + N/l (1 - t t^T) to `blocks`; the axial force N of the geometric part
   !> is given: axial(n) [N] of the law makes it the exact Hessian. With `tension_only` compression is left

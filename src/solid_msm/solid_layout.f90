@@ -2,6 +2,8 @@
 !> Where the elements of a model lie in the unloaded wing: what laws that depend on the place need.
 module solid_layout
   use base_kinds, only: rp
+  use solid_effect_camber, only: bends_of_curvature
+  use solid_effect_pretension, only: tension_widths
   use solid_extension, only: extensions_t
   use solid_junctions, only: hinge_plan_t
   use solid_plate, only: plate_t
@@ -17,14 +19,17 @@ module solid_layout
     real(rp), allocatable :: spring_cosine(:)    !< (springs) cos 2 phi, phi the angle to x
     real(rp), allocatable :: hinge_place(:, :)   !< (2, hinges) [m] of their points
     real(rp), allocatable :: edge_place(:, :, :) !< (2, 2, edges of the plate) [m] centroids of both triangles
+    real(rp), allocatable :: spring_width(:)     !< (springs) [m] of membrane whose isotropic tension a spring carries
+    real(rp), allocatable :: edge_bend(:, :)     !< (3, edges of the plate) what bends them for unit curvatures [m]
     integer :: soft_hinge = 0                    !< the hinge that the effect `soft` belongs to; 0: none
   end type layout_t
 
 contains
 
-  !> The layout of elements between points(3, :) [m].
-  pure subroutine make_layout(points, springs, plans, plate, layout)
+  !> The layout of elements between points(3, :) [m] with triangles(3, :).
+  pure subroutine make_layout(points, triangles, springs, plans, plate, layout)
     real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: triangles(:, :)
     type(extensions_t), intent(in) :: springs
     type(hinge_plan_t), intent(in) :: plans(:)
     type(plate_t), intent(in) :: plate
@@ -32,6 +37,8 @@ contains
     integer :: s, h, e
     allocate (layout%spring_place(2, springs%n), layout%spring_cosine(springs%n), layout%hinge_place(2, size(plans)), &
               layout%edge_place(2, 2, plate%n))
+    layout%spring_width = tension_widths(points, triangles, springs)
+    layout%edge_bend = bends_of_curvature(points, plate)
     do s = 1, springs%n
       layout%spring_place(:, s) = sum(points(:2, springs%nodes(:, s)), 2)/2
       associate (d => springs%d0(:, s))

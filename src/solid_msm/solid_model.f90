@@ -9,8 +9,10 @@ module solid_model
   use base_kinds, only: rp
   use base_text, only: number_text
   use solid_edges, only: edges_t, make_edges
+  use solid_effect_camber, only: arch_energy, arch_gradient
+  use solid_effect_torsion, only: make_twists, twist_evaluate, twist_t, TWIST_NODES
   use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, find_flatness, point_weights
-  use solid_extension, only: extensions_t, extension_energy, extension_gradient
+  use solid_extension, only: extensions_t, extension_energy, extension_gradient, tension_energy, tension_gradient
   use solid_hinge, only: hinge_t, hinge_evaluate, HINGE_NODES
   use solid_junctions, only: hinge_plan_t, plan_hinges
   use solid_layout, only: hinge_in_vein, layout_t, make_layout
@@ -39,6 +41,7 @@ module solid_model
     type(solid_params_t) :: params
     type(extensions_t) :: springs
     type(hinge_t), allocatable :: hinges(:)
+    type(twist_t), allocatable :: twists(:)       !< (hinges)
     type(hinge_plan_t), allocatable :: plans(:)   !< what the hinges are made of
     type(stiffness_t) :: stiffness
     type(pattern_t) :: pattern
@@ -56,8 +59,7 @@ module solid_model
 contains
 
   !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two
-  !> vein segments, when there is no hinge for the effect `soft`, or when joints without
-  !> sides are one-way; negative joint stiffnesses become those of the vein.
+  !> vein segments, when there is no hinge for the effect `soft`, or when effects lack what they need; negative joint stiffnesses become those of the vein.
   subroutine model_init(self, wing, params, failure)
     class(solid_model_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
@@ -66,7 +68,7 @@ contains
     type(edges_t) :: edges
     real(rp), allocatable :: ghosts(:, :)
     real(rp) :: normal(3), centre(3)
-    integer :: stray, i, n_diameters
+    integer :: stray, i, n_diameters, n_twists
 
     self%params = params
     self%n_points = size(wing%points, 2)
@@ -108,12 +110,19 @@ contains
     call make_springs(wing, edges, params, self%points, self%springs)
     call make_hinges(wing, edges, self%plans, self%points, normal, params%effects%has_sides, self%hinges)
     self%plate = make_plate(edges, self%points)
-    call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, self%pattern)
+    call make_twists(edges, self%plans, wing%triangles, self%points, self%twists)
+    n_twists = 0
+    if (params%effects%has_torsion) n_twists = size(self%twists)
+    call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, self%twists(:n_twists), self%pattern)
     self%weights = point_weights(wing, self%movable)
-    call make_layout(self%points, self%springs, self%plans, self%plate, self%layout)
+    call make_layout(self%points, self%triangles, self%springs, self%plans, self%plate, self%layout)
     call place_soft_hinge(self, wing, failure)
     if (any(abs(params%effects%one_way - 1) > 0) .and. .not. params%effects%has_sides) &
       call failure%raise('one-way joints must have sides')
+    if (abs(params%effects%torsion) > 0 .and. .not. params%effects%has_torsion) &
+      call failure%raise('veins that resist torsion need vein_torsion')
+    if (abs(params%effects%pretension) > 0 .and. params%slack < 1) &
+      call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
     if (failure%failed) return
     call allocate_stiffness(self%springs, self%plans, self%plate%n, self%stiffness)
     do i = 1, size(self%plans)
@@ -153,6 +162,7 @@ contains
     self%springs%slack = params%slack
     self%springs%width = params%slack_width
     call evaluate_stiffness(params, self%springs, self%plans, self%layout, self%stiffness)
+    self%springs%tension = self%stiffness%tension
   end subroutine model_set_params
 
   !> Sets one parameter, by its number.
@@ -162,6 +172,7 @@ contains
     real(rp), intent(in) :: value
     call self%params%set(number, value)
     call evaluate_stiffness(self%params, self%springs, self%plans, self%layout, self%stiffness)
+    self%springs%tension = self%stiffness%tension
   end subroutine model_set_parameter
 
   !> Derivative of all stiffnesses with respect to a parameter of the usual model, per unit or, with `per_log`, per log
@@ -185,6 +196,7 @@ contains
     real(rp) :: e(3), one, local(3, HINGE_NODES)
     integer :: h, i
     e(1) = extension_energy(self%springs, self%stiffness%extension, u)
+    if (self%stiffness%has_tension) e(1) = e(1) + tension_energy(self%springs, self%stiffness%tension, u)
     e(2) = 0
     local = 0
     do h = 1, size(self%hinges)
@@ -194,9 +206,16 @@ contains
       call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one, cubic=self%stiffness%cubic(h), &
                           lift=self%stiffness%lift(h))
       e(2) = e(2) + one
+      if (.not. abs(self%stiffness%twist(h)) > 0 .or. self%twists(h)%n_nodes == 0) cycle
+      do i = 1, self%twists(h)%n_nodes
+        local(:, i) = u(:, self%twists(h)%nodes(i))
+      end do
+      call twist_evaluate(self%twists(h), self%stiffness%twist(h), local, one)
+      e(2) = e(2) + one
     end do
     e(3) = self%stiffness%plate*plate_energy(self%plate, u)
     if (self%stiffness%has_edges) e(3) = e(3) + edges_energy(self%plate, self%stiffness%edge, u)
+    if (self%stiffness%has_arch) e(3) = e(3) + arch_energy(self%plate, self%points, self%stiffness%arch, u)
     energy = sum(e)
     if (present(parts)) parts = e
   end function model_energy
@@ -249,6 +268,20 @@ contains
     end do
     if (abs(stiffness%plate) > 0 .or. stiffness%has_edges) &
       call plate_gradient(self%plate, stiffness%plate, stiffness%edge, u, g)
+    if (stiffness%has_arch) call arch_gradient(self%plate, self%points, stiffness%arch, u, g)
+    if (stiffness%has_tension) call tension_gradient(self%springs, stiffness%tension, u, g)
+    if (.not. stiffness%has_twist) return
+    do h = 1, size(self%twists)
+      if (.not. abs(stiffness%twist(h)) > 0 .or. self%twists(h)%n_nodes == 0) cycle
+      do i = 1, self%twists(h)%n_nodes
+        local(:, i) = u(:, self%twists(h)%nodes(i))
+      end do
+      call twist_evaluate(self%twists(h), stiffness%twist(h), local, energy, pull)
+      do i = 1, self%twists(h)%n_nodes
+        p = self%twists(h)%nodes(i)
+        g(:, p) = g(:, p) + pull(:, i)
+      end do
+    end do
   end subroutine add_bending
 
   !> Sets the columns of clamped points of a(3, n_all) to zero.

@@ -33,6 +33,10 @@ module solid_stiffness
     real(rp) :: plate = 0                 !< [N m]
     real(rp), allocatable :: edge(:)      !< (edges) [N m] what the plate has more at single edges
     logical :: has_edges = .false.        !< any of them is not 0
+    real(rp), allocatable :: tension(:)   !< (springs) [N] of springs that have their length of the unloaded wing
+    real(rp), allocatable :: arch(:)      !< (edges) [N m] moment that bends edges: see solid_effect_camber
+    real(rp), allocatable :: twist(:)     !< (hinges) [N m/rad] see solid_effect_torsion
+    logical :: has_tension = .false., has_arch = .false., has_twist = .false. !< any of them is not 0
   end type stiffness_t
 
 contains
@@ -44,7 +48,7 @@ contains
     integer, intent(in) :: n_edges
     type(stiffness_t), intent(out) :: self
     allocate (self%extension(springs%n), self%hinge(size(plans)), self%cubic(size(plans)), self%lift(size(plans)), &
-              self%edge(n_edges), source=0.0_rp)
+              self%edge(n_edges), self%tension(springs%n), self%arch(n_edges), self%twist(size(plans)), source=0.0_rp)
   end subroutine allocate_stiffness
 
   !> All stiffness 0.
@@ -57,6 +61,12 @@ contains
     self%plate = 0
     self%edge = 0
     self%has_edges = .false.
+    self%tension = 0
+    self%arch = 0
+    self%twist = 0
+    self%has_tension = .false.
+    self%has_arch = .false.
+    self%has_twist = .false.
   end subroutine clear_stiffness
 
   !> Stiffness of all elements.
@@ -82,6 +92,8 @@ contains
       if (has_own_stiffness(params, plans(h))) self%hinge(h) = params%joint(plans(h)%joint)
     end do
     self%plate = params%plate
+    self%has_tension = abs(params%effects%pretension) > 0
+    self%tension = params%effects%pretension*layout%spring_width
     call apply_effects(params, springs, plans, layout, self)
   end subroutine evaluate_stiffness
 
@@ -124,6 +136,10 @@ contains
         if (effects%has_sides .and. plans(h)%joint > 0) &
           self%lift(h) = self%hinge(h)*(effects%one_way(plans(h)%joint) - 1)
       end do
+      self%has_arch = any(abs(effects%camber) > 0)
+      if (self%has_arch) self%arch = (self%plate + self%edge)*matmul(effects%camber, layout%edge_bend)
+      self%has_twist = abs(effects%torsion) > 0
+      if (self%has_twist) self%twist = effects%torsion*self%hinge
     end associate
     if (.not. abs(params%bending_factor - 1) > 0) return
     self%hinge = params%bending_factor*self%hinge
@@ -131,6 +147,8 @@ contains
     self%lift = params%bending_factor*self%lift
     self%plate = params%bending_factor*self%plate
     self%edge = params%bending_factor*self%edge
+    self%arch = params%bending_factor*self%arch
+    self%twist = params%bending_factor*self%twist
   end subroutine apply_effects
 
   !> Derivatives of all stiffnesses with respect to parameter `number` of the usual model, per unit of the parameter

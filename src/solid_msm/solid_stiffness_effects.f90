@@ -10,7 +10,8 @@ module solid_stiffness_effects
   use solid_effect_damage, only: damage_weight
   use solid_effect_hardening, only: bending_length
   use solid_effects, only: EFFECT_GRADIENT, EFFECT_DAMAGE, EFFECT_SOFT, EFFECT_ORTHOTROPY, EFFECT_HARDENING, &
-                           EFFECT_CUTICLE, EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST, N_EFFECTS
+                           EFFECT_CUTICLE, EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST, EFFECT_PRETENSION, EFFECT_CAMBER, &
+                           EFFECT_TORSION, N_EFFECTS
   use solid_extension, only: SPRING_MEMBRANE
   use solid_model, only: solid_model_t
   use solid_parameter, only: parameter_t
@@ -63,6 +64,15 @@ contains
           factor = 1/bending_length(plans(h))**2
           if (plans(h)%joint == 0) direction%cubic(h) = k%hinge(h)*factor
         end do
+      case (EFFECT_PRETENSION)
+        direction%tension = layout%spring_width
+        direction%has_tension = .true.
+      case (EFFECT_CAMBER + 1:EFFECT_CAMBER + 3)
+        direction%arch = (k%plate + k%edge)*layout%edge_bend(effect - EFFECT_CAMBER, :)
+        direction%has_arch = .true.
+      case (EFFECT_TORSION)
+        direction%twist = k%hinge
+        direction%has_twist = .true.
       case (EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST) ! see solid_bent_wing
         return
       case default
@@ -88,6 +98,10 @@ contains
     direction%plate = model%stiffness%plate
     direction%edge = model%stiffness%edge
     direction%has_edges = model%stiffness%has_edges
+    direction%arch = model%stiffness%arch
+    direction%twist = model%stiffness%twist
+    direction%has_arch = model%stiffness%has_arch
+    direction%has_twist = model%stiffness%has_twist
   end subroutine bending_direction
 
   !> Derivative with respect to the logarithm of the stiffness of hinge h of the model.
@@ -100,6 +114,8 @@ contains
     direction%hinge(h) = model%stiffness%hinge(h)
     direction%cubic(h) = model%stiffness%cubic(h)
     direction%lift(h) = model%stiffness%lift(h)
+    direction%twist(h) = model%stiffness%twist(h)
+    direction%has_twist = model%stiffness%has_twist
   end subroutine hinge_direction
 
   !> Derivative with respect to the logarithm of the factor of a damage with disc = (x, y, radius) [m] that is not there
@@ -131,12 +147,16 @@ contains
         direction%hinge(i) = k%hinge(i)*share(w)
         direction%cubic(i) = k%cubic(i)*share(w)
         direction%lift(i) = k%lift(i)*share(w)
+        direction%twist(i) = k%twist(i)*share(w)
       end do
       do i = 1, model%plate%n
         w = (damage_weight(disc, layout%edge_place(:, 1, i)) + damage_weight(disc, layout%edge_place(:, 2, i)))/2
         direction%edge(i) = (k%plate + k%edge(i))*share(w)
+        direction%arch(i) = k%arch(i)*share(w)
       end do
       direction%has_edges = .true.
+      direction%has_arch = k%has_arch
+      direction%has_twist = k%has_twist
     end associate
 
   contains

@@ -2,6 +2,8 @@
 !> The tangent stiffness of a wing, assembled in the blocks of the model's pattern.
 module solid_tangent
   use base_kinds, only: rp
+  use solid_effect_camber, only: arch_tangent
+  use solid_effect_torsion, only: twist_evaluate
   use solid_extension, only: extension_tangent
   use solid_hinge, only: hinge_evaluate, HINGE_NODES
   use solid_model, only: solid_model_t
@@ -23,7 +25,7 @@ contains
     logical, intent(in) :: semidefinite
     real(rp), intent(out) :: blocks(:, :, :)
     real(rp) :: local(3, HINGE_NODES), energy, h(3*HINGE_NODES, 3*HINGE_NODES), d
-    integer :: b, n, i, j
+    integer :: b, n, i
     d = model%stiffness%plate
     do b = 1, size(blocks, 3)
       blocks(:, :, b) = 0
@@ -32,6 +34,8 @@ contains
       blocks(3, 3, b) = blocks(1, 1, b)
     end do
     if (model%stiffness%has_edges) call edges_tangent(model%plate, model%stiffness%edge, blocks)
+    if (model%stiffness%has_arch .and. .not. semidefinite) &
+      call arch_tangent(model%plate, model%points, model%stiffness%arch, u, blocks)
     call extension_tangent(model%springs, model%stiffness%extension, u, axial, semidefinite, blocks)
     local = 0
     do n = 1, size(model%hinges)
@@ -41,17 +45,37 @@ contains
         end do
         call hinge_evaluate(hinge, model%stiffness%hinge(n), local, energy, h=h, semidefinite=semidefinite, &
                             cubic=model%stiffness%cubic(n), lift=model%stiffness%lift(n))
-        do j = 1, hinge%n_nodes
-          do i = 1, j
-            b = hinge%blocks(i, j)
-            if (b > 0) then
-              blocks(:, :, b) = blocks(:, :, b) + h(3*i - 2:3*i, 3*j - 2:3*j)
-            else if (b < 0) then
-              blocks(:, :, -b) = blocks(:, :, -b) + h(3*j - 2:3*j, 3*i - 2:3*i)
-            end if
-          end do
+        call add_blocks(hinge%n_nodes, hinge%blocks, h, blocks)
+      end associate
+    end do
+    if (.not. model%stiffness%has_twist) return
+    do n = 1, size(model%twists)
+      associate (twist => model%twists(n))
+        if (twist%n_nodes == 0) cycle
+        do i = 1, twist%n_nodes
+          local(:, i) = u(:, twist%nodes(i))
         end do
+        call twist_evaluate(twist, model%stiffness%twist(n), local, energy, h=h, semidefinite=semidefinite)
+        call add_blocks(twist%n_nodes, twist%blocks, h, blocks)
       end associate
     end do
   end subroutine assemble_tangent
+
+  !> Adds the Hessian h of an element of n nodes; places(:, :) in its upper part are those of its blocks.
+  pure subroutine add_blocks(n, places, h, blocks)
+    integer, intent(in) :: n, places(:, :)
+    real(rp), intent(in) :: h(:, :)
+    real(rp), intent(inout) :: blocks(:, :, :)
+    integer :: b, i, j
+    do j = 1, n
+      do i = 1, j
+        b = places(i, j)
+        if (b > 0) then
+          blocks(:, :, b) = blocks(:, :, b) + h(3*i - 2:3*i, 3*j - 2:3*j)
+        else if (b < 0) then
+          blocks(:, :, -b) = blocks(:, :, -b) + h(3*j - 2:3*j, 3*i - 2:3*i)
+        end if
+      end do
+    end do
+  end subroutine add_blocks
 end module solid_tangent

@@ -1,100 +1,44 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing may do beyond the usual model: every effect has the law that its name promises, vanishes at its null to
-!> the last bit, and its forces, tangent and derivatives belong together.
+!> What a wing may do beyond the usual model: every effect has the law that its name promises and vanishes at its null to
+!> the last bit.
 program test_solid_effects
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use sample_wings, only: make_beam, make_fly_wing
+  use effect_wings, only: make_plain, model_of, DISC
+  use sample_wings, only: make_beam
   use solid_effect_damage, only: damage_weight
-  use solid_extension, only: extension_axial
+  use solid_edges, only: edges_t, make_edges
+  use solid_effect_camber, only: arch_energy
+  use solid_effect_torsion, only: make_twists, twist_evaluate, twist_t, TWIST_NODES
+  use solid_extension, only: extension_axial, tension_energy
+  use solid_junctions, only: hinge_plan_t
+  use solid_plate, only: plate_energy
   use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
   use solid_layout, only: hinge_in_vein
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, parameter_t, solid_params_t
-  use solid_stiffness, only: stiffness_t
-  use solid_stiffness_effects, only: bending_direction, damage_direction, hinge_direction, parameter_direction
   use solid_tangent, only: assemble_tangent
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
-  real(rp), parameter :: STENCIL(4) = [4/5.0_rp, -1/5.0_rp, 4/105.0_rp, -1/280.0_rp] ! 8th-order difference
-  real(rp), parameter :: DISC(3) = [4.0e-3_rp, 0.0_rp, 1.5e-3_rp]
   type(testkit_t) :: t
   type(wing_t) :: wing
   type(solid_model_t) :: plain
   real(rp), allocatable :: u(:, :), along(:, :)
 
   call t%start(parallel=.false.)
-  call make_plain()
+  call make_plain(wing, plain, u, along)
   call test_null()
   call test_laws()
   call test_cubic_moment()
-  call test_consistency()
-  call test_directions(is_null=.true.)
-  call test_directions(is_null=.false.)
-  call test_scans()
   call test_sides()
+  call test_pretension()
+  call test_camber()
+  call test_torsion()
   call test_soft_place()
   call t%finish()
 
 contains
-
-  subroutine make_plain()
-    type(failure_t) :: failure
-    integer :: i, j
-    wing = make_fly_wing(24, 12)
-    call plain%init(wing, default_params(wing), failure)
-    call t%check('the model is built',.not. failure%failed)
-    allocate (u(3, plain%n_all), along(3, plain%n_all))
-    do i = 1, plain%n_all
-      u(:, i) = [(4.0e-5_rp*sin(2.9_rp*i + 1.1_rp*j**2), j=1, 3)]
-      along(:, i) = [(sin(1.7_rp*i + 0.3_rp*j), j=1, 3)]
-    end do
-    call plain%zero_clamped(u)
-    call plain%zero_clamped(along)
-  end subroutine make_plain
-
-  !> A model with places for damage and softness, and effects at values of their own or at null.
-  function model_with(is_null) result(model)
-    logical, intent(in) :: is_null
-    logical, parameter :: none = .false.
-    type(solid_model_t) :: model
-    model = model_of(is_null, none)
-  end function model_with
-
-  function model_of(is_null, has_sides) result(model)
-    logical, intent(in) :: is_null, has_sides
-    type(solid_model_t) :: model
-    type(solid_params_t) :: params
-    type(failure_t) :: failure
-    params = default_params(wing)
-    params%effects%disc = DISC
-    params%effects%soft_vein = 'R4+5'
-    params%effects%soft_share = 0.45_rp
-    params%joint = 2.0e-6_rp
-    params%joint(3) = -1
-    params%effects%has_sides = has_sides
-    if (.not. is_null) then
-      if (has_sides) params%effects%one_way = [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, &
-                                               0.6_rp] ! some bend up, some down
-      call set(params, 'E_gradient', -0.8_rp)
-      call set(params, 'damage', 0.3_rp)
-      call set(params, 'soft', 0.2_rp)
-      call set(params, 'orthotropy', 0.4_rp)
-      call set(params, 'joint_hardening', 5.0_rp)
-      call set(params, 'hardening:'//trim(params%joint_names(2)), -0.5_rp)
-      call set(params, 'cuticle', 2.0e-6_rp)
-    end if
-    call model%init(wing, params, failure)
-    call t%check('the model with effects is built',.not. failure%failed)
-  end function model_of
-
-  subroutine set(params, name, value)
-    type(solid_params_t), intent(inout) :: params
-    character(*), intent(in) :: name
-    real(rp), intent(in) :: value
-    call params%set(params%find(name), value)
-  end subroutine set
 
   !> At null, effects with a place of their own change no bit of forces and tangent.
   subroutine test_null()
@@ -106,7 +50,7 @@ contains
     real(rp), dimension(3, 3, size(plain%pattern%rows)) :: a, b
     real(rp) :: axial(plain%springs%n)
     integer :: i, n
-    model = model_with(.true.)
+    model = model_of(wing, is_null=.true., has_sides=.false.)
     params = default_params(wing)
     params%joint = 2.0e-6_rp
     params%joint(3) = -1
@@ -118,7 +62,7 @@ contains
                     p%lower <= p%null .and. p%upper > p%null)
       call t%check('effect '//p%name//' is found by its name', params%find(p%name) == i)
     end do
-    call t%check('all effects are at null unless set', n == params%effects%count() .and. n == 8 + 20)
+    call t%check('all effects are at null unless set', n == params%effects%count() .and. n == 13 + 20)
     call model%gradient(u, g)
     call bare%gradient(u, h)
     call t%check('effects at null change no bit of the forces', all(transfer(g, [1]) == transfer(h, [1])))
@@ -135,8 +79,8 @@ contains
     real(rp), parameter :: ROUNDING = 1.0e-13_rp
     real(rp) :: worst(4), root, x, f, w
     integer :: h, s, e
-    bare = model_with(.true.)
-    model = model_with(.false.)
+    bare = model_of(wing, is_null=.true., has_sides=.false.)
+    model = model_of(wing, is_null=.false., has_sides=.false.)
     worst = 0
     root = sum(wing%points(1, wing%root))/6
     do h = 1, size(model%plans)
@@ -217,87 +161,90 @@ contains
                        k*ANGLE*(1 + 3.0e-6_rp*kappa**2), rtol=1.0e-12_rp)
   end subroutine test_cubic_moment
 
-  !> With all effects: forces are the derivative of the energy, the tangent that of the forces, and its semidefinite
-  !> part is so, also where joints soften.
-  subroutine test_consistency()
+  !> A tension T holds a flat membrane still but for its outline, and a slope s over the whole membrane costs T s^2/2 per
+  !> area.
+  subroutine test_pretension()
+    real(rp), parameter :: T0 = 0.3_rp, SLOPE = 1.0e-4_rp
+    type(solid_params_t) :: params
     type(solid_model_t) :: model
-    real(rp), dimension(3, plain%n_all) :: g, gp, gm, fd
-    real(rp) :: slope, axial(plain%springs%n), hv(3, plain%n_free), lowest, &
-                x(3, plain%n_free)
-    real(rp), parameter :: H = 1.0e-7_rp ! no joint passes from up to down within a few of them
-    real(rp), allocatable :: blocks(:, :, :)
-    integer :: s, i, j
-    model = model_of(is_null=.false., has_sides=.true.)
-    allocate (blocks(3, 3, size(model%pattern%rows)))
-    call model%gradient(u, g)
-    slope = 0
-    fd = 0
-    do s = 1, 4
-      call model%gradient(u + s*H*along, gp)
-      call model%gradient(u - s*H*along, gm)
-      fd = fd + STENCIL(s)*(gp - gm)/H
-      slope = slope + STENCIL(s)*(model%energy(u + s*H*along) - model%energy(u - s*H*along))/H
+    type(failure_t) :: failure
+    real(rp), dimension(3, plain%n_all) :: v, g
+    logical :: is_inside(plain%n_all)
+    type(edges_t) :: edges
+    real(rp) :: area
+    integer :: m
+    params = default_params(wing)
+    params%effects%pretension = T0
+    call model%init(wing, params, failure)
+    v = 0
+    call model%gradient(v, g)
+    edges = make_edges(size(wing%points, 2), wing%triangles)
+    is_inside = .true.
+    do m = 1, edges%n
+      if (edges%triangles(2, m) == 0) is_inside(edges%nodes(:, m)) = .false.
     end do
-    call t%check_close('forces are the derivative of the energy', sum(g*along), slope, rtol=1.0e-9_rp)
-    call extension_axial(model%springs, model%stiffness%extension, u, axial)
-    call assemble_tangent(model, u, axial, .false., blocks)
-    hv = 0
-    call model%pattern%multiply(blocks, 1.0_rp, along(:, model%movable), hv)
-    call t%check_below('the tangent is the derivative of the forces', &
-                       maxval(abs(hv - fd(:, model%movable)))/maxval(abs(hv)), 1.0e-9_rp)
-    call model%set_parameter(model%params%find('joint_hardening'), -1.0_rp)
-    call assemble_tangent(model, 40*u, axial, .true., blocks)
-    lowest = 0
-    do s = 1, 50
-      x = reshape([((sin(0.7_rp*s*i + 0.1_rp*s**2*j), j=1, 3), i=1, model%n_free)], [3, model%n_free])
-      hv = 0
-      call model%pattern%multiply(blocks, 1.0_rp, x, hv)
-      lowest = min(lowest, sum(x*hv)/maxval(abs(blocks)))
+    call t%check_below('a stretched membrane lies still', maxval(norm2(g, 1), mask=is_inside)/maxval(abs(g)), 1.0e-12_rp)
+    call t%check('  its outline draws', maxval(abs(g)) > 0)
+    v(3, :model%n_points) = SLOPE*wing%points(2, :)
+    area = 0
+    do m = 1, size(wing%triangles, 2)
+      associate (a => wing%points(:, wing%triangles(1, m)), b => wing%points(:, wing%triangles(2, m)), &
+                 c => wing%points(:, wing%triangles(3, m)))
+        area = area + 0.5_rp*abs((b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1)))
+      end associate
     end do
-    call t%check('the semidefinite part is so', lowest > -1.0e-12_rp)
-  end subroutine test_consistency
+    call t%check_close('and a slope stretches it further', tension_energy(model%springs, model%stiffness%tension, v), &
+                       T0*SLOPE**2/2*area, rtol=1.0e-7_rp) ! SLOPE^2
+  end subroutine test_pretension
 
-  !> Directions are the differences of the forces; steps of 1/1000 make an error of the eighth order, and what is
-  !> left is the rounding of the forces over the step.
-  subroutine test_directions(is_null)
-    logical, intent(in) :: is_null
-    type(solid_model_t) :: model, other
-    type(parameter_t) :: p
-    type(stiffness_t) :: dk
-    real(rp), dimension(3, plain%n_all) :: g, gp, gm, fd
-    real(rp) :: step, value
-    integer :: i, s, n_up
-    model = model_of(is_null, has_sides=.true.)
-    n_up = 0
-    do i = 1, model%params%count()
-      p = model%params%describe(i)
-      if (.not. acts_on_stiffness(p%name)) cycle
-      call parameter_direction(model, i, dk)
-      call model%gradient(u, g, dk)
-      value = model%params%get(i)
-      step = 1.0e-3_rp*max(1.0_rp, merge(1.0_rp, p%prior_sd, p%is_log .or. .not. p%is_effect))
-      if (p%name == 'cuticle') step = 1.0e-8_rp
-      if (p%name == 'diameter_exponent') step = 1.0e-3_rp
-      fd = 0
-      other = model
-      do s = 1, 4
-        call other%set_parameter(i, moved(value, s*step, p%is_log))
-        call other%gradient(u, gp)
-        call other%set_parameter(i, moved(value, -s*step, p%is_log))
-        call other%gradient(u, gm)
-        fd = fd + STENCIL(s)*(gp - gm)/step
-      end do
-      if (index(p%name, 'k_cross') == 1) cycle ! this wing has no cross-springs
-      if (index(p%name, 'one_way:') == 1) then ! half of the joints bend down
-        if (.not. maxval(abs(g)) > 0) cycle
-        n_up = n_up + 1
-      end if
-      call t%check('the forces depend on '//p%name, maxval(abs(g)) > 0)
-      call t%check_below('the forces'' derivative to '//p%name//trim(merge(' at null', '        ', is_null)), &
-                         maxval(abs(g - fd))/(maxval(abs(g)) + 1.0e-6_rp*maxval(abs(gp))/step), 1.0e-8_rp)
+  !> In the shape without stress the camber takes away twice the energy that the plate has there.
+  subroutine test_camber()
+    type(solid_params_t) :: params
+    type(solid_model_t) :: model
+    type(failure_t) :: failure
+    real(rp) :: v(3, plain%n_all), bent
+    params = default_params(wing)
+    params%effects%camber = [1.5_rp, -40.0_rp, 7.0_rp]
+    call model%init(wing, params, failure)
+    v = 0
+    associate (x => wing%points(1, :), y => wing%points(2, :), k => params%effects%camber)
+      v(3, :model%n_points) = 0.5_rp*(k(1)*x**2 + k(2)*y**2) + k(3)*x*y
+    end associate
+    bent = model%stiffness%plate*plate_energy(model%plate, v)
+    call t%check('the shape is bent', bent > 0)
+    call t%check_close('which costs nothing', arch_energy(model%plate, model%points, model%stiffness%arch, v), -2*bent, &
+                       rtol=1.0e-12_rp)
+  end subroutine test_camber
+
+  !> Two segments whose membranes are turned by an angle about them: k sin^2/2; nothing where the vein bends or the
+  !> membrane folds in the same way on both sides.
+  subroutine test_torsion()
+    real(rp), parameter :: ANGLE = 0.4_rp, K = 3.0_rp
+    integer, parameter :: TRIANGLES(3, 4) = reshape([1, 2, 4, 2, 1, 5, 2, 3, 6, 3, 2, 7], [3, 4])
+    type(twist_t), allocatable :: twists(:)
+    type(hinge_plan_t) :: plan(1)
+    real(rp) :: x(3, 7), u(3, TWIST_NODES), energy
+    integer :: i
+    x = reshape([-1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1, -1, 0], [3, 7])
+    plan(1)%nodes = [1, 2, 3]
+    call make_twists(make_edges(7, TRIANGLES), plan, TRIANGLES, x, twists)
+    u = 0
+    do i = 4, 7
+      if (twists(1)%x0(1, i) > 0) u(:, i) = [0.0_rp, (cos(ANGLE) - 1)*twists(1)%x0(2, i), sin(ANGLE)*twists(1)%x0(2, i)]
     end do
-    call t%check('some joints bend up', n_up > 0 .and. n_up < 10)
-  end subroutine test_directions
+    call twist_evaluate(twists(1), K, u, energy)
+    call t%check_close('a twisted vein', energy, K*sin(ANGLE)**2/2, rtol=1.0e-13_rp)
+    u = 0
+    do i = 3, 7
+      if (twists(1)%x0(1, i) > 0) u(:, i) = [cos(ANGLE) - 1, 0.0_rp, sin(ANGLE)]
+    end do
+    call twist_evaluate(twists(1), K, u, energy)
+    call t%check_below('a bent vein is not twisted', abs(energy), 1.0e-28_rp)
+    u = 0
+    u(3, 4:7) = ANGLE
+    call twist_evaluate(twists(1), K, u, energy)
+    call t%check_below('nor is one in a fold', abs(energy), 1.0e-28_rp)
+  end subroutine test_torsion
 
   !> A straight joint across two flat halves that bends by an angle of 0.8 up or down: one of both costs 1.4 as much.
   subroutine test_sides()
@@ -321,59 +268,6 @@ contains
     call t%check_close('bending up costs 1.4 as much', energy(1), 1.4_rp*K*ANGLE**2/2, rtol=1.0e-13_rp)
     call t%check_close('  as bending down', energy(2), K*ANGLE**2/2, rtol=1.0e-13_rp)
   end subroutine test_sides
-
-  pure logical function acts_on_stiffness(name)
-    character(*), intent(in) :: name
-    acts_on_stiffness = index(name, 'root_') /= 1
-  end function acts_on_stiffness
-
-  pure real(rp) function moved(value, step, is_log)
-    real(rp), intent(in) :: value, step
-    logical, intent(in) :: is_log
-    moved = value + step
-    if (is_log) moved = value*exp(step)
-  end function moved
-
-  !> Effects that the model does not have: any single hinge, damage anywhere, all bending stiffness.
-  subroutine test_scans()
-    real(rp), parameter :: elsewhere(3) = [6.0e-3_rp, -1.0e-3_rp, 0.8e-3_rp], STEP = 1.0e-3_rp
-    type(solid_model_t) :: model, other
-    type(stiffness_t) :: dk, changed
-    real(rp), dimension(3, plain%n_all) :: g, gp, gm, fd
-    integer :: s, h
-    model = model_with(.false.)
-    call damage_direction(plain, elsewhere, dk)
-    call plain%gradient(u, g, dk)
-    fd = 0
-    other = plain
-    do s = 1, 4
-      other%params%effects%disc = elsewhere
-      call other%set_parameter(other%params%find('damage'), exp(s*STEP))
-      call other%gradient(u, gp)
-      call other%set_parameter(other%params%find('damage'), exp(-s*STEP))
-      call other%gradient(u, gm)
-      fd = fd + STENCIL(s)*(gp - gm)/STEP
-    end do
-    call t%check_below('damage anywhere', maxval(abs(g - fd))/maxval(abs(g)), 1.0e-9_rp)
-    h = size(model%plans)/2
-    call hinge_direction(model, h, dk)
-    changed = model%stiffness
-    changed%hinge(h) = 0
-    changed%cubic(h) = 0
-    call model%gradient(u, g, dk)
-    call model%gradient(u, gp)
-    call model%gradient(u, gm, changed)
-    call t%check_below('a hinge''s direction is its own force', maxval(abs(gp - gm - g))/maxval(abs(gp)), 1.0e-13_rp)
-    call t%check('  which is something', maxval(abs(g)) > 0)
-    call bending_direction(model, dk)
-    call model%gradient(u, g, dk)
-    other = model
-    other%params%bending_factor = 3
-    call other%set_params(other%params)
-    call other%gradient(u, gp)
-    call model%gradient(u, gm)
-    call t%check_below('all bending stiffness', maxval(abs(gp - gm - 2*g))/maxval(abs(g)), 1.0e-9_rp)
-  end subroutine test_scans
 
   !> The nearest point inside the vein; places of joints are refused.
   subroutine test_soft_place()

@@ -105,6 +105,8 @@ contains
     params%effects%hardening = 8
     params%effects%root_flap = 3000
     params%effects%root_twist = 9000
+    params%effects%camber = [0.4_rp, 15.0_rp, -3.0_rp]
+    params%effects%pretension = 0.03_rp
   end function wing_params
 
   !> An instrument that is asked for, but does nothing, changes no bit.
@@ -152,7 +154,9 @@ contains
     call experiment%init(m, wing, params, [params%find('E'), params%find('joint:'//trim(params%joint_names(1))), &
                                            params%find('E_gradient'), params%find('damage'), &
                                            params%find('joint_hardening'), params%find('root_flap'), &
-                                           params%find('root_twist')], options, failure, instrument, &
+                                           params%find('root_twist'), params%find('camber_chord'), &
+                                           params%find('camber_twist'), params%find('pretension')], options, failure, &
+                         instrument, &
                          [(i, i=1, N_INSTRUMENT)], mass%nodal)
     call t%check('the experiment is made '//where,.not. failure%failed)
     call work%init(experiment)
