@@ -98,6 +98,7 @@ contains
       unknowns%upper = quantities%upper
       unknowns%prior = quantities%null
       unknowns%prior_sd = quantities%prior_sd
+      where (.not. quantities%is_log .and. quantities%prior_sd > 0) unknowns%unit = quantities%prior_sd
     end associate
   end function nested_unknowns
 
