@@ -16,7 +16,7 @@ module diagnosis_decision
   use diagnosis_calibration, only: calibration_t, statistics_t
   use diagnosis_design, only: design_t
   use diagnosis_distributions, only: log_add
-  use diagnosis_hypotheses, only: expected_loss, explain, explained_t, hypotheses_t, name_power, remainder_log_p, &
+  use diagnosis_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, name_power, remainder_log_p, &
                                   IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   implicit none
   private
@@ -26,6 +26,7 @@ module diagnosis_decision
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
+  real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   integer, parameter :: POWER_DRAWS = 200, MOST_TOGETHER = 3, MOST_LEADERS = 8
 
@@ -80,9 +81,8 @@ contains
   end function rank_effects
 
   !> The verdict for z(k), in units of the noise, with its statistics and hypotheses; the evidences may have been
-  !> corrected by nonlinear fits. remainder(effects), where given and not positive, is the log p of what the nonlinear
-  !> fit of an effect leaves; elsewhere it is computed in the linear approximation.
-  subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision, remainder)
+  !> corrected by nonlinear fits.
+  subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
     type(statistics_t), intent(in) :: statistics
@@ -90,7 +90,6 @@ contains
     real(rp), intent(in) :: z(:)
     integer(i8), intent(in) :: seed
     type(decision_t), intent(out) :: decision
-    real(rp), intent(in), optional :: remainder(:)
     type(explained_t) :: one, together
     integer, allocatable :: order(:)
     real(rp) :: log_together
@@ -98,7 +97,7 @@ contains
     allocate (decision%causes(0), decision%set(0))
     decision%log_p_global = calibration%log_p_global(statistics)
     order = rank_effects(hypotheses)
-    call find_together(design, hypotheses, order, z, together, log_together)
+    call find_together(design, hypotheses, order, together, log_together)
     call find_posterior(hypotheses, size(order), log_together, decision)
     if (size(order) == 0 .and. size(design%families) == 0) return
     if (decision%log_p_global > log(LEVEL)) then
@@ -114,9 +113,7 @@ contains
     decision%causes = one%members
     decision%snr = sqrt(one%square)
     decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
-    if (present(remainder)) then
-      if (remainder(first) <= 0) decision%remainder_log_p = remainder(first)
-    end if
+    if (hypotheses%is_fitted(first)) decision%remainder_log_p = hypotheses%remainder(first)
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
         decision%posterior(first) > decision%posterior_together) then
       call find_set(design, hypotheses, order, z, decision)
@@ -136,12 +133,12 @@ contains
   end subroutine decide
 
   !> Two or three effects that explain z together better than any other pair: every pair of the leaders is tried, then
-  !> every third one; log_together is the logarithm of their odds.
-  subroutine find_together(design, hypotheses, order, z, together, log_together)
+  !> every third one; log_together is the logarithm of their odds. What the nonlinear fit of the first of a pair has left is
+  !> what the others have to explain.
+  subroutine find_together(design, hypotheses, order, together, log_together)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: order(:)
-    real(rp), intent(in) :: z(:)
     type(explained_t), intent(out) :: together
     real(rp), intent(out) :: log_together
     type(explained_t) :: one, best
@@ -155,7 +152,8 @@ contains
     do i = 1, n
       do j = 1, size(order)
         if (j <= i .and. j <= n) cycle
-        call explain(design, hypotheses%best([order(i), order(j)]), z, one)
+        call explain(design, hypotheses%best([order(i), order(j)]), hypotheses%z(:, order(i)), one)
+        one%log_evidence = one%log_evidence + hypotheses%correction(order(i))
         if (one%log_evidence > best%log_evidence) best = one
       end do
     end do
@@ -165,7 +163,10 @@ contains
       is_better = .false.
       do j = 1, size(order)
         if (any(design%candidates(together%members)%effect == order(j))) cycle
-        call explain(design, [together%members, hypotheses%best(order(j))], z, one)
+        associate (leader => design%candidates(together%members(1))%effect)
+          call explain(design, [together%members, hypotheses%best(order(j))], hypotheses%z(:, leader), one)
+          one%log_evidence = one%log_evidence + hypotheses%correction(leader)
+        end associate
         if (one%log_evidence > best%log_evidence) then
           best = one
           is_better = .true.
@@ -201,25 +202,27 @@ contains
     decision%posterior_unknown = exp(max(-700.0_rp, unknown - total))
   end subroutine find_posterior
 
-  !> The first effect and all that the data cannot tell from it: found nearly as good, or expected to be so.
+  !> The first effect and all that the data cannot tell from it: found nearly as good, or expected to be so. What differs
+  !> by a share of ALIAS_SHARE or less belongs to it even where priors have made its evidence small.
   subroutine find_set(design, hypotheses, order, z, decision)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: order(:)
     real(rp), intent(in) :: z(:)
     type(decision_t), intent(inout) :: decision
-    real(rp) :: behind, loss
+    real(rp) :: behind, loss, share, least
     integer :: i, c
     decision%set = order(:1)
     do i = 2, size(order)
       behind = hypotheses%effect(order(1)) - hypotheses%effect(order(i))
-      if (behind > 2*ALIAS_LOSS) exit
-      loss = huge(loss)
+      least = huge(least)
       do c = 1, size(design%candidates)
         if (design%candidates(c)%effect /= order(i)) cycle
-        loss = min(loss, expected_loss(design, hypotheses%best(order(1)), c, z))
+        call expect_loss(design, hypotheses%best(order(1)), c, z, loss, share)
+        if (behind > 2*ALIAS_LOSS .and. share > ALIAS_SHARE) cycle
+        least = min(least, loss)
       end do
-      if (behind <= ALIAS_LOSS .or. loss <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
+      if (behind <= ALIAS_LOSS .or. least <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
     end do
   end subroutine find_set
 

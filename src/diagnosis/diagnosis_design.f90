@@ -41,7 +41,8 @@ module diagnosis_design
     real(rp) :: retained = 0                !< largest retained fraction of a direction
     real(rp), allocatable :: basis(:, :)    !< (k, df) orthonormal
     real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
-    real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is solve*(basis^T z)
+    real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is -solve*(basis^T z)
+    real(rp), allocatable :: beside(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
     type(strengths_t) :: strengths
   end type candidate_t
 
@@ -125,9 +126,25 @@ contains
     call orthogonalise(all, design%q_all, r)
     design%k = size(r, 1)
     design%n_rest = n + count(design%weight > 0) - b - design%k
-    call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), design)
+    call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), &
+                         beside_baseline(tangents, b), design)
     call make_families(simulator, r(:, size(columns) - b + 1:), design)
   end subroutine build_design
+
+  !> Columns b + 1, .. of the tangents without what the first b imitate, whatever priors say.
+  function beside_baseline(tangents, b) result(beside)
+    real(rp), intent(in) :: tangents(:, :)
+    integer, intent(in) :: b
+    real(rp) :: beside(size(tangents, 1), size(tangents, 2) - b)
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :), basis(:, :)
+    integer :: i
+    call decompose(tangents(:, :b), u, s, vt)
+    basis = u(:, :count(s > 1.0e-9_rp*maxval(s)))
+    beside = tangents(:, b + 1:)
+    do i = 1, 2 ! once more against rounding
+      beside = beside - matmul(basis, matmul(transpose(basis), beside))
+    end do
+  end function beside_baseline
 
   !> Parameters of all effects that the data can show, each once.
   function effect_columns(simulator) result(columns)
@@ -147,11 +164,12 @@ contains
     end do
   end function effect_columns
 
-  !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection.
-  subroutine make_candidates(simulator, columns, raw, retained, design)
+  !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection; for
+  !> beside(n, :) see candidate_t.
+  subroutine make_candidates(simulator, columns, raw, retained, beside, design)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:)
-    real(rp), intent(in) :: raw(:, :), retained(:, :)
+    real(rp), intent(in) :: raw(:, :), retained(:, :), beside(:, :)
     type(design_t), intent(inout) :: design
     integer :: e, v, n, i, j
     integer, allocatable :: at(:)
@@ -176,6 +194,7 @@ contains
           end do
           call require(all(simulator%quantities(c%columns)%prior_sd > 0), 'diagnosis_design: effects need a prior')
           c%tangents = retained(:, at)
+          c%beside = beside(:, at)
           call fill_candidate(raw(:, at), [(simulator%quantities(c%columns(j))%prior_sd, j=1, size(at))], c)
         end associate
       end do

@@ -25,7 +25,8 @@ module diagnosis_engine
   integer, parameter :: FEWEST_REST = 30    !< degrees of freedom from which the size of the noise is estimated
 
   type :: diagnosis_options_t
-    type(fit_options_t) :: fit
+    !> Sums of squares are wanted to a few thousandths.
+    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=2.0e-6_rp)
     integer :: n_draws = 4000            !< of the bootstrap
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< leaders that are fitted in full
@@ -84,6 +85,7 @@ contains
     if (failure%failed) return
     call build_design(simulator, d%baseline%q, d%design, failure)
     if (failure%failed) return
+    call simulator%keep() ! where all refits begin
     ! Without directions that no test uses the noise model is believed.
     is_scale_known = options%is_scale_known .or. d%design%n_rest < FEWEST_REST
     if (simulator%n_observations < 2*simulator%n_baseline) then
@@ -156,53 +158,65 @@ contains
     type(explained_t) :: alone
     type(failure_t) :: failure
     integer, allocatable :: order(:)
-    real(rp) :: z(d%design%k), rest, remainder(size(simulator%effects)), correction
+    real(rp) :: z(d%design%k), rest
     integer :: i
     order = rank_effects(d%hypotheses)
-    remainder = 1
     do i = 1, min(options%most_refits, size(order))
       one%candidate = d%hypotheses%best(order(i))
       if (i > 1 .and. .not. any(d%linear%set == order(i)) .and. &
-          d%hypotheses%effect(order(i)) < d%hypotheses%effect(order(1)) - 10) cycle
+          d%hypotheses%effect(order(i)) < maxval(d%hypotheses%effect) - 10) cycle
       call fit_extended(simulator, options, d, [one%candidate], one%found)
       if (.not. one%found%is_found) cycle
       one%gain = (d%baseline%cost() - one%found%cost())/d%scale
       call explain(d%design, [one%candidate], d%z, alone)
-      correction = 0.5_rp*(one%gain - alone%square)
-      d%hypotheses%effect(order(i)) = d%hypotheses%effect(order(i)) + correction
       call compress_at(simulator, one%found%q, d%design, z, rest, failure)
-      if (.not. failure%failed) then
-        z = z/sqrt(d%scale)
-        z = z - matmul(alone%basis, matmul(z, alone%basis))
-        one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
-        remainder(order(i)) = one%remainder_log_p
-      end if
+      if (failure%failed) cycle
+      z = z/sqrt(d%scale)
+      z = z - matmul(alone%basis, matmul(z, alone%basis))
+      one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
+      call d%hypotheses%correct(order(i), 0.5_rp*(one%gain - alone%square), one%remainder_log_p, z + d%z - alone%left)
       d%refits = [d%refits, one]
     end do
-    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, remainder)
+    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
   end subroutine refit_leaders
 
-  !> The baseline with candidates, fitted in full from their linear estimate.
+  !> The baseline with candidates, fitted in full: from the fit of the baseline, and if that finds much less than the
+  !> tangents promise, also from the values before any fit, as joints that a wrong model made rigid do not come back.
   subroutine fit_extended(simulator, options, d, candidates, found)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(in), target :: d
     integer, intent(in) :: candidates(:)
     type(nested_fit_t), intent(out) :: found
+    real(rp), parameter :: DISAPPOINTING = 20.0_rp ! of the sum of squares
+    type(nested_fit_t) :: other
+    type(explained_t) :: together
     integer, allocatable :: active(:)
-    real(rp), allocatable :: jacobian(:, :)
-    real(rp) :: residuals(simulator%n_observations)
-    logical :: is_valid
+    real(rp) :: q(size(simulator%quantities)), usual(size(simulator%quantities))
     integer :: i
-    active = d%baseline%active
-    do i = 1, size(candidates)
-      active = [active, d%design%candidates(candidates(i))%columns]
+    do i = 1, size(d%refits)
+      if (size(candidates) > 1 .or. d%refits(i)%candidate /= candidates(1)) cycle
+      found = d%refits(i)%found
+      return
     end do
-    ! Warm solutions start from the baseline, whatever was fitted before.
-    allocate (jacobian(simulator%n_observations, 0))
-    call simulator%evaluate(d%baseline%q, [integer ::], residuals, jacobian, is_valid)
-    if (is_valid) call simulator%accept()
-    call fit_nested(simulator, d%whitener, active, d%baseline%q, options%fit, found)
+    active = d%baseline%active
+    q = simulator%null_point()
+    do i = 1, size(candidates)
+      associate (one => d%design%candidates(candidates(i)))
+        active = [active, one%columns]
+        if (one%df > 0) q(one%columns) = q(one%columns) - matmul(one%solve, matmul(d%z*sqrt(d%scale), one%basis))
+      end associate
+    end do
+    usual = q
+    call simulator%recall()
+    call fit_nested(simulator, d%whitener, active, d%baseline%q, options%fit, found, usual)
+    call explain(d%design, candidates, d%z, together)
+    if (found%is_found .and. d%baseline%cost() - found%cost() > d%scale*(together%square - DISAPPOINTING)) return
+    call simulator%recall()
+    q = max(simulator%quantities%lower, min(simulator%quantities%upper, q))
+    call fit_nested(simulator, d%whitener, active, q, options%fit, other, usual)
+    if (.not. other%is_found) return
+    if (.not. found%is_found .or. other%cost() < found%cost()) found = other
   end subroutine fit_extended
 
   !> The causes of the verdict: fitted together, with intervals, and tried on locations that the fit did not see. A name
@@ -241,18 +255,24 @@ contains
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout), target :: d
+    real(rp), parameter :: RESOLUTION = 0.01_rp ! of the threshold, in sums of squares
     type(nested_problem_t) :: problem
+    type(fit_options_t) :: fits
     integer :: i, n, first
     logical :: is_outside
     n = size(d%extended%active)
     first = size(d%baseline%active) + 1
     call problem%init(simulator, d%whitener, d%extended%active, d%extended%q)
     allocate (d%intervals(n - first + 1))
+    fits = options%fit
+    fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/d%extended%cost())
     d%is_null_excluded = .false.
     do i = first, n
       associate (interval => d%intervals(i - first + 1))
-        call profile_interval(problem, nested_unknowns(simulator, d%extended%active), d%extended%q(d%extended%active), &
-                              i, d%extended%sd(i), THRESHOLD_90*d%scale, options%fit, interval)
+        call profile_interval(problem, nested_unknowns(simulator, d%extended%active, d%extended%q), &
+                              d%extended%q(d%extended%active), i, sqrt(d%extended%covariance(i, i)), &
+                              THRESHOLD_90*d%scale, fits, interval, &
+                              d%extended%covariance(:, i)/d%extended%covariance(i, i))
         associate (null => simulator%quantities(d%extended%active(i))%null)
           is_outside = (interval%has_lower .and. null < interval%lower) .or. &
                        (interval%has_upper .and. null > interval%upper)

@@ -14,7 +14,7 @@ module diagnosis_hypotheses
   use diagnosis_lapack, only: decompose
   implicit none
   private
-  public :: hypotheses_t, explained_t, explain, remainder_log_p, name_power, expected_loss
+  public :: hypotheses_t, explained_t, explain, remainder_log_p, name_power, expect_loss
 
   real(rp), parameter, public :: PRIOR_NONE = 0.35_rp, PRIOR_ONE = 0.35_rp, PRIOR_TWO = 0.1_rp, PRIOR_UNKNOWN = 0.2_rp
   integer(i8), parameter :: UNKNOWN_STREAM = 11
@@ -35,8 +35,13 @@ module diagnosis_hypotheses
     real(rp), allocatable :: effect(:)      !< (effects) averaged over its variants; very small if absorbed
     integer, allocatable :: best(:)         !< (effects) variant of the largest evidence, 0: none
     real(rp), allocatable :: unknown(:)     !< (families)
+    logical, allocatable :: is_fitted(:)    !< (effects) corrected by a nonlinear fit of the best variant
+    real(rp), allocatable :: correction(:)  !< (effects) of the log evidence by that fit
+    real(rp), allocatable :: remainder(:)   !< (effects) log p of what that fit leaves
+    real(rp), allocatable :: z(:, :)        !< (k, effects) what the variant explains of z, and what its fit leaves
   contains
     procedure :: init => hypotheses_init
+    procedure :: correct => hypotheses_correct
   end type hypotheses_t
 
   real(rp), parameter, public :: IMPOSSIBLE = -1.0e4_rp !< log evidence of what cannot be tested
@@ -54,6 +59,9 @@ contains
     allocate (self%effect(n_effects), source=IMPOSSIBLE)
     allocate (self%best(n_effects), source=0)
     allocate (self%unknown(size(design%families)))
+    allocate (self%is_fitted(n_effects), source=.false.)
+    allocate (self%correction(n_effects), self%remainder(n_effects), source=0.0_rp)
+    self%z = spread(z, 2, n_effects)
     n = 0
     do c = 1, size(design%candidates)
       associate (one => design%candidates(c))
@@ -79,6 +87,19 @@ contains
       self%unknown(f) = unknown_evidence(design%families(f), z)
     end do
   end subroutine hypotheses_init
+
+  !> Takes what a nonlinear fit of effect e has told: by how much its evidence is larger than in the linear approximation,
+  !> the log p of what it leaves, and z(k) with that in place of what the linear approximation leaves.
+  subroutine hypotheses_correct(self, e, correction, remainder, z)
+    class(hypotheses_t), intent(inout) :: self
+    integer, intent(in) :: e
+    real(rp), intent(in) :: correction, remainder, z(:)
+    self%is_fitted(e) = .true.
+    self%effect(e) = self%effect(e) + correction
+    self%correction(e) = correction
+    self%remainder(e) = remainder
+    self%z(:, e) = z
+  end subroutine hypotheses_correct
 
   !> An unknown cause is as likely a field over the whole wing as one place of it.
   pure real(rp) function unknown_evidence(family, z) result(log_evidence)
@@ -180,16 +201,29 @@ contains
     signal = signal/max(norm2(signal), tiny(1.0_rp))
   end subroutine draw_unknown
 
-  !> How much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found.
-  real(rp) function expected_loss(design, a, b, z) result(loss)
+  !> How much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found, and the
+  !> `share` of all that a adds to the baseline. No prior takes part: causes that only priors tell apart are not told
+  !> apart.
+  subroutine expect_loss(design, a, b, z, loss, share)
     type(design_t), intent(in) :: design
     integer, intent(in) :: a, b
     real(rp), intent(in) :: z(:)
-    real(rp) :: signal(design%k)
+    real(rp), intent(out) :: loss, share
+    real(rp), parameter :: SAME = 1.0e-6_rp ! of the largest direction of b
+    real(rp), allocatable :: signal(:), u(:, :), s(:), vt(:, :)
+    real(rp) :: whole
+    integer :: m
+    loss = 0
+    share = 1
     associate (one => design%candidates(a), other => design%candidates(b))
-      signal = matmul(one%basis, matmul(z, one%basis))
+      signal = matmul(one%beside, matmul(one%solve, matmul(z, one%basis)))
+      whole = 0.5_rp*sum(signal**2)
+      if (.not. whole > 0) return
+      call decompose(other%beside, u, s, vt)
+      m = count(s > SAME*maxval(s))
+      signal = signal - matmul(u(:, :m), matmul(signal, u(:, :m)))
       loss = 0.5_rp*sum(signal**2)
-      if (other%df > 0) loss = loss - 0.5_rp*sum(matmul(signal, other%basis)**2)
+      share = loss/whole
     end associate
-  end function expected_loss
+  end subroutine expect_loss
 end module diagnosis_hypotheses

@@ -3,6 +3,7 @@
 !>
 !> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out.
 !> The directions of nuisances depend on the point, and are taken anew at the optimum of the baseline until it stays.
+!> Effects have no prior here: no name may rest on what was thought of its strength before.
 module diagnosis_refit
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -10,6 +11,7 @@ module diagnosis_refit
   use diagnosis_whitener, only: whitener_t
   use measurement_fit, only: fit, fit_options_t, fit_report_t
   use measurement_least_squares, only: least_squares_t, unknowns_t
+  use measurement_posterior, only: find_posterior, posterior_t
   implicit none
   private
   public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, nested_unknowns
@@ -33,7 +35,7 @@ module diagnosis_refit
     integer, allocatable :: active(:)
     real(rp), allocatable :: q(:)            !< all quantities
     real(rp) :: chi2 = 0, prior_chi2 = 0     !< of whitened residuals, of priors
-    real(rp), allocatable :: sd(:)           !< (active) in the linear approximation
+    real(rp), allocatable :: covariance(:, :) !< (active, active) in the linear approximation
     logical, allocatable :: is_at_bound(:)   !< (active)
     integer :: n_evaluations = 0
   contains
@@ -87,36 +89,48 @@ contains
     cost = self%chi2 + self%prior_chi2
   end function nested_cost
 
-  !> Bounds and priors of the quantities `active`.
-  function nested_unknowns(simulator, active) result(unknowns)
+  !> Bounds and priors of the quantities `active`, and usual changes for a search that starts at q.
+  function nested_unknowns(simulator, active, q) result(unknowns)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
     type(unknowns_t) :: unknowns
+    integer :: i
     call unknowns%init(size(active))
-    associate (quantities => simulator%quantities(active))
-      unknowns%lower = quantities%lower
-      unknowns%upper = quantities%upper
-      unknowns%prior = quantities%null
-      unknowns%prior_sd = quantities%prior_sd
-      where (.not. quantities%is_log .and. quantities%prior_sd > 0) unknowns%unit = quantities%prior_sd
-    end associate
+    do i = 1, size(active)
+      associate (one => simulator%quantities(active(i)))
+        unknowns%lower(i) = one%lower
+        unknowns%upper(i) = one%upper
+        unknowns%prior(i) = one%null
+        if (active(i) <= simulator%n_baseline) then
+          unknowns%prior_sd(i) = one%prior_sd
+        else if (.not. one%is_log) then
+          unknowns%unit(i) = max(one%prior_sd, abs(q(active(i)) - one%null))
+        end if
+      end associate
+    end do
   end function nested_unknowns
 
-  !> Fits the quantities `active` over the observations of the whitener, from q.
-  subroutine fit_nested(simulator, whitener, active, q, options, found)
+  !> Fits the quantities `active` over the observations of the whitener, from q. usual(quantities), where given, is a
+  !> point as far from their null as effects are expected to be.
+  subroutine fit_nested(simulator, whitener, active, q, options, found, usual)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
     type(fit_options_t), intent(in) :: options
     type(nested_fit_t), intent(out) :: found
+    real(rp), intent(in), optional :: usual(:)
     type(nested_problem_t) :: problem
     type(unknowns_t) :: unknowns
     type(fit_report_t) :: report
-    real(rp) :: square
-    integer :: i
+    type(posterior_t) :: posterior
     call problem%init(simulator, whitener, active, q)
-    unknowns = nested_unknowns(simulator, active)
+    if (present(usual)) then
+      unknowns = nested_unknowns(simulator, active, usual)
+    else
+      unknowns = nested_unknowns(simulator, active, q)
+    end if
     call fit(problem, unknowns, q(active), options, report)
     found%is_found = report%is_converged .or. report%n_accepted > 0
     found%active = active
@@ -126,17 +140,13 @@ contains
     found%prior_chi2 = report%prior_chi2
     found%is_at_bound = report%is_at_bound
     found%n_evaluations = report%n_evaluations
-    allocate (found%sd(size(active)))
-    do i = 1, size(active)
-      square = sum(report%jacobian(:, i)**2)
-      if (unknowns%prior_sd(i) > 0) square = square + 1/unknowns%prior_sd(i)**2
-      found%sd(i) = 1/sqrt(max(square, tiny(square)))
-    end do
+    posterior = find_posterior(unknowns, report)
+    found%covariance = posterior%covariance
   end subroutine fit_nested
 
-  !> Fits the baseline from several starts (quantities, :) and takes the best; `whitener`, over all observations, has
-  !> then the directions of nuisances at this point. spread(starts) is how much worse each start ended, huge without an
-  !> end. Fails if none has one.
+  !> Fits the baseline from several starts (quantities, :), roughly and with the nuisances of the first one, and the best
+  !> of them to the end; `whitener`, over all observations, has then the directions of nuisances at this point.
+  !> spread(starts) is how much worse than the best each start ended, huge without an end. Fails if none has one.
   subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -146,55 +156,61 @@ contains
     real(rp), allocatable, intent(out) :: spread(:)
     type(failure_t), intent(out) :: failure
     integer, parameter :: MOST_PASSES = 4
+    real(rp), parameter :: ROUGH = 1.0e-3_rp, SETTLED = 0.05_rp ! of the sum of squares; in its units
     type(nested_fit_t) :: one
+    type(fit_options_t) :: rough_options
     real(rp), allocatable :: q(:)
     real(rp) :: before
     integer :: i, s, pass, active(simulator%n_baseline)
-    logical :: is_valid
+    logical :: is_valid, has_directions
     active = [(i, i=1, simulator%n_baseline)]
     call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
     if (failure%failed) return
+    rough_options = options
+    rough_options%reduction_tolerance = max(ROUGH, options%reduction_tolerance)
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
+    has_directions = .false.
     do s = 1, size(starts, 2)
-      call take_directions(simulator, starts(:, s), active, whitener, is_valid)
-      if (.not. is_valid) cycle
-      call fit_nested(simulator, whitener, active, starts(:, s), options, one)
+      if (.not. has_directions) call take_directions(simulator, starts(:, s), whitener, has_directions)
+      if (.not. has_directions) cycle
+      call fit_nested(simulator, whitener, active, starts(:, s), rough_options, one)
       if (.not. one%is_found) cycle
-      do pass = 2, MOST_PASSES
-        before = one%cost()
-        q = one%q
-        call take_directions(simulator, q, active, whitener, is_valid)
-        if (.not. is_valid) exit
-        call fit_nested(simulator, whitener, active, q, options, one)
-        if (.not. one%is_found) exit
-        if (abs(one%cost() - before) <= 1.0e-3_rp) exit
-      end do
-      if (.not. (one%is_found .and. is_valid)) cycle
       spread(s) = one%cost()
-      if (.not. found%is_found .or. one%cost() < found%cost()) found = one
+      if (found%is_found .and. .not. one%cost() < found%cost()) cycle
+      found = one
+      call simulator%keep()
     end do
     if (.not. found%is_found) then
       call failure%raise('the baseline could not be fitted from any start')
       return
     end if
     where (spread < huge(1.0_rp)) spread = spread - found%cost()
-    call take_directions(simulator, found%q, active, whitener, is_valid)
-    if (.not. is_valid) call failure%raise('the simulator has no result at the best fit of the baseline')
+    call simulator%recall()
+    do pass = 1, MOST_PASSES
+      q = found%q
+      before = found%cost()
+      call take_directions(simulator, q, whitener, is_valid)
+      if (.not. is_valid) exit
+      call fit_nested(simulator, whitener, active, q, options, found)
+      if (.not. found%is_found) exit
+      if (pass > 1 .and. abs(found%cost() - before) <= SETTLED) exit
+    end do
+    if (found%is_found) call take_directions(simulator, found%q, whitener, is_valid)
+    if (.not. (found%is_found .and. is_valid)) &
+      call failure%raise('the simulator has no result at the best fit of the baseline')
   end subroutine fit_baseline
 
   !> Nuisances at q.
-  subroutine take_directions(simulator, q, active, whitener, is_valid)
+  subroutine take_directions(simulator, q, whitener, is_valid)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
-    integer, intent(in) :: active(:)
     type(whitener_t), intent(inout) :: whitener
     logical, intent(out) :: is_valid
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
     n = simulator%n_observations
-    allocate (residuals(n), jacobian(n, size(active)), nuisances(n, simulator%n_nuisances), &
-              patterns(n, simulator%n_patterns))
-    call simulator%evaluate(q, active, residuals, jacobian, is_valid)
+    allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
+    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
     if (.not. is_valid) return
     call simulator%accept()
     call simulator%directions(q, nuisances, patterns, is_valid)

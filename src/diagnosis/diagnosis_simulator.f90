@@ -66,11 +66,16 @@ module diagnosis_simulator
     type(effect_t), allocatable :: effects(:)
     integer, allocatable :: family(:)         !< (n_patterns) 1, 2, .. kind of unknown cause
     real(rp), allocatable :: pattern_place(:, :) !< (2, n_patterns) [m] where on the wing
+    logical, allocatable :: is_skipped(:)     !< (surfaces) see `skip`
   contains
     procedure(evaluate_interface), deferred :: evaluate
     procedure(covariance_interface), deferred :: covariance
     procedure(directions_interface), deferred :: directions
     procedure :: accept => simulator_accept
+    procedure :: keep => simulator_keep
+    procedure :: recall => simulator_recall
+    procedure :: skip => simulator_skip
+    procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
   end type simulator_t
 
@@ -95,7 +100,7 @@ module diagnosis_simulator
     end subroutine covariance_interface
 
     !> At q: nuisances(n, n_nuisances), what an error of one sd of each nuisance does to the residuals; and
-    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do.
+    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do, or patterns(n, 0).
     subroutine directions_interface(self, q, nuisances, patterns, is_valid)
       import :: simulator_t, rp
       class(simulator_t), intent(inout) :: self
@@ -119,6 +124,32 @@ contains
     class(simulator_t), intent(inout) :: self
     self%n_observations = self%n_observations
   end subroutine simulator_accept
+
+  !> Remembers where the solver stands, in the place of what it remembered before.
+  subroutine simulator_keep(self)
+    class(simulator_t), intent(inout) :: self
+    self%n_observations = self%n_observations
+  end subroutine simulator_keep
+
+  !> The solver stands again where it was at the last `keep`.
+  subroutine simulator_recall(self)
+    class(simulator_t), intent(inout) :: self
+    self%n_observations = self%n_observations
+  end subroutine simulator_recall
+
+  !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing
+  !> of them.
+  subroutine simulator_skip(self, is_skipped)
+    class(simulator_t), intent(inout) :: self
+    logical, intent(in) :: is_skipped(:)
+    self%is_skipped = is_skipped
+  end subroutine simulator_skip
+
+  !> Everything is wanted again.
+  subroutine simulator_skip_none(self)
+    class(simulator_t), intent(inout) :: self
+    if (allocated(self%is_skipped)) deallocate (self%is_skipped)
+  end subroutine simulator_skip_none
 
   !> All quantities at their null values.
   pure function simulator_null_point(self) result(q)

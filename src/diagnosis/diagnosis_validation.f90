@@ -4,6 +4,10 @@
 !>
 !> The score of a fold is its log predictive density, normal about the prediction with the covariance of noise and
 !> nuisances and what the fit leaves unknown of the parameters, in the linear approximation.
+!>
+!> The fit to the others is one step of Gauss and Newton from the fit to everything, whose tangents are known. Only the
+!> loads that were left out are then simulated. Where that changes the score by more than LINEAR from what the tangents
+!> promise, more steps are made.
 module diagnosis_validation
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -27,6 +31,15 @@ module diagnosis_validation
     logical :: is_complete = .false.       !< all folds could be predicted
   end type validation_t
 
+  !> Everything at one point.
+  type :: tangents_t
+    logical :: is_valid = .false.
+    real(rp), allocatable :: q(:), residuals(:), jacobian(:, :), nuisances(:, :)
+  end type tangents_t
+
+  real(rp), parameter :: LINEAR = 0.1_rp  !< see above
+  integer, parameter :: MOST_STEPS = 6    !< of a fit without one location: a model that needs more is not a good one
+
 contains
 
   !> Validates the model with the quantities `active` free, from its fit q to everything.
@@ -36,15 +49,20 @@ contains
     real(rp), intent(in) :: q(:)
     type(fit_options_t), intent(in) :: options
     type(validation_t), intent(out) :: validation
-    integer :: f
+    type(tangents_t) :: full
     real(rp) :: scores(3)
     integer, allocatable :: outside(:)
+    integer :: f, i
     logical :: ok
     allocate (validation%fold(0), validation%n(0), validation%density(0), validation%chi2(0), validation%square(0))
     validation%is_complete = .true.
+    call find_tangents(simulator, active, q, full, ok)
+    if (ok) call simulator%keep()
     do f = 1, maxval(simulator%labels%fold)
-      call predict_fold(simulator, f, active, q, options, outside, scores, ok)
+      outside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) == f)
       if (size(outside) == 0) cycle
+      scores = 0
+      if (full%is_valid) call predict_fold(simulator, f, active, full, options, outside, scores, ok)
       validation%is_complete = validation%is_complete .and. ok
       if (.not. ok) cycle
       validation%fold = [validation%fold, f]
@@ -55,100 +73,142 @@ contains
     end do
   end subroutine validate
 
-  !> Scores of fold f: log density, chi^2, sum of squares.
-  subroutine predict_fold(simulator, f, active, q, options, outside, scores, ok)
-    class(simulator_t), intent(inout), target :: simulator
-    integer, intent(in) :: f, active(:)
+  !> Residuals, derivatives and nuisances of everything at q; the simulator then stands there.
+  subroutine find_tangents(simulator, active, q, full, is_valid)
+    class(simulator_t), intent(inout) :: simulator
+    integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
+    type(tangents_t), intent(out) :: full
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: patterns(:, :)
+    integer :: n
+    n = simulator%n_observations
+    full%q = q
+    allocate (full%residuals(n), full%jacobian(n, size(active)), full%nuisances(n, simulator%n_nuisances))
+    allocate (patterns(n, 0))
+    call simulator%evaluate(q, active, full%residuals, full%jacobian, is_valid)
+    if (is_valid) call simulator%accept()
+    if (is_valid) call simulator%directions(q, full%nuisances, patterns, is_valid)
+    full%is_valid = is_valid
+  end subroutine find_tangents
+
+  !> Scores of fold f, whose observations are `outside`: log density, chi^2, sum of squares.
+  subroutine predict_fold(simulator, f, active, full, options, outside, scores, ok)
+    class(simulator_t), intent(inout), target :: simulator
+    integer, intent(in) :: f, active(:), outside(:)
+    type(tangents_t), intent(in) :: full
     type(fit_options_t), intent(in) :: options
-    integer, allocatable, intent(out) :: outside(:)
     real(rp), intent(out) :: scores(3)
     logical, intent(out) :: ok
-    type(whitener_t), target :: inner, outer
+    type(whitener_t), target :: inner, outer, wide
     type(nested_fit_t) :: found
+    type(fit_options_t) :: few
     type(failure_t) :: failure
-    real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :), left(:)
+    real(rp), allocatable :: spread(:, :), step(:), q(:), promised(:), seen(:)
     integer, allocatable :: inside(:)
-    integer :: i, n
-    logical :: is_valid
+    integer :: i
+    logical :: is_linear
     scores = 0
-    n = simulator%n_observations
-    associate (fold => simulator%labels%fold(simulator%labels%surface))
-      outside = pack([(i, i=1, n)], fold == f)
-      inside = pack([(i, i=1, n)], fold /= f)
-    end associate
+    inside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) /= f)
     ok = size(inside) > size(active)
-    if (size(outside) == 0 .or. .not. ok) return
-    allocate (residuals(n), jacobian(n, size(active)), nuisances(n, simulator%n_nuisances), &
-              patterns(n, simulator%n_patterns))
-    call directions_at(simulator, q, active, residuals, jacobian, nuisances, patterns, is_valid)
-    ok = is_valid
-    if (ok) call inner%init(simulator, inside, failure)
-    ok = ok .and. .not. failure%failed
     if (.not. ok) return
-    call inner%add_directions(nuisances(inside, :))
-    call fit_nested(simulator, inner, active, q, options, found)
-    ok = found%is_found
-    if (ok) call directions_at(simulator, found%q, active, residuals, jacobian, nuisances, patterns, is_valid)
-    ok = ok .and. is_valid
-    if (ok) call outer%init(simulator, outside, failure)
-    ok = ok .and. .not. failure%failed
+    call inner%init(simulator, inside, failure)
+    if (.not. failure%failed) call outer%init(simulator, outside, failure)
+    ok = .not. failure%failed
     if (.not. ok) return
-    scores(3) = sum(residuals(outside)**2)
-    call outer%add_directions(nuisances(outside, :))
-    left = residuals(outside)
-    call outer%apply_one(left)
-    scores(2) = sum(left**2)
-    call add_uncertainty(simulator, active, inner, jacobian, nuisances, outside, outer)
-    left = residuals(outside)
-    call outer%apply_one(left)
-    scores(1) = -0.5_rp*(sum(left**2) + outer%log_determinant)
+    call inner%add_directions(full%nuisances(inside, :))
+    call step_without(simulator, active, full, inner, step, spread)
+    wide = outer
+    call outer%add_directions(full%nuisances(outside, :))
+    call wide%add_directions(reshape([full%nuisances(outside, :), matmul(full%jacobian(outside, :), spread)], &
+                                     [size(outside), size(full%nuisances, 2) + size(active)]))
+    q = full%q
+    q(active) = q(active) + step
+    promised = full%residuals(outside) + matmul(full%jacobian(outside, :), step)
+    call predict(simulator, f, q, outside, seen, ok)
+    is_linear = .false.
+    if (ok) is_linear = abs(log_density(wide, seen) - log_density(wide, promised)) <= LINEAR
+    if (.not. is_linear) then
+      few = options
+      few%reduction_tolerance = max(options%reduction_tolerance, LINEAR/max(1.0_rp, real(inner%n, rp)))
+      few%most_iterations = min(options%most_iterations, MOST_STEPS)
+      call simulator%recall()
+      call simulator%skip(simulator%labels%fold == f)
+      call fit_nested(simulator, inner, active, merge(q, full%q, ok), few, found)
+      call simulator%skip_none()
+      ok = found%is_found
+      if (ok) call predict(simulator, f, found%q, outside, seen, ok)
+    end if
+    if (.not. ok) return
+    scores(3) = sum(seen**2)
+    scores(1) = log_density(wide, seen)
+    call outer%apply_one(seen)
+    scores(2) = sum(seen**2)
   end subroutine predict_fold
 
-  subroutine directions_at(simulator, q, active, residuals, jacobian, nuisances, patterns, is_valid)
+  !> Residuals of the observations of fold f at q.
+  subroutine predict(simulator, f, q, outside, residuals, ok)
     class(simulator_t), intent(inout) :: simulator
+    integer, intent(in) :: f, outside(:)
     real(rp), intent(in) :: q(:)
-    integer, intent(in) :: active(:)
-    real(rp), intent(out) :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
-    logical, intent(out) :: is_valid
-    call simulator%evaluate(q, active, residuals, jacobian, is_valid)
-    if (.not. is_valid) return
-    call simulator%accept()
-    call simulator%directions(q, nuisances, patterns, is_valid)
-  end subroutine directions_at
+    real(rp), allocatable, intent(out) :: residuals(:)
+    logical, intent(out) :: ok
+    real(rp) :: all(simulator%n_observations), jacobian(simulator%n_observations, 0)
+    call simulator%recall()
+    call simulator%skip(simulator%labels%fold /= f)
+    call simulator%evaluate(q, [integer ::], all, jacobian, ok)
+    call simulator%skip_none()
+    residuals = all(outside)
+  end subroutine predict
 
-  !> Gives `outer` the nuisances and, as further directions, J R^-1 with R^T R the inverse posterior covariance of the
-  !> parameters.
-  subroutine add_uncertainty(simulator, active, inner, jacobian, nuisances, outside, outer)
+  !> Without its constant.
+  real(rp) function log_density(whitener, residuals)
+    type(whitener_t), intent(in) :: whitener
+    real(rp), intent(in) :: residuals(:)
+    real(rp) :: white(size(residuals))
+    white = residuals
+    call whitener%apply_one(white)
+    log_density = -0.5_rp*(sum(white**2) + whitener%log_determinant)
+  end function log_density
+
+  !> By how much the active quantities differ if only the observations of `inner` are fitted, in the linear
+  !> approximation and within bounds, and spread(active, active) with spread spread^T their posterior covariance.
+  subroutine step_without(simulator, active, full, inner, step, spread)
     class(simulator_t), intent(in) :: simulator
-    integer, intent(in) :: active(:), outside(:)
+    integer, intent(in) :: active(:)
+    type(tangents_t), intent(in) :: full
     type(whitener_t), intent(in) :: inner
-    real(rp), intent(in) :: jacobian(:, :), nuisances(:, :)
-    type(whitener_t), intent(inout) :: outer
+    real(rp), allocatable, intent(out) :: step(:), spread(:, :)
     real(rp), parameter :: RIDGE = 1.0e-8_rp ! of the largest derivative, for what neither data nor prior determine
     type(unknowns_t) :: unknowns
-    real(rp), allocatable :: rows(:, :), basis(:, :), r(:, :), lower(:, :), directions(:, :), white(:, :)
+    real(rp), allocatable :: rows(:, :), right(:), white(:, :), basis(:, :), r(:, :), lower(:, :), inverse(:, :)
     real(rp) :: largest
     integer :: i, n
     n = size(active)
-    unknowns = nested_unknowns(simulator, active)
-    white = jacobian(inner%rows, :)
+    unknowns = nested_unknowns(simulator, active, full%q)
+    white = reshape([full%jacobian(inner%rows, :), full%residuals(inner%rows)], [inner%n, n + 1])
     call inner%apply(white)
-    allocate (rows(inner%n + n, n), source=0.0_rp)
-    rows(:inner%n, :) = white
-    largest = maxval(norm2(white, 1))
+    allocate (rows(inner%n + n, n), right(inner%n + n), source=0.0_rp)
+    rows(:inner%n, :) = white(:, :n)
+    right(:inner%n) = white(:, n + 1)
+    largest = maxval(norm2(white(:, :n), 1))
     do i = 1, n
-      rows(inner%n + i, i) = RIDGE*largest
-      if (unknowns%prior_sd(i) > 0) rows(inner%n + i, i) = rows(inner%n + i, i) + 1/unknowns%prior_sd(i)
+      rows(inner%n + i, i) = RIDGE*largest/unknowns%unit(i)
+      if (.not. unknowns%prior_sd(i) > 0) cycle
+      rows(inner%n + i, i) = 1/unknowns%prior_sd(i)
+      right(inner%n + i) = (full%q(active(i)) - unknowns%prior(i))/unknowns%prior_sd(i)
     end do
     call orthogonalise(rows, basis, r)
     lower = transpose(r)
-    directions = transpose(jacobian(outside, :))
-    call solve_lower(lower, directions)
-    white = reshape([nuisances(outside, :), transpose(directions)], &
-                    [size(outside), size(nuisances, 2) + n])
-    call outer%add_directions(white)
-  end subroutine add_uncertainty
+    allocate (inverse(n, n), source=0.0_rp)
+    do i = 1, n
+      inverse(i, i) = 1
+    end do
+    call solve_lower(lower, inverse)
+    spread = transpose(inverse)
+    step = -matmul(spread, matmul(right, basis))
+    step = max(unknowns%lower - full%q(active), min(unknowns%upper - full%q(active), step))
+  end subroutine step_without
 
   !> Mean gain of log predictive density per fold of `other` over `one`, and the standard error of the mean over folds
   !> that both predict; their number is at least 2 if `ok`.

@@ -2,13 +2,14 @@
 !> Makes observations comparable: a linear map after which errors are independent with variance 1.
 !>
 !> C = N + V V^T, N the covariance of the noise, dense within blocks, V the directions of nuisances scaled by their sd.
-!> With N = L L^T and L^-1 V = U S X^T the map is (I - U (I - (I + S^2)^-1/2) U^T) L^-1, whose square is C^-1 (the
-!> identity of Woodbury in its symmetric form). The map may be restricted to some of the observations; their C is then
-!> that of the restriction, not a restriction of the map.
+!> With N = L L^T, A = L^-1 V and A^T A = X diag(g) X^T the map is (I - A X f(g) X^T A^T) L^-1, f(g) = (1 - (1 + g)^-1/2)/g,
+!> whose square is C^-1 (the identity of Woodbury in its symmetric form). The map may be restricted to some of the
+!> observations; their C is then that of the restriction, not a restriction of the map.
 module diagnosis_whitener
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_lapack, only: decompose, factorise, solve_lower
+  use base_lapack, only: symmetric_eigen
+  use diagnosis_lapack, only: factorise, solve_lower
   use diagnosis_simulator, only: simulator_t
   implicit none
   private
@@ -24,7 +25,7 @@ module diagnosis_whitener
     integer, allocatable :: rows(:)       !< (n) observations of the simulator
     real(rp) :: log_determinant = 0       !< of C
     type(block_t), allocatable, private :: blocks(:)
-    real(rp), allocatable, private :: u(:, :), shrink(:) !< U and 1 - (1 + s^2)^-1/2
+    real(rp), allocatable, private :: u(:, :), shrink(:) !< A X and f(g)
     real(rp), private :: noise_log_determinant = 0
   contains
     procedure :: init => whitener_init
@@ -74,14 +75,20 @@ contains
   subroutine whitener_add_directions(self, v)
     class(whitener_t), intent(inout) :: self
     real(rp), intent(in) :: v(:, :)
-    real(rp), allocatable :: white(:, :), s(:), vt(:, :)
+    real(rp), allocatable :: white(:, :), gram(:, :), values(:)
+    integer :: i
     if (allocated(self%u)) deallocate (self%u, self%shrink)
     allocate (self%u(self%n, 0), self%shrink(0))
     white = v
     call self%apply(white)
-    call decompose(white, self%u, s, vt)
-    self%shrink = 1 - 1/sqrt(1 + s**2)
-    self%log_determinant = self%noise_log_determinant + sum(log(1 + s**2))
+    gram = matmul(transpose(white), white)
+    allocate (values(size(gram, 1)))
+    if (size(gram) > 0) call symmetric_eigen(gram, values)
+    values = max(values, 0.0_rp)
+    self%u = matmul(white, gram)
+    ! The form for small g does not divide rounding by rounding.
+    self%shrink = [(1/(sqrt(1 + values(i))*(1 + sqrt(1 + values(i)))), i=1, size(values))]
+    self%log_determinant = self%noise_log_determinant + sum(log(1 + values))
   end subroutine whitener_add_directions
 
   !> Maps every column of a(n, :).

@@ -14,7 +14,7 @@ module diagnosis_wing_simulator
   use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, noise_model_t
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
-                                 TASK_DIRECTIONS, TASK_EVALUATE, TASK_PIXELS
+                                 TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t
@@ -37,8 +37,8 @@ module diagnosis_wing_simulator
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     integer, private :: gain = 0, membrane = 0   !< quantities that are the gain of all forces, and D; 0: none
-    real(rp), allocatable, private :: shapes(:, :, :), tried(:, :, :)
-    logical, allocatable, private :: is_start(:), was_straight(:)
+    real(rp), allocatable, private :: shapes(:, :, :), tried(:, :, :), kept(:, :, :)
+    logical, allocatable, private :: is_start(:), was_straight(:), was_tried(:), was_start(:)
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
@@ -50,6 +50,8 @@ module diagnosis_wing_simulator
     procedure :: covariance => wing_covariance
     procedure :: directions => wing_directions
     procedure :: accept => wing_accept
+    procedure :: keep => wing_keep
+    procedure :: recall => wing_recall
   end type wing_simulator_t
 
 contains
@@ -83,7 +85,7 @@ contains
     call self%farm%start(world, self%runner%input_size(), self%runner%output_size())
     n = size(experiment%loads)
     allocate (self%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
-    allocate (self%is_start(n), self%was_straight(n), source=.false.)
+    allocate (self%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
     allocate (self%band(bins%n, 0))
     self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
     call find_common(self)
@@ -171,25 +173,32 @@ contains
     self%band = band
   end subroutine wing_set_band
 
-  !> One batch: all loads at q. outputs(:, loads).
+  !> One batch: all loads at q but those that are skipped. outputs(:, loads).
   subroutine run_all(self, task, q, columns, outputs, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     integer, intent(in) :: task, columns(:)
     real(rp), intent(in) :: q(:)
     real(rp), allocatable, intent(out) :: outputs(:, :)
     logical, intent(out) :: is_valid
-    real(rp), allocatable :: inputs(:, :), seconds(:)
-    integer, allocatable :: statuses(:)
+    real(rp), allocatable :: inputs(:, :), results(:, :), seconds(:)
+    integer, allocatable :: statuses(:), loads(:)
     integer :: l, n
     n = size(self%experiment%loads)
-    allocate (inputs(self%runner%input_size(), n), outputs(self%runner%output_size(), n), seconds(n), statuses(n))
+    loads = [(l, l=1, n)]
+    if (allocated(self%is_skipped)) loads = pack(loads,.not. self%is_skipped)
+    n = size(loads)
+    allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(), n), seconds(n), statuses(n))
     do l = 1, n
-      inputs(:, l) = task_input(task, l, self%is_start(l), q, columns)
+      inputs(:, l) = task_input(task, loads(l), self%is_start(loads(l)), q, columns)
     end do
     call self%farm%share(self%runner, reshape(self%shapes, [size(self%shapes)]))
-    call self%farm%run(self%runner, [(l, l=1, n)], inputs, outputs, statuses, seconds)
+    call self%farm%run(self%runner, [(l, l=1, n)], inputs, results, statuses, seconds)
     is_valid = all(statuses == 0)
     self%n_evaluations = self%n_evaluations + 1
+    allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
+    outputs(:, loads) = results
+    self%was_tried = .false.
+    self%was_tried(loads) = .true.
   end subroutine run_all
 
   subroutine wing_evaluate(self, q, columns, residuals, jacobian, is_valid)
@@ -205,6 +214,7 @@ contains
     call run_all(self, TASK_EVALUATE, q, columns, outputs, is_valid)
     if (.not. is_valid) return
     do l = 1, size(outputs, 2)
+      if (.not. self%was_tried(l)) cycle
       b = self%bins%count(l)
       first = self%bins%first(l)
       self%was_straight(l) = outputs(1, l) > 0.5_rp
@@ -225,9 +235,25 @@ contains
   !> The shapes of the last evaluation become starts of what follows.
   subroutine wing_accept(self)
     class(wing_simulator_t), intent(inout) :: self
-    self%shapes = self%tried
-    self%is_start = self%was_straight
+    integer :: l
+    do l = 1, size(self%was_tried)
+      if (.not. self%was_tried(l)) cycle
+      self%shapes(:, :, l) = self%tried(:, :, l)
+      self%is_start(l) = self%was_straight(l)
+    end do
   end subroutine wing_accept
+
+  subroutine wing_keep(self)
+    class(wing_simulator_t), intent(inout) :: self
+    self%kept = self%shapes
+    self%was_start = self%is_start
+  end subroutine wing_keep
+
+  subroutine wing_recall(self)
+    class(wing_simulator_t), intent(inout) :: self
+    self%shapes = self%kept
+    self%is_start = self%was_start
+  end subroutine wing_recall
 
   !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)
@@ -247,20 +273,24 @@ contains
     call bin_covariance(self%bins, self%noise, rows, c)
   end subroutine wing_covariance
 
-  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, and the band.
+  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, and the band.
   subroutine wing_directions(self, q, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
     logical, intent(out) :: is_valid
     real(rp), allocatable :: outputs(:, :)
-    real(rp) :: residuals(self%n_observations), columns(self%n_observations, count([self%gain, self%membrane] > 0))
-    integer :: l, i, b, first, at, v
+    integer, allocatable :: common(:)
+    real(rp) :: sd(N_COMMON_NUISANCES)
+    integer :: l, i, b, first, at, v, shared
     nuisances = 0
     patterns = 0
-    call run_all(self, TASK_DIRECTIONS, q, [integer ::], outputs, is_valid)
+    common = pack([self%gain, self%membrane], [self%gain, self%membrane] > 0)
+    sd = [self%experiment%measurement%accuracy%force_gain, self%membrane_sd]
+    call run_all(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), q, common, outputs, is_valid)
     if (.not. is_valid) return
     v = 0
+    shared = size(self%was_tried)*N_LOAD_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
@@ -269,22 +299,18 @@ contains
         nuisances(first:first + b - 1, v + i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
+      v = v + N_LOAD_NUISANCES
+      do i = 1, size(self%runner%quantities)
+        if (.not. any(common == i)) cycle
+        if (i == self%gain) nuisances(first:first + b - 1, shared + 1) = sd(1)*outputs(at + 1:at + b, l)
+        if (i == self%membrane) nuisances(first:first + b - 1, shared + 2) = sd(2)*outputs(at + 1:at + b, l)
+        at = at + b
+      end do
       do i = 1, size(patterns, 2)
         patterns(first:first + b - 1, i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
-      v = v + N_LOAD_NUISANCES
     end do
-    call self%evaluate(q, pack([self%gain, self%membrane], [self%gain, self%membrane] > 0), residuals, columns, &
-                       is_valid)
-    v = v + 1
-    i = 0
-    if (self%gain > 0) then
-      i = i + 1
-      nuisances(:, v) = self%experiment%measurement%accuracy%force_gain*columns(:, i)
-    end if
-    v = v + 1
-    if (self%membrane > 0) nuisances(:, v) = self%membrane_sd*columns(:, i + 1)
-    nuisances(:, v + 1:) = self%band
+    nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%band
   end subroutine wing_directions
 end module diagnosis_wing_simulator

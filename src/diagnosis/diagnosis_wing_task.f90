@@ -16,7 +16,7 @@ module diagnosis_wing_task
   private
   public :: wing_runner_t, wing_patterns_t, task_input
 
-  integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_PIXELS = 3
+  integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_PIXELS = 3, TASK_NUISANCES = 4
   integer, parameter, public :: N_FACTS = 1        !< numbers of an output before the results: solved without snap
   integer, parameter, public :: N_LOAD_NUISANCES = N_NUISANCES
   integer, parameter :: N_HEAD = 3, NOT_SOLVED = 1
@@ -85,7 +85,8 @@ contains
     integer :: most
     most = maxval(self%bins%count)
     n = most*(1 + size(self%quantities)) + 3*self%bare%model%n_all
-    n = max(n, most*(N_LOAD_NUISANCES + 2*size(self%patterns%place, 2)), maxval(self%bare%comparisons%n))
+    n = max(n, most*(N_LOAD_NUISANCES + size(self%quantities) + 2*size(self%patterns%place, 2)), &
+            maxval(self%bare%comparisons%n))
     n = n + N_FACTS
   end function runner_output_size
 
@@ -102,8 +103,8 @@ contains
   end function task_input
 
   !> TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the quantities and the shape;
-  !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), patterns(b, 2 n); TASK_PIXELS facts
-  !> and the residuals of all pixels. b observations of the load; the status is NOT_SOLVED where there is no shape, or
+  !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), derivatives(b, columns), patterns(b,
+  !> 2 n); TASK_NUISANCES the same without patterns; TASK_PIXELS facts and the residuals of all pixels. b observations of the load; the status is NOT_SOLVED where there is no shape, or
   !> one in an excluded zone.
   subroutine runner_run_task(self, input, output, status)
     class(wing_runner_t), intent(inout) :: self
@@ -135,8 +136,9 @@ contains
       select case (nint(input(1)))
       case (TASK_EVALUATE)
         call give_evaluation(self, q, input(N_HEAD + nq + 1:) > 0.5_rp, l, evaluation%residuals, output(N_FACTS + 1:))
-      case (TASK_DIRECTIONS)
-        call give_directions(self, l, output(N_FACTS + 1:))
+      case (TASK_DIRECTIONS, TASK_NUISANCES)
+        call give_directions(self, q, input(N_HEAD + nq + 1:) > 0.5_rp, nint(input(1)) == TASK_DIRECTIONS, l, &
+                             output(N_FACTS + 1:))
       case default
         output(N_FACTS + 1:N_FACTS + size(evaluation%residuals)) = evaluation%residuals
       end select
@@ -163,8 +165,10 @@ contains
     output(at + 1:at + size(self%u)) = reshape(self%u, [size(self%u)])
   end subroutine give_evaluation
 
-  subroutine give_directions(self, l, output)
+  subroutine give_directions(self, q, is_wanted, has_patterns, l, output)
     class(wing_runner_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    logical, intent(in) :: is_wanted(:), has_patterns
     integer, intent(in) :: l
     real(rp), intent(inout) :: output(:)
     real(rp) :: columns(self%bare%comparisons(l)%n, N_NUISANCES), sd(N_NUISANCES)
@@ -177,6 +181,13 @@ contains
       call bin_rows(self%bins, l, sd(i)*columns(:, i), output(at + 1:at + b))
       at = at + b
     end do
+    do i = 1, size(q)
+      if (.not. is_wanted(i)) cycle
+      call quantity_tangent(self%work, self%setup, self%quantities, q, i, l, columns(:, 1))
+      call bin_rows(self%bins, l, columns(:, 1), output(at + 1:at + b))
+      at = at + b
+    end do
+    if (.not. has_patterns) return
     associate (places => self%patterns%place)
       do i = 1, 2*size(places, 2)
         if (i <= size(places, 2)) then

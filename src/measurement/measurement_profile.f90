@@ -32,14 +32,16 @@ contains
 
   !> The interval of unknown i about the optimum p of a fit with the same unknowns; sd is its standard deviation
   !> in the linear approximation, a guess where to look. `threshold` is that of the sum of squares in units of the
-  !> residuals' variance. A point where the others cannot be fitted counts as outside.
-  subroutine profile_interval(problem, unknowns, p, i, sd, threshold, options, interval)
+  !> residuals' variance. A point where the others cannot be fitted counts as outside. slope(unknowns), where given, is how
+  !> all unknowns follow unknown i in the linear approximation, from which the first fits of each side begin.
+  subroutine profile_interval(problem, unknowns, p, i, sd, threshold, options, interval, slope)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: p(:), sd, threshold
     integer, intent(in) :: i
     type(fit_options_t), intent(in) :: options
     type(interval_t), intent(out) :: interval
+    real(rp), intent(in), optional :: slope(:)
     type(unknowns_t) :: others
     type(fit_options_t) :: refits
     type(fit_report_t) :: report
@@ -108,6 +110,7 @@ contains
       do n = 1, MOST_REFITS
         ! The others follow the straight line through the last two fits.
         at = at_inside
+        if (present(slope) .and. .not. abs(inside - best(i)) > 0) at = best + slope*(x - best(i))
         if (abs(inside - best(i)) > 0) at = best + (at_inside - best)*((x - best(i))/(inside - best(i)))
         at(i) = x
         others%is_fixed(i) = .true.

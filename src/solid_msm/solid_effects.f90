@@ -72,7 +72,7 @@ contains
     case (EFFECT_ORTHOTROPY)
       call define_effect(p, 'orthotropy', '1', .false., -0.9_rp, 0.9_rp, 0.5_rp)
     case (EFFECT_HARDENING)
-      call define_effect(p, 'joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e3_rp, 10.0_rp)
+      call define_effect(p, 'joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e5_rp, 10.0_rp)
     case (EFFECT_CUTICLE)
       call define_effect(p, 'cuticle', 'm^2', .false., -1.0e-5_rp, 1.0e-3_rp, 1.0e-5_rp)
     case (EFFECT_ROOT_FLAP)
@@ -81,7 +81,7 @@ contains
       call define_effect(p, 'root_twist', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
     case (N_EFFECTS + 1:)
       if (i <= N_EFFECTS + size(joint_names)) then
-        call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e3_rp, &
+        call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e5_rp, &
                            10.0_rp)
       else
         call define_effect(p, 'one_way:'//trim(joint_names(i - N_EFFECTS - size(joint_names))), '1', .true., 0.1_rp, &

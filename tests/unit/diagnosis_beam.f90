@@ -257,6 +257,7 @@ contains
       b = self%load(2, l)
       f = self%load(3, l)
       nuisances(k, 3*l - 2:3*l) = self%tilt_sd*[1.0_rp, x, y]
+      if (size(patterns, 2) == 0) cycle
       do i = 1, STATIONS
         s = (i - 0.5_rp)*ds
         do p = 1, N_BUMPS
