@@ -9,6 +9,7 @@ module app_diagnose
   use app_diagnose_next, only: next_t, rank_loads, write_next
   use app_diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use app_diagnose_summary, only: print_plan, print_verdict
+  use app_diagnose_zeros, only: compare_zeros, zeros_t
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -86,6 +87,7 @@ contains
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
     type(next_t) :: next
+    type(zeros_t) :: zeros
     type(question_t), allocatable :: questions(:)
     if (command%action == DIAGNOSE_PLAN) then
       call print_plan(output_unit, self%settings, self%simulator, self%failure)
@@ -100,8 +102,9 @@ contains
     end if
     next = rank_loads(self%simulator, self%diagnosis)
     call ask(self, questions)
-    call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next)
-    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, self%failure)
+    call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
+    call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros)
+    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, self%failure)
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)

@@ -6,6 +6,7 @@ module app_diagnose_json
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_summary, only: cause_name, verdict_sentence
+  use app_diagnose_zeros, only: zeros_t
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -24,12 +25,13 @@ module app_diagnose_json
 contains
 
   !> Writes the file.
-  subroutine write_diagnosis_json(s, d, band, next, questions, failure)
+  subroutine write_diagnosis_json(s, d, band, next, questions, zeros, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(mesh_band_t), intent(in) :: band
     type(next_t), intent(in) :: next
     type(question_t), intent(in) :: questions(:)
+    type(zeros_t), intent(in) :: zeros
     type(failure_t), intent(inout) :: failure
     type(json_t) :: json
     logical :: ok
@@ -57,6 +59,7 @@ contains
     call json%close()
     call put_extension(json, s, d)
     call put_validation(json, d)
+    call put_zeros(json, zeros)
     call json%open_list('questions')
     do i = 1, size(questions)
       call json%open_object('')
@@ -265,6 +268,27 @@ contains
     if (allocated(d%validated_extended%fold)) call put_folds(json, 'extended', d%validated_extended)
     call json%close()
   end subroutine put_validation
+
+  !> Zero readings of one instrument, where there are several.
+  subroutine put_zeros(json, zeros)
+    type(json_t), intent(inout) :: json
+    type(zeros_t), intent(in) :: zeros
+    integer :: i
+    call json%open_object('zeros')
+    call json%put('p_equal', exp(max(-700.0_rp, zeros%log_p)))
+    call json%open_list('readings')
+    do i = 1, size(zeros%value)
+      call json%open_object('')
+      call json%put('name', trim(zeros%names(i)))
+      call json%put('value_m', zeros%value(i))
+      call json%put('sd_m', zeros%sd(i))
+      call json%put('difference_to_first_m', zeros%difference(i))
+      call json%put('difference_sd_m', zeros%error(i))
+      call json%close()
+    end do
+    call json%close()
+    call json%close()
+  end subroutine put_zeros
 
   subroutine put_folds(json, name, v)
     type(json_t), intent(inout) :: json

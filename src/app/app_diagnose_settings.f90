@@ -111,12 +111,17 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(static_options_t) :: options
     type(failure_t) :: failure
-    real(rp), allocatable :: values(:, :)
+    real(rp), allocatable :: values(:, :), masses(:)
     integer :: l
     options%tolerance = s%config%get_real('Solver', 'tolerance')
     options%step_limit = s%config%get_real('Solver', 'step_limit')
     options%factorisation_limit = s%config%get_integer('Solver', 'factorisation_limit')
-    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, [integer ::], options, failure, s%instrument)
+    if (is_loaded_from_both_sides(s%measurement) .and. size(s%setup%wing%joints) > 0) &
+      s%setup%asked%effects%has_sides = .true.
+    allocate (masses(0))
+    if (s%setup%has_mass) masses = s%setup%mass%nodal
+    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, [integer ::], options, failure, s%instrument, &
+                           masses=masses)
     if (failure%failed) then
       call errors%add(failure%reason)
       return
@@ -133,4 +138,13 @@ contains
     call estimate_noise(s%experiment, values, s%noise)
     if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
   end subroutine make_all
+
+  !> Whether one-way joints could show.
+  pure logical function is_loaded_from_both_sides(m) result(is_it)
+    type(measurement_t), intent(in) :: m
+    integer :: l
+    associate (up => [(m%loads(l)%force*m%loads(l)%direction(3), l=1, size(m%loads))])
+      is_it = any(up > 0) .and. any(up < 0)
+    end associate
+  end function is_loaded_from_both_sides
 end module app_diagnose_settings

@@ -4,6 +4,7 @@ module app_diagnose_summary
   use app_diagnose_band, only: mesh_band_t
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
+  use app_diagnose_zeros, only: zeros_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -19,28 +20,23 @@ module app_diagnose_summary
 contains
 
   !> At most 15 lines.
-  subroutine print_verdict(unit, s, d, band, next)
+  subroutine print_verdict(unit, s, d, band, next, zeros)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(mesh_band_t), intent(in) :: band
     type(next_t), intent(in) :: next
+    type(zeros_t), intent(in) :: zeros
     character(200) :: line
     integer :: i
-    write (line, '(a,i0,a,i0,a,es10.3,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
-      ' averages over squares of ', s%bins%size, ' m; '//s%measurement_path
-    write (unit, '(a)') trim(line)
-    write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, &
-      ' um, declared are ', &
-      1.0e6_rp*s%noise%declared, ' um'
-    write (unit, '(a)') trim(line)
+    call print_data(unit, s)
     if (band%is_found) then
       write (line, '(a,f0.2,a,f0.1,a,i0,a)') 'mesh      changes heights by ', 1.0e6_rp*band%rms, &
         ' um rms after a refit, as a signal-to-noise ratio of ', band%snr, ' (', band%n_points, ' points)'
       write (unit, '(a)') trim(line)
     end if
     write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%baseline%chi2, ' of ', s%bins%n, &
-      ' averages; variance over that of the noise model ', d%scale
+      '; variance over that of the noise model ', d%scale
     write (unit, '(a)') trim(line)
     write (line, '(a,a,a,f0.1)') 'misfit    global p = ', probability_text(d%decision%log_p_global), &
       '; signal-to-noise ratio of the causes ', d%decision%snr
@@ -56,6 +52,13 @@ contains
         write (unit, '(a)') '          '//value_text(s, d, i)
       end do
     end if
+    if (size(zeros%value) > 1) then
+      i = maxloc(abs(zeros%difference)/max(zeros%error, tiny(1.0_rp)), 1)
+      write (line, '(a,es9.2,a,es8.1,3a)') 'zeros     '//trim(zeros%names(i))//' reads ', abs(zeros%difference(i)), &
+        ' m +-', zeros%error(i), ' m ', merge('more', 'less', zeros%difference(i) > 0), ' than '// &
+        trim(zeros%names(1))//'; they are equal with p = '//probability_text(zeros%log_p)
+      write (unit, '(a)') trim(line)
+    end if
     if (d%has_gain) then
       write (line, '(a,f0.2,a,f0.2,a)') 'gain      of log predictive density ', d%gain, ' +- ', d%gain_error, &
         ' for a location that was left out'
@@ -70,6 +73,26 @@ contains
     write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini, _extended.ini, _next_measurements.csv'
     flush (unit)
   end subroutine print_verdict
+
+  !> What was measured, and how exactly.
+  subroutine print_data(unit, s)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    character(300) :: line
+    if (.not. any(s%measurement%loads%has_surface)) then
+      write (line, '(a,i0,a,i0,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
+        ' readings of single points; '//s%measurement_path
+      write (unit, '(a)') trim(line)
+      write (unit, '(a)') 'noise     as the file declares for each reading'
+      return
+    end if
+    write (line, '(a,i0,a,i0,a,es10.3,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
+      ' averages over squares of ', s%bins%size, ' m; '//s%measurement_path
+    write (unit, '(a)') trim(line)
+    write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, &
+      ' um, declared are ', 1.0e6_rp*s%noise%declared, ' um'
+    write (unit, '(a)') trim(line)
+  end subroutine print_data
 
   !> One sentence.
   function verdict_sentence(s, d) result(text)

@@ -218,12 +218,25 @@ contains
       least = huge(least)
       do c = 1, size(design%candidates)
         if (design%candidates(c)%effect /= order(i)) cycle
+        if (has_all_of(c, hypotheses%best(order(1)))) cycle
         call expect_loss(design, hypotheses%best(order(1)), c, z, loss, share)
         if (behind > 2*ALIAS_LOSS .and. share > ALIAS_SHARE) cycle
         least = min(least, loss)
       end do
       if (behind <= ALIAS_LOSS .or. least <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
     end do
+
+  contains
+
+    !> Whether candidate b releases what a does and more: a larger hypothesis is no rival.
+    pure logical function has_all_of(b, a)
+      integer, intent(in) :: b, a
+      integer :: k
+      associate (one => design%candidates(a)%columns, other => design%candidates(b)%columns)
+        has_all_of = size(other) > size(one) .and. all([(any(other == one(k)), k=1, size(one))])
+      end associate
+    end function has_all_of
+
   end subroutine find_set
 
   !> A name or a set, and its probability.

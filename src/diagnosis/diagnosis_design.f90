@@ -10,7 +10,7 @@ module diagnosis_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use diagnosis_lapack, only: decompose, orthogonalise
-  use diagnosis_simulator, only: simulator_t
+  use diagnosis_simulator, only: quantity_t, simulator_t
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
@@ -20,6 +20,8 @@ module diagnosis_design
   !> But what is so large that its remainder still has this signal-to-noise ratio for one prior sd can be seen, down to the
   !> fraction at which the linear approximation may be what remains.
   real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
+  real(rp), parameter :: FAINT = 0.5_rp         !< sd that the farthest value in reach makes; a million prior sd is far
+  real(rp), parameter :: FARTHEST = 1.0e6_rp    !< [prior sd], for parameters without bounds
   integer, parameter :: N_SCALES = 13
   real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
 
@@ -195,11 +197,18 @@ contains
           call require(all(simulator%quantities(c%columns)%prior_sd > 0), 'diagnosis_design: effects need a prior')
           c%tangents = retained(:, at)
           c%beside = beside(:, at)
-          call fill_candidate(raw(:, at), [(simulator%quantities(c%columns(j))%prior_sd, j=1, size(at))], c)
+          call fill_candidate(raw(:, at), [(simulator%quantities(c%columns(j))%prior_sd, j=1, size(at))], &
+                              [(reach(simulator%quantities(c%columns(j))), j=1, size(at))], c)
         end associate
       end do
     end do
   end subroutine make_candidates
+
+  !> The largest distance of a parameter from its null.
+  elemental real(rp) function reach(quantity)
+    type(quantity_t), intent(in) :: quantity
+    reach = max(abs(quantity%upper - quantity%null), abs(quantity%null - quantity%lower))
+  end function reach
 
   pure integer function findloc_integer(values, value) result(at)
     integer, intent(in) :: values(:), value
@@ -209,9 +218,10 @@ contains
     at = 0
   end function findloc_integer
 
-  !> Directions of the candidate in units of prior sd, without those that the baseline absorbs.
-  subroutine fill_candidate(raw, prior_sd, c)
-    real(rp), intent(in) :: raw(:, :), prior_sd(:)
+  !> Directions of the candidate in units of prior sd, without those that the baseline absorbs and without parameters
+  !> of which not even the farthest value in their reach(:) would show.
+  subroutine fill_candidate(raw, prior_sd, reach, c)
+    real(rp), intent(in) :: raw(:, :), prior_sd(:), reach(:)
     type(candidate_t), intent(inout) :: c
     real(rp) :: scaled(size(c%tangents, 1), size(prior_sd)), length
     real(rp), allocatable :: u(:, :), s(:), vt(:, :)
@@ -219,6 +229,7 @@ contains
     integer :: i, m
     do i = 1, size(prior_sd)
       scaled(:, i) = c%tangents(:, i)*prior_sd(i)
+      if (norm2(c%tangents(:, i))*min(reach(i), FARTHEST*prior_sd(i)) < FAINT) scaled(:, i) = 0
     end do
     call decompose(scaled, u, s, vt)
     allocate (keep(size(s)), source=.false.)
@@ -226,7 +237,7 @@ contains
       length = norm2(matmul(raw, prior_sd*vt(i, :)))
       if (.not. length > 0) cycle
       c%retained = max(c%retained, min(1.0_rp, s(i)/length))
-      if (s(i) <= 1.0e-9_rp*s(1)) cycle
+      if (s(i) <= 1.0e-9_rp*s(1) .or. .not. s(1) > 0) cycle
       keep(i) = s(i) >= ABSORBED*length .or. (s(i) >= SHOWN .and. s(i) >= RELIABLE*length)
     end do
     c%df = count(keep)

@@ -23,7 +23,8 @@ contains
     call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%place)
   end subroutine make_patterns
 
-  !> Points (2, n) [m] of a triangular lattice on the wing, their distance a share of its size.
+  !> Points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane; their distance is a
+  !> share of its size.
   subroutine lattice(wing, length, share, places)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: length, share
@@ -34,6 +35,10 @@ contains
     low = minval(wing%points(:2, :), 2)
     high = maxval(wing%points(:2, :), 2)
     allocate (places(2, 0))
+    if (size(wing%triangles) == 0) then
+      call along_veins(wing, spacing, places)
+      return
+    end if
     do j = 0, int((high(2) - low(2))/(0.866_rp*spacing)) + 1
       do i = 0, int((high(1) - low(1))/spacing) + 1
         place = low + [(i + 0.5_rp*modulo(j, 2))*spacing, (j + 0.25_rp)*0.866_rp*spacing]
@@ -43,4 +48,19 @@ contains
       end do
     end do
   end subroutine lattice
+
+  !> Points of a wing without membrane, no two of them closer than `spacing` [m].
+  subroutine along_veins(wing, spacing, places)
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: spacing
+    real(rp), allocatable, intent(inout) :: places(:, :)
+    integer :: i
+    do i = 1, size(wing%points, 2)
+      if (any(wing%root == i)) cycle
+      if (size(places, 2) > 0) then
+        if (minval(norm2(places - spread(wing%points(:2, i), 2, size(places, 2)), 1)) < spacing) cycle
+      end if
+      places = reshape([places, wing%points(:2, i)], [2, size(places, 2) + 1])
+    end do
+  end subroutine along_veins
 end module diagnosis_wing_lattice

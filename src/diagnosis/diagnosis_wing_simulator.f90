@@ -10,7 +10,7 @@
 !>     end if
 module diagnosis_wing_simulator
   use base_kinds, only: rp
-  use diagnosis_simulator, only: effect_t, quantity_t, simulator_t
+  use diagnosis_simulator, only: effect_t, labels_t, quantity_t, simulator_t
   use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, noise_model_t
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
@@ -144,8 +144,27 @@ contains
         folds = folds + 1
         labels%fold(l) = folds
       end do
+      if (folds == 1) call fold_by_force(labels)
     end associate
   end subroutine label
+
+  !> Where all loads act at one place, each force with its repeats is left out instead.
+  subroutine fold_by_force(labels)
+    type(labels_t), intent(inout) :: labels
+    integer :: l, k, folds
+    folds = 0
+    do l = 1, size(labels%fold)
+      do k = 1, l - 1
+        if (abs(labels%level(l) - labels%level(k)) <= 1.0e-6_rp*abs(labels%level(k))) exit
+      end do
+      if (k < l) then
+        labels%fold(l) = labels%fold(k)
+      else
+        folds = folds + 1
+        labels%fold(l) = folds
+      end if
+    end do
+  end subroutine fold_by_force
 
   !> Releases everything.
   subroutine wing_free(self)
