@@ -33,6 +33,10 @@ class Factors:
     def __init__(self):
         self.order = None
 
+    def __getstate__(self):
+        """Without the factors, which cannot be stored."""
+        return {key: value for key, value in vars(self).items() if key != "lu"}
+
     def __call__(self, matrix):
         """Makes `solve`; `is_stable` says whether all pivots are positive."""
         if self.order is None:

@@ -42,8 +42,8 @@ def numbers(seed, *words):
 class Individual:
     """One wing: its stiffness, and on each mesh its shapes without hidden effects."""
 
-    def __init__(self, design, seed, number):
-        self.design = design
+    def __init__(self, design, seed, number, meshes=tuple(MESHES)):
+        self.design, self.meshes = design, meshes
         for attempt in range(20):
             rng = numbers(seed, "individual", number, attempt)
             try:
@@ -61,13 +61,14 @@ class Individual:
         joints = {h.joint: float(plain.hinge_stiffness(h) * 10**softer[k])
                   for k, h in enumerate(plain.hinge_plan) if h.joint}
         self.stiffness = replace(s, E=float(s.E * 10**rng.uniform(-0.1, 0.1)), joints={**joints, **s.joints})
-        self.bases, self.clean = {}, {}
-        for mesh in MESHES:
+        self.bases, self.clean, self.plain = {}, {}, {}
+        for mesh in self.meshes:
             bench = Bench(self.case(mesh, Noise(height=0.0)))
             low, high = bench.wing.points.min(0), bench.wing.points.max(0)
             x, y = (grid_lines(low[k], high[k], design.spacing) for k in range(2))
             self.bases[mesh] = Base(bench, x, y)
             self.clean[mesh] = self.deformations(mesh, bench.case)
+            self.plain[mesh] = self.latest
         self.oracles = {}
 
     def case(self, mesh, noise):
@@ -84,15 +85,16 @@ class Individual:
         return bench, shapes
 
     def deformations(self, mesh, case):
-        """(loads, ny, nx) [m] without any random error."""
+        """(loads, ny, nx) [m] without any random error; `latest` holds the shapes."""
         quiet = replace(case, noise=Noise(height=0.0), declared={"height": 1e-6})
         bench, shapes = self.bend(mesh, quiet)
+        self.latest = shapes
         content, _ = observe(bench, bench.loads(), shapes, bench.rest())
         return np.stack([load["z"] - content["z"] for load in content["loads"]])
 
     def oracle(self, mesh, rig, case):
         if (mesh, rig) not in self.oracles:
-            other = next(m for m in MESHES if m != mesh)
+            other = next((m for m in self.clean if m != mesh), mesh)  # one mesh alone: no error of discretisation
             true = declare(replace(case, declared={}))
             self.oracles[mesh, rig] = Oracle(self.bases[mesh], case.noise, true, self.clean[mesh], self.clean[other])
         return self.oracles[mesh, rig]
@@ -112,15 +114,16 @@ def stated(rng, case):
             if value > 0 and key != "correlation_length"}
 
 
-def make_strong(individual, mesh, rig, case, effect, wanted):
-    """(strength, snr) near the wanted snr, or None if that is out of reach."""
-    oracle = individual.oracle(mesh, rig, case)
+def make_strong(individual, mesh, rig, case, effect, wanted, bounds=(0.0, np.inf)):
+    """(strength, snr) near the wanted snr and within bounds, or None if that is out of reach; the individual's `latest`
+    are then its shapes. The first guess is tried on the mesh of the wing file."""
     tried = []
-    s = effect.first
+    s, on = effect.first, "same"
     for _ in range(5):
         s = min(s, effect.most)
         try:
-            snr = oracle.snr(individual.deformations(mesh, effect.apply(case, s)))
+            here = replace(case, refine=MESHES[on])
+            snr = individual.oracle(on, rig, here).snr(individual.deformations(on, effect.apply(here, s)))
         except InputError:  # it snaps, or the effect is not possible on this mesh
             if not tried or s <= 1.05 * tried[-1][0]:
                 return None
@@ -128,7 +131,7 @@ def make_strong(individual, mesh, rig, case, effect, wanted):
             continue
         if snr <= 1e-3:
             return None
-        if 1 / CLOSE <= snr / wanted <= CLOSE:
+        if on == mesh and 1 / CLOSE <= snr / wanted <= CLOSE and bounds[0] <= snr < bounds[1]:
             return s, snr
         slope = 1.0
         if tried and abs(np.log(s / tried[-1][0])) > 0.01:
@@ -137,11 +140,13 @@ def make_strong(individual, mesh, rig, case, effect, wanted):
             return None
         tried.append((s, snr))
         s *= float(np.clip((wanted / snr)**(1 / slope), 1e-3, 1e3))
+        on = mesh
     return None
 
 
-def draw_effects(rng, individual, mesh, rig, case, kind, options):
-    """Effects of a case of this kind: [(effect, strength, snr)], with strengths by their own signal-to-noise ratio."""
+def draw_effects(rng, individual, mesh, rig, case, kind, options, bounds=(0.0, np.inf)):
+    """Effects of a case of this kind: [(effect, strength, snr)], with strengths by their own signal-to-noise ratio, which
+    lies within bounds."""
     wing = Bench(case).coarse
     found = []
     for _ in range(DRAWS):
@@ -152,7 +157,7 @@ def draw_effects(rng, individual, mesh, rig, case, kind, options):
         wanted = float(np.exp(rng.uniform(*np.log(options.snr))))
         if any(effect.name == other.name for other, _, _ in found):
             continue
-        made = make_strong(individual, mesh, rig, case, effect, wanted)
+        made = make_strong(individual, mesh, rig, case, effect, wanted, bounds)
         if made is not None:
             found.append((effect, *made))
     raise InputError(f"{DRAWS} effects in a row cannot be made as visible as wanted: are the errors of the design too "
@@ -172,16 +177,24 @@ def draw_head(seed, number, options):
 def make_case(seed, number, individual, options):
     """Case `number` of an individual: content for `write_test`, and the truth."""
     rng, head = draw_head(seed, number, options)
+    return fill_case(rng, seed, number, head, individual, options)
+
+
+def fill_case(rng, seed, number, head, individual, options, bounds=(0.0, np.inf)):
+    """The rest of a case whose head is drawn."""
     kind, mesh, rig = head["kind"], head["mesh"], head["rig"]
     case = individual.case(mesh, rig_noise(individual.design, rig))
     case = replace(case, seed=head["errors"], title=f"Blind bending test {number:04d}")
-    effects = [] if kind == "null" else draw_effects(rng, individual, mesh, rig, case, kind, options)
+    effects = [] if kind == "null" else draw_effects(rng, individual, mesh, rig, case, kind, options, bounds)
     oracle = individual.oracle(mesh, rig, case)
     for effect, strength, _ in effects:
         case = effect.apply(case, strength)
     joint = oracle.snr(individual.deformations(mesh, case)) if len(effects) > 1 else sum(e[2] for e in effects)
     case = replace(case, declared=stated(rng, case) if rig == "busy" else {})
-    bench, shapes = individual.bend(mesh, case)
+    if case.noise.force or case.noise.force_gain or case.noise.position:
+        bench, shapes = individual.bend(mesh, case)
+    else:  # forces and places are those of the shapes that are known
+        bench, shapes = Bench(case), individual.latest if effects else individual.plain[mesh]
     content, truth = observe(bench, bench.loads(), shapes, bench.rest())
     return content, {
         "case": f"{number:04d}", "seed": int(seed), **head, "snr": joint, "band_snr": oracle.band_snr(),

@@ -5,6 +5,7 @@ from math import sqrt
 import numpy as np
 from scipy.stats import beta
 
+from _blind_verdict import flat_verdict
 from _flusi_io import InputError
 
 VERDICTS = ("adequate", "named", "consistent_with_set", "unknown_cause", "data_insufficient")
@@ -34,6 +35,7 @@ class Case:
     """A truth beside its verdict."""
 
     def __init__(self, name, truth, verdict):
+        verdict = flat_verdict(verdict)
         self.name, self.kind, self.mesh, self.rig, self.snr = name, truth["kind"], truth["mesh"], truth["rig"], \
             truth["snr"]
         self.causes = truth["causes"]

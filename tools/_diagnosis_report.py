@@ -29,7 +29,7 @@ def boxes_of(diagnosis):
     boxes = [(probability(verdict["global_p"]), "probability that chance alone makes differences like these (all tests "
                                                 "together)")]
     if verdict["word"] != "adequate":
-        boxes.append((f"{100 * verdict['probability']:.0f} %", "probability of what the verdict says"))
+        boxes.append((share(verdict["probability"]), "probability of what the verdict says"))
         boxes.append((f"{verdict['snr']:.1f}", "signal-to-noise ratio of the cause"))
     if validation["has_gain"]:
         boxes.append((f"{validation['gain_per_location']:.2f} ± {validation['standard_error']:.2f}",
@@ -62,7 +62,7 @@ def candidates(effects):
     for e in sorted(effects, key=lambda e: (order[e["status"]], -(e.get("log_evidence") or 0))):
         if e["status"] == "tested":
             cells = (f"<td class=number>{probability(e['local_p'])}</td><td class=number>{probability(e['p'])}</td>"
-                     f"<td class=number>{100 * e['posterior']:.1f} %</td><td class=number>{e['retained']:.2f}</td>")
+                     f"<td class=number>{share(e['posterior'])}</td><td class=number>{e['retained']:.2f}</td>")
             where = f" ({escape(e['variant'])})" if e["variant"] else ""
         else:
             word = "absorbed by the baseline" if e["status"] == "absorbed" else f"not testable: {e['missing']}"
@@ -98,7 +98,21 @@ def figure_html(picture):
             f"<figcaption>{escape(caption)}</figcaption></figure>")
 
 
-def page(diagnosis, pictures):
+def share(p):
+    """A probability in per cent; never quite 100."""
+    return f"{100 * p:.0f} %" if p < 0.995 else "over 99 %"
+
+
+def flight_html(flight):
+    """What the cause changes in flight; '' without flights."""
+    if flight is None:
+        return ""
+    text, picture = flight
+    return f"<h2>What it changes in flight</h2>{text}" + figure_html(
+        ("", "Lift, drag and aerodynamic power over the last beat.", picture)).replace("<h2></h2>", "")
+
+
+def page(diagnosis, pictures, flight=None):
     """The whole page."""
     verdict = diagnosis["verdict"]
     boxes = "".join(f"<li><b>{value}</b><span>{escape(what)}</span></li>" for value, what in boxes_of(diagnosis))
@@ -114,6 +128,7 @@ def page(diagnosis, pictures):
 <ul class=numbers>{boxes}</ul>
 {f'<div class=warnings>{escape(warning)}.</div>' if warning else ''}
 {extension(diagnosis)}
+{flight_html(flight)}
 {"".join(figure_html(picture) for picture in pictures)}
 {candidates(diagnosis["effects"])}
 {questions(diagnosis)}

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""plot_diagnosis.py: one page with the verdict first, all pictures inside, and what a cause changes in flight."""
+import json
+import re
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+from synthetic import CYCLE_MEANS, run_tool, write_flapping_run  # noqa: E402
+
+EFFECT = {"name": "drift", "title": "a wing that changed", "sentence": "It dried.", "is_measurement": True, "variants": 1,
+          "status": "tested", "missing": "", "variant": "", "place": [0.0, 0.0], "local_p": 1e-9, "p": 1e-8,
+          "retained": 0.4, "log_evidence": 20.0, "posterior": 0.9999, "parameters": ["drift"]}
+FOLDS = {"location": [1.0, 2.0], "observations": [20.0, 20.0], "log_density": [10.0, 11.0], "chi2": [60.0, 50.0],
+         "sum_of_squares": [1e-9, 1e-9]}
+DIAGNOSIS = {
+    "schema": "flusi-msm diagnosis", "schema_version": 1, "program": "msm_diagnose", "seed": 1,
+    "wing": str(SOURCE / "wings/calliphora_small.h5"), "measurement": "bending.h5",
+    "verdict": {"word": "named", "sentence": "a wing that changed", "probability": 0.9999, "global_p": 1e-8, "snr": 7.0,
+                "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0]}],
+                "set": ["drift"]},
+    "noise": {"warning": ""}, "questions": [], "next_measurements": [], "effects": [EFFECT],
+    "extended": {"is_found": True, "intervals_90": [{"name": "drift", "lower_best_upper": [0.001, 0.002, 0.003],
+                                                     "has_lower": True, "has_upper": True}]},
+    "validation": {"has_gain": True, "gain_per_location": 5.0, "standard_error": 1.0, "baseline": FOLDS,
+                   "extended": {**FOLDS, "log_density": [16.0, 15.0], "chi2": [22.0, 19.0]}}}
+
+
+class Report(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        (self.folder / "diagnosis.json").write_text(json.dumps(DIAGNOSIS))
+        rng = np.random.default_rng(1)
+        with h5py.File(self.folder / "diagnosis.h5", "w") as file:
+            for name, point in (("P01", (0.004, 0.0)), ("P02", (0.006, -0.001))):
+                rows = np.concatenate([rng.uniform((0.001, -0.002), (0.008, 0), (20, 2)), rng.normal(size=(20, 5))], 1)
+                table = file.create_dataset(f"loads/{name}", data=rows)
+                table.attrs["point"], table.attrs["force"] = point, 1e-3
+            file["unknown/stiffness"] = np.concatenate([rows[:9, :2], np.ones((9, 2))], 1)
+
+    def page(self, *arguments, diagnosis=None):
+        if diagnosis:
+            (self.folder / "diagnosis.json").write_text(json.dumps(diagnosis))
+        done = run_tool("plot_diagnosis.py", self.folder / "diagnosis.json", *arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return (self.folder / "report.html").read_text()
+
+    def test_page(self):
+        text = self.page("--pictures", self.folder / "pictures")
+        self.assertLess(text.index("The cause has a name"), text.index("<img"))
+        self.assertEqual(text.count("data:image/png;base64,"), 4)
+        self.assertFalse(re.search(r"(src|href)=\"(?!data:)", text), "nothing is fetched from elsewhere")
+        self.assertIn("over 99 %", text)
+        self.assertIn("0.001 to 0.003", text)
+        self.assertEqual(sorted(p.name for p in (self.folder / "pictures").iterdir()),
+                         [f"diagnosis_{n}.png" for n in ("evidence", "folds", "residuals", "unknown")])
+        self.assertNotIn("in flight", text)
+
+    def test_flight(self):
+        """The table has the means that the runs were made with; the other run has 0.5 n more lift in cycle n."""
+        for name, drift in (("baseline", 0.0), ("extended", 0.5)):
+            write_flapping_run(self.folder / name, drift=drift)
+        text = self.page("--flight", self.folder / "baseline", self.folder / "extended")
+        self.assertEqual(text.count("data:image/png;base64,"), 5)
+        lift = CYCLE_MEANS["lift"]
+        self.assertIn(f"mean lift by {100 * 2.0 / lift:+.1f} %, the mean drag by {0:+.1f} %", text)
+        done = run_tool("plot_diagnosis.py", self.folder / "diagnosis.json", "--flight", self.folder, self.folder)
+        self.assertIn("forces.t", done.stderr)
+
+    def test_adequate(self):
+        """Nothing was found: no extension, no gain, and a wing file that is gone."""
+        text = self.page(diagnosis={**DIAGNOSIS, "wing": "gone.h5", "extended": {"is_found": False},
+                                    "verdict": {**DIAGNOSIS["verdict"], "word": "adequate", "causes": [], "set": []},
+                                    "validation": {"has_gain": False, "baseline": FOLDS}})
+        self.assertIn("The model is adequate", text)
+        self.assertEqual(text.count("data:image/png;base64,"), 3)
+        self.assertNotIn("It dried.</p>", text)
+
+
+if __name__ == "__main__":
+    unittest.main()

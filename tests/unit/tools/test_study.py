@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""bench/diagnosis: any first part of a study has the proportions of the whole, cases do not depend on what was made before,
+and the verdicts of msm_diagnose are read as they are meant."""
+import json
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(SOURCE / "tools"))
+from _blind_batch import read_design  # noqa: E402
+from _blind_report import collect, gain_of, print_report  # noqa: E402
+from _blind_scores import Case  # noqa: E402
+from _blind_study import STRATA, WHOLE_STUDY, Stratum, Study, plan  # noqa: E402
+from _blind_verdict import density_gain, effect_lines, flat_verdict  # noqa: E402
+from _flusi_io import InputError  # noqa: E402
+
+DESIGN = {"wing": str(SOURCE / "wings/calliphora_small.h5"), "loads": [[0.00676, -0.00150, 2.0e-4]], "spacing": 6e-4,
+          "protocol": {"levels": [1, -1]}, "stiffness": {"plate": "edges"}, "noise": {"height": 1.0e-5}}
+FOLDS = {"location": [1.0, 2.0], "observations": [50.0, 60.0], "log_density": [10.0, 20.0], "chi2": [80.0, 90.0],
+         "sum_of_squares": [1.0, 2.0]}
+
+
+def diagnosis(word, causes=(), members=()):
+    """What msm_diagnose writes, as far as it is read."""
+    return {"schema": "flusi-msm diagnosis", "schema_version": 1,
+            "verdict": {"word": word, "probability": 0.97, "set": list(members),
+                        "causes": [{"effect": name, "variant": variant} for name, variant in causes]},
+            "effects": [{"name": "E_per_vein", "status": "tested"}, {"name": "creep", "status": "not_testable"},
+                        {"name": "drift", "status": "absorbed"}],
+            "extended": {"is_found": bool(causes), "intervals_90": [
+                {"name": "E:C", "lower_best_upper": [0.5, 0.6, 0.7], "has_lower": True, "has_upper": False}]},
+            "validation": {"has_gain": True, "gain_per_location": 1.0, "standard_error": 1.0, "baseline": FOLDS,
+                           "extended": {**FOLDS, "location": [2.0, 1.0], "log_density": [23.0, 11.0]}}}
+
+
+class Plans(unittest.TestCase):
+    def test_proportions(self):
+        """The counts of every stratum in the first N cases are within 1.5 of its share: the one that is most behind is
+        always taken, so nobody gets more than one ahead, and ten cannot all be behind."""
+        rows = plan(WHOLE_STUDY)
+        counts = {stratum.name: 0 for stratum in STRATA}
+        for number, (stratum, before) in enumerate(rows, 1):
+            self.assertEqual(before, counts[stratum.name])
+            counts[stratum.name] += 1
+            for other in STRATA:
+                self.assertLess(abs(counts[other.name] - number * other.count / WHOLE_STUDY), 1.5, (number, other.name))
+        self.assertEqual(counts, {stratum.name: stratum.count for stratum in STRATA})
+        self.assertEqual(plan(100), rows[:100])
+        self.assertEqual(counts["null"], 250)
+        self.assertEqual(counts["outside"], 200)
+
+
+class Cases(unittest.TestCase):
+    def test_made(self):
+        """The same case whatever was made before it; a changed measurement is noticed; no wing is bent twice."""
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            (folder / "design.json").write_text(json.dumps(DESIGN))
+            design = read_design(folder / "design.json")[0]
+            made = {}
+            for name, numbers in (("a", (1, 2)), ("b", (2,))):
+                for part in ("sealed", "measured", "individuals"):
+                    (folder / name / part).mkdir(parents=True)
+                study = made[name] = Study(folder / name, {"small": design}, 3)
+                for number in numbers:
+                    study.make(number, Stratum("null", 1, "null") if number == 1 else
+                               Stratum("single", 1, "single", (4.0, 6.0)), 0)
+            one, two = (made[name].truth(2) for name in "ab")
+            for truth in one, two:
+                for key in ("cpu_seconds", "cpu_seconds_individual"):
+                    truth.pop(key)
+            self.assertEqual(one, two)
+            self.assertTrue(4 <= one["snr"] < 6, one["snr"])
+            before = made["a"].measurement(2).read_bytes()
+            self.assertEqual(before, made["b"].measurement(2).read_bytes())
+            made["a"].make(2, None, 0)  # it is there
+            verdicts = folder / "a/verdicts"
+            verdicts.mkdir()
+            (verdicts / "0001.json").write_text(json.dumps({"verdict": {"verdict": "adequate"}, "cpu_seconds": 1.0}))
+            (verdicts / "0002.json").write_text(json.dumps({"exit_code": 3, "problem": "none", "cpu_seconds": 1.0}))
+            cases, records, _ = collect(made["a"], verdicts, 5)
+            self.assertEqual([case.verdict for case in cases], ["adequate", "data_insufficient"])
+            self.assertEqual(sorted(records), ["0001", "0002"])
+            print_report(made["a"], verdicts, 5)
+            self.assertEqual(json.loads((verdicts / "scores.json").read_text())["failed"], ["0002"])
+            made["a"].measurement(2).write_bytes(before + b"x")
+            with self.assertRaisesRegex(InputError, "is not the measurement"):
+                made["a"].truth(2)
+
+
+class Verdicts(unittest.TestCase):
+    def test_flat(self):
+        flat = flat_verdict(diagnosis("named", [("E_per_vein", "C")], ["E_per_vein"]))
+        self.assertEqual(flat["causes"], [{"names": ["E_per_vein"]}])
+        self.assertEqual(flat["catalogue"], ["E_per_vein", "drift"])
+        self.assertEqual(flat["intervals"], {"E:C": {"lower": 0.5, "upper": None}})
+        self.assertEqual(flat["gain"], {"baseline": 170.0, "extended": 170.0, "residuals": 110.0})
+        self.assertEqual(density_gain(flat["folds"]["baseline"], flat["folds"]["extended"]), 4.0)
+        self.assertEqual(flat_verdict(flat), flat)
+        flat = flat_verdict(diagnosis("consistent_with_set", [("E_per_vein", "C")], ["E_per_vein", "drift"]))
+        self.assertEqual(flat["causes"], [{"names": ["E_per_vein", "drift"]}])
+        flat = flat_verdict(diagnosis("unknown_cause", [("E_per_vein", "C")]))
+        self.assertEqual(flat["causes"], [])
+        truth = {"kind": "single", "mesh": "same", "rig": "quiet", "snr": 9.0,
+                 "causes": [{"name": "E_per_vein", "is_known": True, "parameters": {"E:C": 0.6}}]}
+        case = Case("1", truth, diagnosis("named", [("E_per_vein", "C")], ["E_per_vein"]))
+        self.assertTrue(case.is_named("E_per_vein") and case.is_right())
+
+    def test_oracle(self):
+        """Input that gives msm_diagnose the truth, and the ratio of gains."""
+        made = {"stiffness": {"damage": [0.004, -0.001, 8e-4, 0.6]}, "hidden": {"soft_places": [["C", 0.25, 1e-6]]}}
+
+        def lines(name, strength=1.0, **parameters):
+            return effect_lines({"generator": {"case": made}, "causes": [
+                {"name": name, "is_known": True, "strength": strength, "parameters": parameters}]})
+
+        self.assertEqual(lines("damage"), {"Wing": {"damage_disc": "0.004 -0.001 0.0008", "parameters": "damage 0.6"},
+                                           "Instrument": {}})
+        self.assertEqual(lines("soft_place", 3.0)["Wing"], {"soft_place": "C 0.25", "parameters": "soft 0.25"})
+        self.assertEqual(lines("drift", drift=1e-3)["Instrument"], {"parameters": "drift 0.001"})
+        self.assertEqual(lines("membrane_bending", D=3e-7)["Wing"], {"D": "3e-07"})
+        self.assertIn("sided_joints", lines("one_way_joint", **{"one_way:C_h": 2.0})["Wing"])
+        oracles = {"1": {"gain": 9.0, "oracle": 10.0}, "2": {"gain": 0.0, "oracle": 2.0}, "3": {"gain": 1, "oracle": None}}
+        fraction, (low, high), n = gain_of(oracles)
+        self.assertEqual((fraction, n), (9 / 12, 2))
+        self.assertTrue(low <= fraction <= high)
+
+
+if __name__ == "__main__":
+    unittest.main()

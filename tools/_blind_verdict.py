@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What msm_diagnose writes, as the verdict that blind cases are scored by (docs/blind-tests.md)."""
+
+SCHEMA = "flusi-msm diagnosis"
+
+
+def flat_verdict(data):
+    """The verdict in a JSON file: that of msm_diagnose is made flat, any other is left as it is."""
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        return data
+    verdict = data["verdict"]
+    named = {"named": [{"names": [cause["effect"]]} for cause in verdict["causes"]],
+             "consistent_with_set": [{"names": list(verdict["set"])}]}
+    flat = {"verdict": verdict["word"], "probability": verdict["probability"],
+            "causes": named.get(verdict["word"], []),
+            "catalogue": [effect["name"] for effect in data["effects"] if effect["status"] != "not_testable"],
+            "intervals": {}, "folds": {}}
+    for one in data["extended"].get("intervals_90", []):
+        lower, _, upper = one["lower_best_upper"]
+        flat["intervals"][one["name"]] = {"lower": lower if one["has_lower"] else None,
+                                          "upper": upper if one["has_upper"] else None}
+    for name in ("baseline", "extended"):
+        if name in data["validation"]:
+            flat["folds"][name] = data["validation"][name]
+    if len(flat["folds"]) == 2:
+        flat["gain"] = {name: float(sum(folds["chi2"])) for name, folds in flat["folds"].items()}
+        flat["gain"]["residuals"] = float(sum(flat["folds"]["baseline"]["observations"]))
+    flat["extension"] = [[cause["effect"], cause["variant"]] for cause in verdict["causes"]] \
+        if data["extended"]["is_found"] else []
+    return flat
+
+
+def density_gain(base, other):
+    """Sum over the locations that both predict of what `other` gains in log predictive density."""
+    one, two = (dict(zip(folds["location"], folds["log_density"])) for folds in (base, other))
+    return float(sum(two[place] - one[place] for place in one if place in two))
+
+
+def effect_lines(truth):
+    """Input of msm_diagnose that gives its wing or instrument the true effects of a case; None if that cannot be said."""
+    wing, instrument, sections = [], [], {}
+    made = truth["generator"]["case"]
+    for cause in truth["causes"]:
+        name, values = cause["name"], cause["parameters"]
+        if not cause["is_known"] or name == "camber":
+            return None
+        if name == "damage":
+            x, y, radius, factor = made["stiffness"]["damage"]
+            sections["damage_disc"] = f"{x!r} {y!r} {radius!r}"
+            wing.append(("damage", factor))
+        elif name == "soft_place":
+            vein, share, _ = made["hidden"]["soft_places"][0]
+            sections["soft_place"] = f"{vein} {share!r}"
+            wing.append(("soft", 1 / (1 + cause["strength"])))
+        elif name == "membrane_bending":
+            sections["D"] = repr(values["D"])
+        elif name in ("E_gradient", "E_per_vein", "taper", "root_compliance", "joint_hardening", "cuticle",
+                      "one_way_joint"):
+            wing += values.items()
+            if name == "one_way_joint":
+                sections["sided_joints"] = "yes"
+        else:
+            instrument += values.items()
+
+    def pairs(rows):
+        return ", ".join(f"{name} {value!r}" for name, value in rows)
+
+    if wing:
+        sections["parameters"] = pairs(wing)
+    return {"Wing": sections, "Instrument": {"parameters": pairs(instrument)} if instrument else {}}
