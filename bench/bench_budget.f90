@@ -21,8 +21,8 @@ module bench_budget
   !> Redone: begun warm and repeated cold. Infeasible and unsolved ones are not counted elsewhere. The mean's are no
   !> candidates.
   integer, parameter :: WARM = 1, REDONE = 2, COLD = 3, INFEASIBLE = 4, UNSOLVED = 5, MEAN = 6, N_KINDS = 6
-  character(*), parameter :: KINDS(N_KINDS) = [character(10) :: 'warm', 'redone', 'cold', 'infeasible', 'unsolved', &
-                                               'mean']
+  character(*), parameter :: KINDS(N_KINDS) = &
+                             [character(10) :: 'warm', 'redone', 'cold', 'infeasible', 'unsolved', 'mean']
 
   !> The box, with sides of the coordinates or of the values.
   type :: sides_t
