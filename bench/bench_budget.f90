@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the paper's full budget costs: generations of 64 candidates under ten loads, of which the first ones
-!> are done and the rest extrapolated. Candidates start warm from the solution of the optimiser's mean, as in msm_train.
+!> What the paper's full budget costs: a hundred generations of 64 candidates under ten loads, or the first ones of them.
+!> Candidates start warm from the solution of the optimiser's mean, as in msm_train.
 module bench_budget
   use base_kinds, only: i8, rp
   use bench_twin, only: N_UNKNOWNS, twin_t
@@ -18,8 +18,11 @@ module bench_budget
 
   integer, parameter :: POPULATION = 64, FULL = 100 !< candidates of a generation, generations of the paper
   real(rp), parameter :: PAPER_JOINT(2) = [1.0e-6_rp, 1.0e-2_rp] !< [N m/rad] bounds
-  integer, parameter :: WARM = 1, COLD = 2, INFEASIBLE = 3, UNSOLVED = 4, MEAN = 5
-  character(*), parameter :: KINDS(5) = [character(10) :: 'warm', 'cold', 'infeasible', 'unsolved', 'mean']
+  !> Redone: begun warm and repeated cold. Infeasible and unsolved ones are not counted elsewhere. The mean's are no
+  !> candidates.
+  integer, parameter :: WARM = 1, REDONE = 2, COLD = 3, INFEASIBLE = 4, UNSOLVED = 5, MEAN = 6, N_KINDS = 6
+  character(*), parameter :: KINDS(N_KINDS) = &
+                             [character(10) :: 'warm', 'redone', 'cold', 'infeasible', 'unsolved', 'mean']
 
   !> The box, with sides of the coordinates or of the values.
   type :: sides_t
@@ -43,10 +46,11 @@ contains
     end if
   end function sides_coordinates
 
-  !> Both boxes; each ends with a JSON record.
-  subroutine measure_budget(twin, n_generations)
+  !> The box `name`, log or linear: after every generation a JSON record of what is done so far.
+  subroutine measure_budget(twin, n_generations, name)
     type(twin_t), intent(in) :: twin
     integer, intent(in) :: n_generations
+    character(*), intent(in) :: name
     type(experiment_t) :: experiment
     type(parameter_t) :: parameter
     type(sides_t) :: sides
@@ -58,15 +62,15 @@ contains
     parameter = experiment%describe(1)
     sides%lower = [parameter%lower, (PAPER_JOINT(1), i=2, N_UNKNOWNS)]
     sides%upper = [parameter%upper, (PAPER_JOINT(2), i=2, N_UNKNOWNS)]
-    call run_box(experiment, sides, 'log', 'active', n_generations)
-    sides%is_log = .false.
-    call run_box(experiment, sides, 'linear', 'paper', n_generations)
+    sides%is_log = name == 'log'
+    call run_box(experiment, sides, name, n_generations)
   end subroutine measure_budget
 
-  subroutine run_box(experiment, sides, name, weights, n_generations)
+  !> The weights are active in log space, and the paper's in its linear box.
+  subroutine run_box(experiment, sides, name, n_generations)
     type(experiment_t), intent(in) :: experiment
     type(sides_t), intent(in) :: sides
-    character(*), intent(in) :: name, weights
+    character(*), intent(in) :: name
     integer, intent(in) :: n_generations
     type(cmaes_search_t) :: search
     type(cmaes_options_t) :: options
@@ -74,8 +78,8 @@ contains
     type(evaluation_work_t) :: work
     real(rp), allocatable :: x(:, :), shapes(:, :, :)
     logical, allocatable :: is_start(:), has_failed(:)
-    real(rp) :: f(POPULATION), violation(POPULATION), seconds(5), before(5), ignored(2)
-    integer :: counts(5), g, k, n_loads
+    real(rp) :: f(POPULATION), violation(POPULATION), seconds(N_KINDS), costs(2)
+    integer :: counts(N_KINDS), g, k, n_loads
     n_loads = size(experiment%loads)
     allocate (shapes(3, experiment%model%n_all, n_loads), source=0.0_rp)
     allocate (is_start(n_loads), source=.false.)
@@ -84,31 +88,27 @@ contains
     allocate (region%upper(N_UNKNOWNS), source=1.0_rp)
     region%is_box = .true.
     options%lambda = POPULATION
-    options%weights = weights
+    options%weights = trim(merge('active', 'paper ', sides%is_log))
     options%max_evaluations = int(FULL, i8)*POPULATION
     call search%start(options, 'none', 0, region)
     call work%init(experiment)
     counts = 0
     seconds = 0
     do g = 1, n_generations
-      before = seconds
       call search%ask(x)
       call solve(experiment, work, sides%coordinates(max(0.0_rp, min(1.0_rp, search%run%state%mean))), .true., shapes, &
-                 is_start, ignored, has_failed(1), counts, seconds)
+                 is_start, costs, has_failed(1), counts, seconds)
       do k = 1, POPULATION
-        call solve(experiment, work, sides%coordinates(x(:, k)), .false., shapes, is_start, ignored, has_failed(k), &
+        call solve(experiment, work, sides%coordinates(x(:, k)), .false., shapes, is_start, costs, has_failed(k), &
                    counts, seconds)
-        f(k) = sqrt(ignored(1))
-        violation(k) = ignored(2)
+        f(k) = sqrt(costs(1))
+        violation(k) = costs(2)
       end do
       call search%tell(f, violation, has_failed)
-      write (output_unit, '(3a,i4,a,es9.2,a,f8.2,a)') name, ' box, generation ', '', g, ': best h ', &
-        search%run%state%best_f, ' m, ', sum(seconds - before), ' CPU s'
-      flush (output_unit)
+      call report(name, g, n_loads, search%run%state%best_f, search%run%state%sigma, counts, seconds)
       if (search%state%stop_code /= RUNNING) exit
     end do
     call work%free()
-    call report(name, min(g, n_generations), n_loads, counts, seconds)
   end subroutine run_box
 
   !> All loads of one candidate, or of the mean, whose shapes become the starts. costs: h^2 [m^2] and the violation.
@@ -134,7 +134,7 @@ contains
       call evaluate(experiment, work, coordinates, l, is_start(l), u, evaluation)
       call cpu_time(ended)
       kind_of = COLD
-      if (is_start(l) .and. .not. evaluation%was_redone_cold) kind_of = WARM
+      if (is_start(l)) kind_of = merge(REDONE, WARM, evaluation%was_redone_cold)
       if (.not. evaluation%is_feasible()) kind_of = INFEASIBLE
       if (.not. evaluation%is_solved) kind_of = UNSOLVED
       if (is_mean) kind_of = MEAN
@@ -149,19 +149,19 @@ contains
     end do
   end subroutine solve
 
-  subroutine report(name, n_generations, n_loads, counts, seconds)
+  subroutine report(name, generation, n_loads, best, sigma, counts, seconds)
     character(*), intent(in) :: name
-    integer, intent(in) :: n_generations, n_loads, counts(:)
-    real(rp), intent(in) :: seconds(:)
+    integer, intent(in) :: generation, n_loads, counts(:)
+    real(rp), intent(in) :: best, sigma, seconds(:)
     integer :: i
-    write (output_unit, '(a)') '  kind         solves   CPU s   ms each'
-    do i = 1, size(KINDS)
-      write (output_unit, '(2x,a10,i9,f9.2,f9.2)') KINDS(i), counts(i), seconds(i), 1000*seconds(i)/max(1, counts(i))
+    write (output_unit, '(3a,i0,a,i0,2(a,es9.2))', advance='no') '{"box":"', name, '","generations":', generation, &
+      ',"solves":', sum(counts(:UNSOLVED)), ',"best_h":', best, ',"sigma":', sigma
+    do i = 1, N_KINDS
+      write (output_unit, '(3a,i0,3a,f9.1)', advance='no') ',"', trim(KINDS(i)), '":', counts(i), &
+        ',"', trim(KINDS(i)), '_ms":', 1000*seconds(i)/max(1, counts(i))
     end do
-    write (output_unit, '(3a,i0,a,i0,4(a,i0),a,f0.2,3a,f0.3,a)') '{"box":"', name, '","generations":', n_generations, &
-      ',"solves":', sum(counts(:UNSOLVED)), ',"warm":', counts(WARM), ',"cold":', counts(COLD), ',"infeasible":', &
-      counts(INFEASIBLE), ',"unsolved":', counts(UNSOLVED), ',"cpu_s":', sum(seconds), ',"', &
-      trim(merge('full_budget_cpu_h_extrapolated', 'full_budget_cpu_h             ', n_generations < FULL)), '":', &
+    write (output_unit, '(a,f9.1,3a,f9.3,a)') ',"cpu_s":', sum(seconds), ',"', &
+      trim(merge('full_budget_cpu_h_extrapolated', 'full_budget_cpu_h             ', generation < FULL)), '":', &
       sum(seconds)/sum(counts(:UNSOLVED))*FULL*POPULATION*n_loads/3600, '}'
     flush (output_unit)
   end subroutine report

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> How well, how surely and at which cost wings are trained (docs/training-results.md).
 !>
-!> usage: bench_training WING.h5 [--seed S | --starts N [FIRST] | --coverage N [FIRST] | --budget GENERATIONS],
+!> usage: bench_training WING.h5 [--seed S | --starts N [FIRST] | --coverage N [FIRST] | --budget GENERATIONS [log | linear]],
 !> a wing with ten joints
 !>
 !> Without options or with --seed one start of the paper's validation; its last line is a JSON record.
@@ -20,7 +20,7 @@ program training
   type(twin_t) :: twin
   type(experiment_t), target :: experiment
   real(rp) :: truth(N_UNKNOWNS), sd(N_UNKNOWNS)
-  character(20) :: mode
+  character(20) :: mode, box
   integer :: number, first, i, n_met
   logical :: is_done, is_met
 
@@ -28,7 +28,7 @@ program training
   mode = '--seed'
   if (command_argument_count() > 1) call get_command_argument(2, mode)
   number = whole_argument(3)
-  first = whole_argument(4)
+  if (mode /= '--budget') first = whole_argument(4)
   select case (mode)
   case ('--seed', '--starts')
     truth = validation_truth(twin)
@@ -48,10 +48,12 @@ program training
   case ('--coverage')
     call cover(twin, number, first)
   case ('--budget')
-    call measure_budget(twin, number)
+    box = 'log'
+    if (command_argument_count() > 3) call get_command_argument(4, box)
+    if (box /= 'log' .and. box /= 'linear') call refuse(trim(box)//' is no box; log or linear')
+    call measure_budget(twin, number, trim(box))
   case default
-    write (error_unit, '(a)') 'bench_training: unknown option '//trim(mode)
-    stop EXIT_USER
+    call refuse('unknown option '//trim(mode))
   end select
 
 contains
@@ -65,8 +67,13 @@ contains
     if (command_argument_count() < i) return
     call get_command_argument(i, text)
     call parse_integer(trim(text), whole_argument, problem)
-    if (.not. allocated(problem)) return
-    write (error_unit, '(a)') 'bench_training: '//trim(text)//': '//problem
-    stop EXIT_USER
+    if (allocated(problem)) call refuse(trim(text)//': '//problem)
+    if (whole_argument < 1) call refuse(trim(text)//': must be positive')
   end function whole_argument
+
+  subroutine refuse(problem)
+    character(*), intent(in) :: problem
+    write (error_unit, '(a)') 'bench_training: '//problem
+    stop EXIT_USER
+  end subroutine refuse
 end program training

@@ -3,6 +3,7 @@
 !> solution of the final point. On rank 0; the others serve the crew.
 module app_train_polish
   use app_train_crew, only: train_crew_t
+  use app_train_ends, only: end_lines, END_LENGTH
   use app_train_log, only: train_log_t
   use app_train_objective, only: full_results, train_objective_t
   use app_train_settings, only: train_settings_t
@@ -135,29 +136,12 @@ contains
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained
     type(train_log_t), intent(inout) :: log
-    real(rp), parameter :: APART = 0.5_rp !< of an sd: farther ends are two ends
-    character(160) :: line
-    real(rp) :: distance(size(trained%coordinates))
-    integer :: i, k, n_same
-    n_same = 0
-    do i = 1, size(trained%ends, 2)
-      distance = abs(trained%ends(2:, i) - trained%coordinates)/max(trained%posterior%sd, tiny(1.0_rp))
-      if (maxval(distance) <= APART) then
-        n_same = n_same + 1
-        cycle
-      end if
-      k = maxloc(distance, 1)
-      if (trained%ends(1, i) <= trained%chi2 + THRESHOLD_90) then
-        write (line, '(a,f0.1,a)') 'warning   another start ends where the data fit as well, ', distance(k), &
-          ' sd away in '//trim(space%names(k))//': the data do not tell which wing it is'
-      else
-    write (line, '(a,es11.4,a,es11.4,a)') 'polish    another start ends in a minimum that is not the lowest: chi^2 =', &
-          trained%ends(1, i), ' against', trained%chi2, ', first of all in '//trim(space%names(k))
-      end if
-      call log%say(trim(line))
+    character(END_LENGTH), allocatable :: lines(:)
+    integer :: i
+    lines = end_lines(space%names, trained%coordinates, trained%chi2, trained%posterior%sd, trained%ends)
+    do i = 1, size(lines)
+      call log%say(trim(lines(i)))
     end do
-    if (n_same > 1) call log%say('polish    '//number_text(n_same)//' of '//number_text(size(trained%ends, 2))// &
-                                 ' starts end at this point')
   end subroutine compare_ends
 
   pure logical function is_better(one, other)

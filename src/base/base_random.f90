@@ -11,7 +11,7 @@ module base_random
   private
   public :: philox, unit_real, random_uniforms, random_gaussians, fill_gaussians, random_stream_t
 
-  integer(i8), parameter :: WORD = int(z'FFFFFFFF', i8), HALF = int(z'FFFF', i8)
+  integer(i8), parameter :: WORD = int(z'FFFFFFFF', i8)
   integer(i8), parameter :: MULTIPLIER(2) = [int(z'D2511F53', i8), int(z'CD9E8D57', i8)]
   integer(i8), parameter :: WEYL(2) = [int(z'9E3779B9', i8), int(z'BB67AE85', i8)]
   integer, parameter :: ROUNDS = 10
@@ -54,15 +54,15 @@ contains
     words = [w1, w2, w3, w4]
   end function philox
 
-  !> Both halves of the 64-bit product of two 32-bit words, without leaving 63 bits.
+  !> Both halves of the 64-bit product of two 32-bit words, of which a >= 2^31: (a - 2^32) b stays within 63 bits and a
+  !> sign, and b is added to its upper half.
   pure subroutine multiply(a, b, high, low)
     integer(i8), intent(in) :: a, b
     integer(i8), intent(out) :: high, low
-    integer(i8) :: lower, upper
-    lower = b*iand(a, HALF)
-    upper = b*shiftr(a, 16) + shiftr(lower, 16)
-    high = shiftr(upper, 16)
-    low = ior(shiftl(iand(upper, HALF), 16), iand(lower, HALF))
+    integer(i8) :: product
+    product = (a - (WORD + 1))*b
+    high = shifta(product, 32) + b
+    low = iand(product, WORD)
   end subroutine multiply
 
   !> A real number strictly between 0 and 1 from two 32-bit words: the middle of one of 2**52 equal

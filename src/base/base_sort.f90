@@ -4,18 +4,27 @@ module base_sort
   use base_kinds, only: i8, rp
   implicit none
   private
-  public :: sorting_order, sort_reals
+  public :: sorting_order, sort_order, sort_reals, key_of_real
 
 contains
 
-  !> The order in which `keys` increase; equal keys keep their order (merge sort).
+  !> The order in which `keys` increase; equal keys keep their order.
   pure function sorting_order(keys) result(order)
     integer(i8), intent(in) :: keys(:)
     integer, allocatable :: order(:), merged(:)
+    allocate (order(size(keys)), merged(size(keys)))
+    call sort_order(keys, order, merged)
+  end function sorting_order
+
+  !> The same without allocations (merge sort); `merged` is work space as large as `keys`.
+  pure subroutine sort_order(keys, order, merged)
+    integer(i8), intent(in) :: keys(:)
+    integer, intent(out) :: order(:), merged(:)
     integer :: width, left, middle, right, i, j, k
 
-    order = [(i, i=1, size(keys))]
-    allocate (merged(size(keys)))
+    do k = 1, size(keys)
+      order(k) = k
+    end do
     width = 1
     do while (width < size(keys))
       do left = 1, size(keys), 2*width
@@ -42,18 +51,19 @@ contains
       order = merged
       width = 2*width
     end do
-  end function sorting_order
+  end subroutine sort_order
+
+  !> An integer that increases with a finite number; both zeros have the same.
+  pure elemental integer(i8) function key_of_real(value) result(key)
+    real(rp), intent(in) :: value
+    ! The bits of a positive number increase with it, those of a negative one decrease. -0 + 0 is 0.
+    key = transfer(value + 0.0_rp, key)
+    if (key < 0) key = ieor(key, huge(key))
+  end function key_of_real
 
   !> Sorts finite numbers so that they increase.
   pure subroutine sort_reals(values)
     real(rp), intent(inout) :: values(:)
-    integer(i8) :: keys(size(values))
-    integer :: i
-    do i = 1, size(values)
-      ! The bits of a positive number increase with it, those of a negative one decrease.
-      keys(i) = transfer(values(i), keys(i))
-      if (keys(i) < 0) keys(i) = ieor(keys(i), huge(keys(i)))
-    end do
-    values = values(sorting_order(keys))
+    values = values(sorting_order(key_of_real(values)))
   end subroutine sort_reals
 end module base_sort

@@ -106,7 +106,7 @@ contains
         return
       end if
       if (self%has_box) call penalise(p, state, work)
-      call rank(work%classes, work%keys, work%order, work%merged)
+      call rank(work%classes, work%keys, work%order, work%merged, work%bits)
       call note_history(p, state, work, f)
       call update_distribution(p, state, work)
       if (state%generation - state%last_eigen >= p%eigen_interval) call decompose(state, work)

@@ -59,7 +59,7 @@ contains
     integer :: n_feasible, i
     n_feasible = count(work%classes == FEASIBLE)
     if (n_feasible < 4) return
-    call rank(work%classes, work%keys, work%order, work%merged)
+    call rank(work%classes, work%keys, work%order, work%merged, work%bits)
     range = work%keys(work%order((3*n_feasible + 3)/4)) - work%keys(work%order((n_feasible + 3)/4))
     variance = 0
     do i = 1, p%n

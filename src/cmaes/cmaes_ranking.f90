@@ -2,7 +2,8 @@
 !> Who is better: feasible candidates by f, then infeasible ones by violation, then failed ones; equals
 !> by their index. NaN never takes part in a comparison.
 module cmaes_ranking
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
+  use base_sort, only: key_of_real, sort_order
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
   private
@@ -41,45 +42,23 @@ contains
     end do
   end subroutine classify
 
-  !> order(1) is the best candidate, order(lambda) the worst. Merge sort in the caller's `merged`.
-  pure subroutine rank(classes, keys, order, merged)
+  !> order(1) is the best candidate, order(lambda) the worst. `merged` and `bits` are the caller's work space, as large.
+  pure subroutine rank(classes, keys, order, merged, bits)
     integer, intent(in) :: classes(:)
     real(rp), intent(in) :: keys(:)
     integer, intent(out) :: order(:), merged(:)
-    integer :: n, width, left, middle, right, i, j, k
-    logical :: take_left
-    n = size(keys)
-    do k = 1, n
-      order(k) = k
-    end do
-    width = 1
-    do while (width < n)
-      do left = 1, n, 2*width
-        middle = min(left + width, n + 1)
-        right = min(left + 2*width, n + 1)
-        i = left
-        j = middle
-        do k = left, right - 1
-          if (i >= middle) then
-            take_left = .false.
-          else if (j >= right) then
-            take_left = .true.
-          else if (classes(order(i)) /= classes(order(j))) then
-            take_left = classes(order(i)) < classes(order(j))
-          else
-            take_left = keys(order(i)) <= keys(order(j))
-          end if
-          if (take_left) then
-            merged(k) = order(i)
-            i = i + 1
-          else
-            merged(k) = order(j)
-            j = j + 1
-          end if
-        end do
+    integer(i8), intent(out) :: bits(:)
+    integer :: class_of, k, n
+    bits = key_of_real(keys)
+    call sort_order(bits, order, merged)
+    merged = order
+    n = 0
+    do class_of = FEASIBLE, FAILED
+      do k = 1, size(keys)
+        if (classes(merged(k)) /= class_of) cycle
+        n = n + 1
+        order(n) = merged(k)
       end do
-      order = merged
-      width = 2*width
     end do
   end subroutine rank
 

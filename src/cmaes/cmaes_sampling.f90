@@ -7,6 +7,7 @@
 module cmaes_sampling
   use base_kinds, only: rp, i8
   use base_random, only: fill_gaussians, random_uniforms
+  use cmaes_products, only: multiply
   use cmaes_state, only: cmaes_state_t, cmaes_work_t
   implicit none
   private
@@ -22,12 +23,8 @@ contains
     type(cmaes_work_t), intent(inout) :: work
     integer, intent(in) :: k
     real(rp), intent(out), contiguous :: x(:)
-    integer :: j
     call draw_normals(state%seed, state%restart, state%generation + 1, state%attempt, k, work%z)
-    x = 0
-    do j = 1, size(x)
-      x = x + work%z(j)*work%root(:, j)
-    end do
+    call multiply(work%root, work%z, x)
     x = state%mean + state%sigma*x
   end subroutine draw_candidate
 

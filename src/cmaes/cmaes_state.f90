@@ -51,12 +51,13 @@ module cmaes_state
   type :: cmaes_work_t
     real(rp), allocatable :: root(:, :), inverse_root(:, :) !< B diag(d) B^T, B diag(1/d) B^T
     real(rp), allocatable :: x(:, :)   !< n x lambda candidates as drawn
-    real(rp), allocatable :: y(:, :)   !< (x - m)/sigma, best first
+    real(rp), allocatable :: y(:, :)   !< (x - m)/sigma, best first, with room for the path
     real(rp), allocatable :: z(:), step(:), old_mean(:)
     real(rp), allocatable :: matrix(:, :), eigenvalues(:), lapack(:)
     real(rp), allocatable :: keys(:), distances(:)
-    real(rp), allocatable :: weights(:) !< of this generation, for its valid candidates
+    real(rp), allocatable :: weights(:) !< of this generation, for its valid candidates and the path
     integer, allocatable :: classes(:), order(:), merged(:)
+    integer(i8), allocatable :: bits(:)
     real(rp) :: window(WINDOW) = 0
     real(rp), allocatable :: sorted(:) !< a ring to take the median of
   contains
@@ -154,10 +155,10 @@ contains
     integer :: n, lambda
     n = params%n
     lambda = params%lambda
-    allocate (self%root(n, n), self%inverse_root(n, n), self%x(n, lambda), self%y(n, lambda), self%z(n), self%step(n), &
-              self%old_mean(n), self%matrix(n, n), self%eigenvalues(n), self%lapack(symmetric_eigen_work(n)))
-    allocate (self%keys(lambda), self%distances(lambda), self%weights(lambda), self%classes(lambda), &
-              self%order(lambda), self%merged(lambda))
+    allocate (self%root(n, n), self%inverse_root(n, n), self%x(n, lambda), self%y(n, lambda + 1), self%z(n), &
+              self%step(n), self%old_mean(n), self%matrix(n, n), self%eigenvalues(n), self%lapack(symmetric_eigen_work(n)))
+    allocate (self%keys(lambda), self%distances(lambda), self%weights(lambda + 1), self%classes(lambda), &
+              self%order(lambda), self%merged(lambda), self%bits(lambda))
     allocate (self%sorted(20 + ceiling(3*real(n, rp)/lambda)))
     self%x = 0
   end subroutine work_allocate

@@ -13,6 +13,7 @@
 module cmaes_update
   use base_kinds, only: rp
   use cmaes_params, only: cmaes_params_t, weights_of_valid
+  use cmaes_products, only: add_outers, mirror, multiply
   use cmaes_ranking, only: FAILED
   use cmaes_state, only: cmaes_state_t, cmaes_work_t
   implicit none
@@ -27,8 +28,8 @@ contains
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(inout) :: state
     type(cmaes_work_t), intent(inout) :: work
-    real(rp) :: length, h, weight, mu_eff
-    integer :: i, mu, n_valid
+    real(rp) :: length, h, mu_eff
+    integer :: i, mu, n_valid, n_used
 
     n_valid = count(work%classes /= FAILED)
     call weights_of_valid(p, work%weights(:n_valid), mu, mu_eff)
@@ -50,57 +51,21 @@ contains
     state%p_c = (1 - p%c_c)*state%p_c + h*sqrt(p%c_c*(2 - p%c_c)*mu_eff)*work%step
 
     state%c = (1 + p%c_1*(1 - h)*p%c_c*(2 - p%c_c) - p%c_1 - p%c_mu*sum(work%weights(:n_valid)))*state%c
-    call add_outer(p%c_1, state%p_c, state%c)
-    do i = 1, n_valid
-      weight = p%c_mu*work%weights(i)
-      if (abs(weight) <= 0) cycle
-      if (weight < 0) then
-        call multiply(work%inverse_root, work%y(:, i), work%z)
-        weight = weight*p%n/max(sum(work%z**2), tiny(1.0_rp))
-      end if
-      call add_outer(weight, work%y(:, i), state%c)
+    work%weights(:n_valid) = p%c_mu*work%weights(:n_valid)
+    do i = mu + 1, n_valid
+      if (.not. work%weights(i) < 0) cycle
+      call multiply(work%inverse_root, work%y(:, i), work%z)
+      work%weights(i) = work%weights(i)*p%n/max(sum(work%z**2), tiny(1.0_rp))
     end do
+    n_used = n_valid
+    if (.not. any(work%weights(mu + 1:n_valid) < 0)) n_used = mu
+    work%weights(n_used + 1) = p%c_1 ! the path is one more vector
+    work%y(:, n_used + 1) = state%p_c
+    call add_outers(work%weights(:n_used + 1), work%y(:, :n_used + 1), state%c)
     call mirror(state%c)
 
     state%sigma = state%sigma*exp(min(1.0_rp, p%c_sigma/p%d_sigma*(length/p%chi - 1)))
     state%generation = state%generation + 1
     state%attempt = 0
   end subroutine update_distribution
-
-  !> result = a v.
-  pure subroutine multiply(a, v, product)
-    real(rp), intent(in), contiguous :: a(:, :)
-    real(rp), intent(in), contiguous :: v(:)
-    real(rp), intent(out), contiguous :: product(:)
-    integer :: j
-    product = 0
-    do j = 1, size(v)
-      product = product + v(j)*a(:, j)
-    end do
-  end subroutine multiply
-
-  !> Adds weight v v^T to the upper triangle of c.
-  pure subroutine add_outer(weight, v, c)
-    real(rp), intent(in) :: weight
-    real(rp), intent(in), contiguous :: v(:)
-    real(rp), intent(inout), contiguous :: c(:, :)
-    real(rp) :: factor
-    integer :: i, j
-    do j = 1, size(v)
-      factor = weight*v(j)
-      do i = 1, j
-        c(i, j) = c(i, j) + factor*v(i)
-      end do
-    end do
-  end subroutine add_outer
-
-  pure subroutine mirror(c)
-    real(rp), intent(inout), contiguous :: c(:, :)
-    integer :: i, j
-    do j = 1, size(c, 2)
-      do i = 1, j - 1
-        c(j, i) = c(i, j)
-      end do
-    end do
-  end subroutine mirror
 end module cmaes_update

@@ -30,6 +30,7 @@ contains
   subroutine test_ranking()
     real(rp) :: f(9), violation(9), keys(9), nan
     integer :: classes(9), order(9), merged(9)
+    integer(i8) :: bits(9)
     logical :: has_failed(9)
     nan = ieee_value(1.0_rp, ieee_quiet_nan)
     f = [3.0_rp, nan, 1.0_rp, -9.0_rp, 1.0_rp, nan, ieee_value(1.0_rp, ieee_positive_inf), -7.0_rp, 0.5_rp]
@@ -39,12 +40,16 @@ contains
     call classify(f, violation, has_failed, classes, keys)
     call t%check('feasible, infeasible and failed are told apart', &
                  all(classes == [FEASIBLE, FAILED, FEASIBLE, INFEASIBLE, FEASIBLE, INFEASIBLE, FAILED, FAILED, FAILED]))
-    call rank(classes, keys, order, merged)
+    call rank(classes, keys, order, merged, bits)
     call t%check('feasible by f, infeasible by violation, failed last, equals by index', &
                  all(order == [3, 5, 1, 6, 4, 2, 7, 8, 9]))
     call classify(f(:5), classes=classes(:5), keys=keys(:5))
-    call rank(classes(:5), keys(:5), order(:5), merged(:5))
+    call rank(classes(:5), keys(:5), order(:5), merged(:5), bits(:5))
     call t%check('without violations f alone counts', all(order(:5) == [4, 3, 5, 1, 2]))
+    f(:6) = [0.0_rp, -0.0_rp, -1.0e-300_rp, 1.0e-300_rp, -2.0_rp, -0.0_rp]
+    call classify(f(:6), classes=classes(:6), keys=keys(:6))
+    call rank(classes(:6), keys(:6), order(:6), merged(:6), bits(:6))
+    call t%check('also of negative numbers, and both zeros are equal', all(order(:6) == [5, 3, 1, 2, 6, 4]))
   end subroutine test_ranking
 
   !> From a start where everything is infeasible to the minimum, which lies where feasibility ends: of

@@ -3,7 +3,7 @@
 """One training of the paper's validation: E and ten joints from ten loads on a noise-free twin of the same mesh and
 model, from a random start. The last line is JSON.
 
-usage: training.py BUILD [--wing FILE] [--seed N] [--ranks N] [--folder DIR] [--set SECTION.KEY=VALUE ...]
+usage: training_program.py BUILD [--wing FILE] [--seed N] [--ranks N] [--folder DIR] [--set SECTION.KEY=VALUE ...]
 
 A joint is identifiable if its stiffness is predicted to be known to 1e-3 (sd of the logarithm) at the declared error of
 1 nm; all ten are printed.
@@ -19,7 +19,7 @@ import sys
 import time
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[2]
+SOURCE = Path(__file__).resolve().parents[1]
 TRUTH = {"E": 8e9, "joint:R4+5_base": 3e-5, "joint:R1_Rs": 2e-4, "joint:A1+CuA2_CuA2": 8e-5, "joint:C_Sc": 4e-4,
          "joint:C_h": 1e-3, "joint:CuA1_base": 2e-5, "joint:M1+2_bend": 6e-5, "joint:M1+2_bm-cu": 1.5e-4,
          "joint:R2+3_base": 5e-5, "joint:R4+5_r-m": 1e-5}
