@@ -154,9 +154,8 @@ contains
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
     real(rp) :: r, c1, c2, q, scale, floor, noise, small, size_r, last_size, newton_sizes(2)
-    real(rp), parameter :: FAR = 0.5_rp ! of the first residual: the tangent may be indefinite, which would take two
-    integer :: iteration, n_newton, left
-    logical :: is_spd, is_solved
+    integer :: iteration, n_newton
+    logical :: is_scarce, has_factors, was_iterated
 
     r = 0
     if (state%old_step > 0) r = h/state%old_step
@@ -178,6 +177,8 @@ contains
     converged = .false.
     n_newton = 0
     newton_sizes = 0
+    has_factors = .false.
+    was_iterated = .false.
     do iteration = 0, 4*options%iterations
       self%v = q*(self%u - self%bu)
       self%rate = q*(self%v - self%bv)
@@ -196,22 +197,21 @@ contains
       converged = size_r <= small
       if (converged .and. iteration > 0) exit
       converged = .false.
-      is_solved = .false.
-      if (needs_new_tangent(options, iteration, size_r, last_size, small)) then
-        left = options%factorisations - report%factorisations
-        if (n_newton == merge(options%iterations, 2*options%iterations, left > 0)) exit ! inexact steps need more
+      if (was_iterated .or. needs_new_tangent(options, iteration, size_r, last_size, small)) then
+        is_scarce = has_factors .and. report%factorisations >= options%factorisations - 1 ! an indefinite one takes two
+        if (n_newton == merge(2*options%iterations, options%iterations, is_scarce)) exit ! inexact steps need more
         if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
         call assemble(self, model, inertia, frame, q, .false.)
-        if (left < 1 .or. left == 1 .and. size_r > FAR*report%residuals(0)) &
-          call iterate(self, model, inertia, frame, q, is_solved)
-        if (.not. is_solved) then
-          call factorise(self, model, inertia, frame, q, report%factorisations, is_spd)
-          if (.not. is_spd) exit
+        was_iterated = .false.
+        if (is_scarce) call iterate(self, model, inertia, frame, q, was_iterated)
+        if (.not. was_iterated) then
+          call factorise(self, model, inertia, frame, q, report%factorisations, has_factors)
+          if (.not. has_factors) exit
         end if
       end if
-      if (.not. is_solved) call solve(self, model, inertia, frame, q)
+      if (.not. was_iterated) call solve(self, model, inertia, frame, q)
       call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%axial, self%x)
       self%u = self%u + self%x
       report%iterations = report%iterations + 1
@@ -262,10 +262,9 @@ contains
     integer, intent(in) :: iteration
     real(rp), intent(in) :: size_r, last_size, small !< [N] residuals, now, before, and of the end
     integer, parameter :: STRETCHED = 3
-    real(rp), parameter :: GROWTH = 2
     is_needed = .true.
     if (iteration == 0 .or. .not. options%worth_reuse > 0) return
-    if (iteration < STRETCHED) is_needed = size_r > GROWTH*last_size
+    if (iteration < STRETCHED) is_needed = size_r > last_size
     if (is_needed .and. size_r < last_size) &
       is_needed = log(size_r/small) > options%worth_reuse*log(last_size/size_r)
   end function needs_new_tangent

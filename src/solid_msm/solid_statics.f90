@@ -146,7 +146,7 @@ contains
         rejections = rejections + 1
         if (was_unstable) rejections_unstable = rejections_unstable + 1
         dt = SHRINK*dt
-        met_fold = met_fold .or. was_unstable .and. dt < COLD_STEP
+        met_fold = met_fold .or. was_unstable .and. (dt < COLD_STEP .or. is_warm)
         if (rejections_unstable >= 2 .or. rejections >= 4 .or. dt < SMALLEST) then
           target = min(1.0_rp, t + dt)
           work%stage = target

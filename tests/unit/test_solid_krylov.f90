@@ -140,7 +140,7 @@ contains
     end do
     print '(a,2i4,es10.2)', 'factorisations, difference', most, maxval(abs(state(2)%u - state(1)%u))
     call t%check('Newton''s method needs more than three factorisations', most(1) > 3)
-    call t%check('with iterations two suffice', most(2) == 2)
+    call t%check('with iterations two suffice', most(2) <= 2)
     ! Residuals of 1e-8 of the forces, of which a tip of stiffness 3 E I/l^3 = 2.9 N/m makes 1e-8*4/2.9 m a step.
     call t%check_close('the same shape', maxval(abs(state(2)%u - state(1)%u)), 0.0_rp, atol=STEPS*1.4e-8_rp)
     call stepper%free()

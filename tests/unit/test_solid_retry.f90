@@ -46,6 +46,7 @@ program test_solid_retry
   end do
   before = state
   options%iterations = 3 ! Newton's method will not follow the jerk that comes
+  options%factorisations = huge(1)
   options%halvings = 2   ! the first half is accepted, the third quarter fails
   motion%end = state%time + 0.6_rp*DT
   call stepper%step(model, inertia, motion, force, DT, options, state, report)
