@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Warm starts on the blowfly's wing, in the file that the first argument names: straight ones are used,
-!> those on which Newton's method leaps over folds are redone cold, and both end where the cold path ends.
+!> those on which Newton's method leaps over folds, and those from shapes beside a cusp, are redone cold, and both
+!> end where the cold path ends.
 program test_solid_warm_starts
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -32,6 +33,8 @@ program test_solid_warm_starts
   call work%init(model)
   call check_case(5.0e9_rp, 5.0_rp, 8, 0.4e-3_rp, is_straight=.true.)
   call check_case(5.0e9_rp, 5.0_rp, 2, 4.73989640152215e-3_rp, is_straight=.false.)
+  ! The neighbour's path goes around a cusp into another shape without a snap, and stumbles there (docs/statics.md).
+  call check_case(5.0e9_rp, 0.05_rp, 3, 1.63972085334973e-03_rp, is_straight=.false.)
   call work%free()
   call t%finish()
 
