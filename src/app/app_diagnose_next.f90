@@ -84,8 +84,8 @@ contains
     associate (first => d%design%candidates(next%candidates(1)), other => d%design%candidates(next%candidates(2)))
       cause = first%columns
       call shared_columns(s, shared, shared_sd)
-      columns = [d%baseline%active, shared, pack(other%columns, [(all(cause /= other%columns(i)), i=1, size(other%columns))]), &
-                 cause]
+      columns = [d%baseline%active, shared, &
+                 pack(other%columns, [(all(cause /= other%columns(i)), i=1, size(other%columns))]), cause]
     end associate
     strength = d%extended%q(cause) - d%baseline%q(cause)
     allocate (normal(size(columns), size(columns)))
@@ -123,8 +123,8 @@ contains
     end do
     do i = 1, size(next%places)
       associate (load => next%places(i))
-        write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), next%separation, &
-          load%after
+        write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), &
+          next%separation, load%after
         text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
       end associate
     end do

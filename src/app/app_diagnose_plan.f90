@@ -85,7 +85,8 @@ contains
         lengths(k) = separation(normal(both, both) + loads(k)%normal(both, both), [1.0_rp])
       end do
       k = maxloc(lengths, 1)
-      associate (effect => s%catalogue%effects(effects(i)), load => loads(k), q => s%catalogue%quantities(columns(n + i)))
+      associate (effect => s%catalogue%effects(effects(i)), load => loads(k), &
+                 q => s%catalogue%quantities(columns(n + i)))
         if (.not. lengths(k) > 0) cycle
         strength = snr(effects(i))/lengths(k)
         if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
