@@ -88,7 +88,16 @@ def next_measurement(diagnosis):
             for n in diagnosis["next_measurements"][:5]]
     now = diagnosis["next_measurements"][0]["separation_now_sd"]
     return (f"<h2>What to measure next</h2><p>The first cause and the one that imitates it best differ by {now:.2f} sd "
-            "now. With one of these loads once more:</p><table><tbody>" + "".join(rows) + "</tbody></table>")
+            "now. With one of these loads once more:</p><table><tbody>" + "".join(rows) + "</tbody></table>"
+            + new_loads(diagnosis.get("new_loads", [])))
+
+
+def new_loads(loads):
+    rows = [f"<tr><td class=number>{1e3 * n['place_m'][0]:.2f}</td><td class=number>{1e3 * n['place_m'][1]:.2f}</td>"
+            f"<td class=number>{1e3 * n['force_n'] * (1 if n['direction'][2] >= 0 else -1):.4g}</td>"
+            f"<td class=number>{n['separation_sd']:.2f} sd</td></tr>" for n in loads[:5]]
+    return ("<p>With one load at a new place:</p><table><thead><tr><th>x [mm]</th><th>y [mm]</th><th>force, up [mN]</th>"
+            "<th>they differ by</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>" if rows else "")
 
 
 def figure_html(picture):

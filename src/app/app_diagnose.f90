@@ -6,9 +6,10 @@ module app_diagnose
   use app_diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use app_diagnose_files, only: write_fragments, write_maps
   use app_diagnose_json, only: write_diagnosis_json
-  use app_diagnose_next, only: next_t, rank_loads, write_next
+  use app_diagnose_next, only: next_t, rank_loads, rank_places, write_next
+  use app_diagnose_plan, only: print_plan
   use app_diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
-  use app_diagnose_summary, only: print_plan, print_verdict
+  use app_diagnose_summary, only: print_verdict
   use app_diagnose_zeros, only: compare_zeros, zeros_t
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
@@ -101,6 +102,7 @@ contains
       return
     end if
     next = rank_loads(self%simulator, self%diagnosis)
+    call rank_places(self%settings, self%simulator, self%diagnosis, next)
     call ask(self, questions)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros)

@@ -79,6 +79,17 @@ contains
       call json%close()
     end do
     call json%close()
+    call json%open_list('new_loads')
+    do i = 1, size(next%places)
+      call json%open_object('')
+      call json%put('place_m', next%places(i)%place)
+      call json%put('force_n', next%places(i)%force)
+      call json%put('direction', next%places(i)%direction)
+      call json%put('separation_sd', next%places(i)%after)
+      call json%put('separation_now_sd', next%separation)
+      call json%close()
+    end do
+    call json%close()
     call json%close()
     call write_text(s%name//'.json', json%text, ok)
     if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')

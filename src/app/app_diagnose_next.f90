@@ -3,8 +3,10 @@
 !> design that maximises the sum of squares by which rival models must differ).
 !>
 !> The rivals are the first cause and the one that imitates it best. What the second cannot imitate of the first, at
-!> the strength found, is a sum of squares over all loads; a load that is repeated adds its share once more.
+!> the strength found, is a sum of squares over all loads; a load that is repeated adds its share once more, and a load
+!> at a new place adds what it says about both rivals and the baseline, which is fitted anew to all.
 module app_diagnose_next
+  use app_diagnose_places, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
   use app_diagnose_settings, only: diagnose_settings_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -14,14 +16,18 @@ module app_diagnose_next
   use diagnosis_wing_simulator, only: wing_simulator_t
   implicit none
   private
-  public :: next_t, rank_loads, write_next
+  public :: next_t, rank_loads, rank_places, write_next
+
+  integer, parameter :: MOST_PLACES = 10
 
   !> The ranking; empty without two rivals.
   type :: next_t
     integer :: effects(2) = 0                !< the rivals
+    integer :: candidates(2) = 0             !< their variants
     real(rp) :: separation = 0               !< sd between them now
     real(rp), allocatable :: after(:)        !< (loads) with this load once more
     integer, allocatable :: order(:)         !< loads, the best first
+    type(new_load_t), allocatable :: places(:) !< loads at new places, the best first
   end type next_t
 
 contains
@@ -35,7 +41,7 @@ contains
     real(rp) :: least
     integer :: c, l, n
     n = size(simulator%labels%fold)
-    allocate (next%after(0), next%order(0))
+    allocate (next%after(0), next%order(0), next%places(0))
     if (size(d%decision%causes) == 0) return
     associate (first => d%design%candidates(d%decision%causes(1)))
       signal = matmul(first%basis, matmul(d%z, first%basis))
@@ -47,6 +53,7 @@ contains
           if (.not. sum(left**2) < least) cycle
           least = sum(left**2)
           next%effects = [first%effect, other%effect]
+          next%candidates = [d%decision%causes(1), c]
           squares = d%design%by_surface(left, simulator%labels%surface, n)
         end associate
       end do
@@ -60,6 +67,41 @@ contains
       squares(c) = -1
     end do
   end function rank_loads
+
+  !> Adds loads at new places to a ranking. On rank 0; the others serve.
+  subroutine rank_places(s, simulator, d, next)
+    type(diagnose_settings_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    type(next_t), intent(inout) :: next
+    type(new_load_t), allocatable :: loads(:)
+    integer, allocatable :: columns(:), cause(:), shared(:)
+    real(rp), allocatable :: normal(:, :), strength(:), shared_sd(:)
+    real(rp) :: now
+    integer :: i, k
+    logical :: ok
+    if (next%effects(1) == 0 .or. .not. d%extended%is_found) return
+    associate (first => d%design%candidates(next%candidates(1)), other => d%design%candidates(next%candidates(2)))
+      cause = first%columns
+      call shared_columns(s, shared, shared_sd)
+      columns = [d%baseline%active, shared, &
+                 pack(other%columns, [(all(cause /= other%columns(i)), i=1, size(other%columns))]), cause]
+    end associate
+    strength = d%extended%q(cause) - d%baseline%q(cause)
+    allocate (normal(size(columns), size(columns)))
+    call normal_matrix(simulator, d%baseline%q, columns, shared_sd, normal, ok)
+    now = separation(normal, strength)
+    if (.not. (ok .and. now > 0)) return
+    call try_loads(s, simulator, d%baseline%q, columns, loads)
+    do i = 1, size(loads)
+      loads(i)%after = next%separation*separation(normal + loads(i)%normal, strength)/now
+    end do
+    do i = 1, min(MOST_PLACES, size(loads))
+      k = maxloc(loads%after, 1)
+      next%places = [next%places, loads(k)]
+      loads(k)%after = -1
+    end do
+  end subroutine rank_places
 
   !> Writes NAME_next_measurements.csv.
   subroutine write_next(settings, next, failure)
@@ -77,6 +119,13 @@ contains
         text = text//number_text(i)//','//load%name//trim(line(2:))
         write (line, '(",",es12.5)') next%after(next%order(i))
         text = text//trim(line)//new_line('a')
+      end associate
+    end do
+    do i = 1, size(next%places)
+      associate (load => next%places(i))
+        write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), &
+          next%separation, load%after
+        text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
       end associate
     end do
     call write_text(settings%name//'_next_measurements.csv', text, ok)

@@ -1,21 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a diagnosis says on the terminal, in at most 15 lines, and what the loads of a measurement could show.
+!> What a diagnosis says on the terminal, in at most 15 lines.
 module app_diagnose_summary
   use app_diagnose_band, only: mesh_band_t
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_zeros, only: zeros_t
-  use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use diagnosis_calibration, only: calibration_t
   use diagnosis_decision, only: verdict_word, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
-  use diagnosis_design, only: build_design, design_t
-  use diagnosis_engine, only: diagnosis_t, find_detectable
-  use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_engine, only: diagnosis_t
   implicit none
   private
-  public :: print_verdict, print_plan, verdict_sentence, cause_name, probability_text, value_text
+  public :: print_verdict, verdict_sentence, cause_name, probability_text, value_text
 
 contains
 
@@ -64,15 +60,35 @@ contains
         ' for a location that was left out'
       write (unit, '(a)') trim(line)
     end if
-    if (size(next%order) > 0) then
-      write (line, '(a,f0.1,a,f0.1,a)') 'next      repeat '//s%measurement%loads(next%order(1))%name//': '// &
-        s%catalogue%effects(next%effects(1))%name//' against '//s%catalogue%effects(next%effects(2))%name//' at ', &
-        next%after(next%order(1)), ' sd, now ', next%separation, ' sd'
-      write (unit, '(a)') trim(line)
-    end if
+    if (size(next%order) > 0) call print_next(unit, s, next)
     write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini, _extended.ini, _next_measurements.csv'
     flush (unit)
   end subroutine print_verdict
+
+  !> The load that tells the rivals apart best: a repeat or a new place.
+  subroutine print_next(unit, s, next)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(next_t), intent(in) :: next
+    character(:), allocatable :: what
+    character(120) :: line
+    real(rp) :: after
+    after = next%after(next%order(1))
+    what = 'repeat '//s%measurement%loads(next%order(1))%name
+    if (size(next%places) > 0) then
+      associate (load => next%places(1))
+        if (load%after > after) then
+          after = load%after
+          write (line, '(a,es10.3,a,es10.3,a,es10.2,a)') 'push at ', load%place(1), ' ', load%place(2), ' m with', &
+            load%force*sign(1.0_rp, load%direction(3)), ' N'
+          what = trim(line)
+        end if
+      end associate
+    end if
+    write (line, '(a,f0.1,a,f0.1,a)') ' at ', after, ' sd, now ', next%separation, ' sd'
+    write (unit, '(a)') 'next      '//what//': '//s%catalogue%effects(next%effects(1))%name//' against '// &
+      s%catalogue%effects(next%effects(2))%name//trim(line)
+  end subroutine print_next
 
   !> What was measured, and how exactly.
   subroutine print_data(unit, s)
@@ -207,75 +223,4 @@ contains
     end if
     text = trim(adjustl(buffer))
   end function probability_text
-
-  !> The smallest strength of every effect that the loads would show with a probability of 90 %, from tangents at the
-  !> wing as [Wing] has it. On rank 0; the others serve.
-  subroutine print_plan(unit, s, simulator, failure)
-    integer, intent(in) :: unit
-    type(diagnose_settings_t), intent(in) :: s
-    type(wing_simulator_t), intent(inout) :: simulator
-    type(failure_t), intent(out) :: failure
-    type(design_t) :: design
-    type(calibration_t) :: calibration
-    real(rp), allocatable :: snr(:)
-    integer :: e
-    call build_design(simulator, simulator%null_point(), design, failure)
-    if (failure%failed) return
-    call calibration%init(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed)
-    call find_detectable(design, calibration, size(s%catalogue%effects), snr)
-    write (unit, '(a)') &
-      'effect                parameter          found with 90 % from  at                          '// &
-      'seen beside baseline'
-    do e = 1, size(s%catalogue%effects)
-      if (s%catalogue%effects(e)%is_testable()) then
-        call print_detectable(unit, s, design, e, snr(e))
-      else
-        write (unit, '(a)') s%catalogue%effects(e)%name//repeat(' ', max(1, 22 - len(s%catalogue%effects(e)%name)))// &
-          'not testable with these data: '//s%catalogue%effects(e)%missing
-      end if
-    end do
-    flush (unit)
-  end subroutine print_plan
-
-  !> The variant that shows best.
-  subroutine print_detectable(unit, s, design, e, snr)
-    integer, intent(in) :: unit, e
-    type(diagnose_settings_t), intent(in) :: s
-    type(design_t), intent(in) :: design
-    real(rp), intent(in) :: snr
-    real(rp) :: strength, least, length
-    character(40) :: value
-    integer :: c, i, best(2)
-    least = huge(least)
-    best = 0
-    do c = 1, size(design%candidates)
-      associate (one => design%candidates(c))
-        if (one%effect /= e .or. one%df == 0) cycle
-        do i = 1, size(one%columns)
-          length = norm2(one%tangents(:, i))
-          if (.not. length > 0) cycle
-          strength = snr/length/s%catalogue%quantities(one%columns(i))%prior_sd
-          if (.not. strength < least) cycle
-          least = strength
-          best = [c, i]
-        end do
-      end associate
-    end do
-    associate (effect => s%catalogue%effects(e))
-      if (best(1) == 0) then
-        write (unit, '(a)') effect%name//repeat(' ', max(1, 22 - len(effect%name)))//'absorbed by the baseline'
-        return
-      end if
-      associate (one => design%candidates(best(1)))
-        associate (q => s%catalogue%quantities(one%columns(best(2))))
-          strength = least*q%prior_sd
-          if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
-          if (.not. q%is_log) write (value, '(es10.3)') strength
-          if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
-          write (unit, '(a22,a19,a22,a28,f6.3)') effect%name//repeat(' ', 22), q%name//repeat(' ', 19), &
-            adjustl(value), effect%variants(one%variant)%label//repeat(' ', 28), one%retained
-        end associate
-      end associate
-    end associate
-  end subroutine print_detectable
 end module app_diagnose_summary

@@ -25,7 +25,7 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  integer, parameter :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
+  integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
   type, extends(simulator_t) :: wing_simulator_t
     type(experiment_t), pointer :: experiment => null()
