@@ -27,7 +27,7 @@ module diagnosis_engine
 
   type :: diagnosis_options_t
     !> Sums of squares are wanted to a few thousandths.
-    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=2.0e-6_rp)
+    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=2.0e-6_rp, most_rejections=4)
     integer :: n_draws = 4000            !< of the bootstrap
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< leaders that are fitted in full
@@ -371,6 +371,7 @@ contains
     call problem%init(simulator, d%whitener, d%extended%active, d%extended%q)
     allocate (d%intervals(n - first + 1))
     fits = options%fit
+    fits%most_rejections = 3
     fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/d%extended%cost())
     d%is_null_excluded = .false.
     do i = first, n
