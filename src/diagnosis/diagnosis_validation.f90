@@ -131,6 +131,7 @@ contains
     if (.not. is_linear) then
       few = options
       few%reduction_tolerance = max(options%reduction_tolerance, LINEAR/max(1.0_rp, real(inner%n, rp)))
+      few%most_rejections = 2
       few%most_iterations = min(options%most_iterations, MOST_STEPS)
       call simulator%recall()
       call simulator%skip(simulator%labels%fold == f)

@@ -20,6 +20,9 @@ module measurement_fit
     real(rp) :: reduction_tolerance = 1.0e-12_rp !< relative, of the sum of squares
     real(rp) :: largest_step = 2.0_rp           !< of an unknown, in its unit
     integer :: most_iterations = 100            !< steps tried
+    !> Rejected steps in a row after which the sum of squares is said to jump, as where a load stands at a fold, and the best
+    !> point is taken for the minimum.
+    integer :: most_rejections = huge(1)
   end type fit_options_t
 
   !> What came out. Everything belongs to the point p.
@@ -52,7 +55,7 @@ contains
     integer, allocatable :: free(:)
     real(rp) :: damping, growth, radius, predicted, actual, ratio
     logical :: is_valid
-    integer :: iteration, n, m
+    integer :: iteration, n, m, rejections
 
     n = size(start)
     m = problem%n_residuals
@@ -72,6 +75,7 @@ contains
     call remember(report)
     damping = options%damping
     growth = 2
+    rejections = 0
     radius = options%largest_step
     report%reason = 'too many steps were tried'
     do iteration = 1, options%most_iterations
@@ -110,10 +114,17 @@ contains
         call remember(report)
         damping = damping*max(1.0_rp/3, 1 - (2*ratio - 1)**3)
         growth = 2
+        rejections = 0
         if (ratio > 0.25_rp) radius = min(2*radius, options%largest_step)
       else
         if (is_valid .and. max(predicted, -actual) <= NOISE*(report%chi2 + report%prior_chi2)) then
           report%reason = 'the sum of squares is reduced no further'
+          report%is_converged = .true.
+          exit
+        end if
+        rejections = rejections + 1
+        if (rejections >= options%most_rejections) then
+          report%reason = 'the sum of squares jumps'
           report%is_converged = .true.
           exit
         end if
