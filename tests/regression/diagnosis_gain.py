@@ -10,7 +10,7 @@ usage: diagnosis_gain.py <msm_diagnose> <h5dump> <msm_train> <flusi> [tests]
 The diagnosis is made without averaging (more observations are allowed than there are heights), so that both speak of the
 same heights. Tolerances, as shares of the gain: fits end where their sum of squares has settled to 0.05, that is, within
 0.22 sd of the minimum, and the loads left out are predicted to about 10 um, the sd of heights: 2.2 um beside the 20 to 40 um
-rms that the baseline leaves, 10 %; 0.5 to 3 % are found. Between programs: rounding of a table with four digits behind the
+rms that the baseline leaves, 10 %; 0.2 to 6 % are found. Between programs: rounding of a table with four digits behind the
 point, 5e-5 um of 10 um, twice because sums are squares, and the tolerance of the solver, 1e-8 of the load: 3e-5 is allowed.
 """
 import json
@@ -131,7 +131,8 @@ def compare(case, place, effect, stiffness=None, hidden=None):
     """`hidden` belongs to the measurement, of which flusi knows nothing."""
     taken = measure(case, place, stiffness or {}, hidden or {})
     whole, part = diagnose(case, "all.h5", "whole", "yes"), diagnose(case, "left.h5", "part", "no")
-    causes = [[c["effect"] for c in found["verdict"]["causes"]] for found in (whole, part)]
+    # Scans at equal intervals: order and time are the same.
+    causes = [[c["effect"].replace("drift_in_time", "drift") for c in found["verdict"]["causes"]] for found in (whole, part)]
     check(causes[0] == causes[1], f"both measurements tell the same: {causes}")
     check(effect in causes[0] + whole["verdict"]["set"], whole["verdict"]["sentence"])
     programs = {"msm_train": squares_of_training, "flusi": squares_of_shapes}
@@ -169,7 +170,7 @@ def test_hardening(case):
 
 
 def test_damage(case):
-    compare(case, 3, "damage", {"damage": [5.5e-3, -0.5e-3, 8.0e-4, 0.3]})
+    compare(case, 3, "damage", {"damage": [5.5e-3, -0.5e-3, 8.0e-4, 0.6]})
 
 
 def test_drift(case):
