@@ -27,6 +27,7 @@ module diagnosis_decision
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
   real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
+  real(rp), parameter :: SECOND_ODDS = 10.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   integer, parameter :: POWER_DRAWS = 200, MOST_TOGETHER = 3, MOST_LEADERS = 8
 
@@ -115,15 +116,18 @@ contains
     decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
     if (hypotheses%is_fitted(first)) decision%remainder_log_p = hypotheses%remainder(first)
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
-        decision%posterior(first) > decision%posterior_together) then
+        decision%posterior_together <= SECOND_ODDS*decision%posterior(first)) then
       call find_set(design, hypotheses, order, z, decision)
       if (decision%posterior_unknown > sum(decision%posterior(decision%set))) return
       call grade(design, calibration, one, seed, decision)
       ! A second cause beside it would not make the first one wrong.
-      if (any(together%members == one%members(1))) call add_probability(decision)
+      if (any(together%members == one%members(1)) .and. decision%posterior_together <= decision%posterior(first)) &
+        call add_probability(decision)
     else if (size(together%members) > 1) then
       decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
+      decision%probability = rejected_probability(decision)
       if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) return
+      decision%probability = decision%posterior_unknown
       if (decision%posterior_together < decision%posterior_unknown) return
       decision%causes = together%members
       decision%snr = sqrt(together%square)
@@ -131,6 +135,17 @@ contains
       call grade(design, calibration, together, seed, decision)
     end if
   end subroutine decide
+
+  !> Posterior probability of an unknown cause where the catalogue's best explanation leaves a remainder of this p. A small p
+  !> is evidence of 1/(-e p ln p) against an explanation at most (Sellke, Bayarri and Berger 2001,
+  !> DOI 10.1198/000313001300339950).
+  pure real(rp) function rejected_probability(decision) result(probability)
+    type(decision_t), intent(in) :: decision
+    real(rp) :: factor
+    factor = 1
+    if (decision%remainder_log_p < -1) factor = -exp(1 + max(-700.0_rp, decision%remainder_log_p))*decision%remainder_log_p
+    probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + (PRIOR_ONE + PRIOR_TWO)*factor))
+  end function rejected_probability
 
   !> Two or three effects that explain z together better than any other pair: every pair of the leaders is tried, then
   !> every third one; log_together is the logarithm of their odds. What the nonlinear fit of the first of a pair has left is

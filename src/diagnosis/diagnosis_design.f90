@@ -79,7 +79,7 @@ module diagnosis_design
 
 contains
 
-  !> The design of a simulator at q. Candidates whose data are missing are left out. Fails if the simulator has no
+  !> The design of a simulator at q. Candidates whose data are missing, and finer variants, are left out. Fails if the simulator has no
   !> result at q.
   subroutine build_design(simulator, q, design, failure)
     class(simulator_t), intent(inout) :: simulator
@@ -157,6 +157,7 @@ contains
     do e = 1, size(simulator%effects)
       if (.not. simulator%effects(e)%is_testable()) cycle
       do v = 1, size(simulator%effects(e)%variants)
+        if (simulator%effects(e)%variants(v)%is_finer) cycle
         associate (wanted => simulator%effects(e)%variants(v)%columns)
           do i = 1, size(wanted)
             if (.not. any(columns == wanted(i))) columns = [columns, wanted(i)]
@@ -177,13 +178,14 @@ contains
     integer, allocatable :: at(:)
     n = 0
     do e = 1, size(simulator%effects)
-      if (simulator%effects(e)%is_testable()) n = n + size(simulator%effects(e)%variants)
+      if (simulator%effects(e)%is_testable()) n = n + count(.not. simulator%effects(e)%variants%is_finer)
     end do
     allocate (design%candidates(n))
     n = 0
     do e = 1, size(simulator%effects)
       if (.not. simulator%effects(e)%is_testable()) cycle
       do v = 1, size(simulator%effects(e)%variants)
+        if (simulator%effects(e)%variants(v)%is_finer) cycle
         n = n + 1
         associate (c => design%candidates(n))
           c%effect = e

@@ -9,6 +9,7 @@ module diagnosis_engine
                                 VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
   use diagnosis_distributions, only: detectable_noncentrality
+  use diagnosis_exchange, only: find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
   use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
   use diagnosis_simulator, only: simulator_t
@@ -40,6 +41,7 @@ module diagnosis_engine
     integer :: candidate = 0
     type(nested_fit_t) :: found
     real(rp) :: gain = 0                 !< of the sum of squares over the baseline, in units of the noise
+    real(rp) :: promised = 0             !< the same by the tangents
     real(rp) :: remainder_log_p = 0
   end type refit_t
 
@@ -78,7 +80,7 @@ contains
     type(diagnosis_t), intent(out), target :: d
     type(failure_t), intent(out) :: failure
     integer :: n_effects
-    logical :: is_scale_known
+    logical :: is_scale_known, has_finer
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
     call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure)
@@ -95,6 +97,32 @@ contains
     end if
     call d%calibration%init(d%design, n_effects, is_scale_known, options%n_draws, options%seed)
     call find_detectable(d%design, d%calibration, n_effects, d%detectable_snr)
+    call judge(simulator, options, is_scale_known, d, failure)
+    if (failure%failed) return
+    if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
+      if (options%validates) call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
+      return
+    end if
+    call add_finer(simulator, d, has_finer)
+    if (has_finer) then
+      call build_design(simulator, d%baseline%q, d%design, failure)
+      if (.not. failure%failed) call judge(simulator, options, is_scale_known, d, failure)
+      if (failure%failed) return
+    end if
+    call refit_leaders(simulator, options, d)
+    call confirm(simulator, options, d)
+  end subroutine run_diagnosis
+
+  !> What the tangents alone say: z, statistics, odds, and a first verdict.
+  subroutine judge(simulator, options, is_scale_known, d, failure)
+    class(simulator_t), intent(inout) :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    logical, intent(in) :: is_scale_known
+    type(diagnosis_t), intent(inout) :: d
+    type(failure_t), intent(out) :: failure
+    integer :: n_effects
+    n_effects = size(simulator%effects)
+    if (allocated(d%z)) deallocate (d%z)
     allocate (d%z(d%design%k))
     call compress_at(simulator, d%baseline%q, d%design, d%z, d%rest, failure)
     if (failure%failed) return
@@ -104,13 +132,31 @@ contains
     call d%hypotheses%init(d%design, n_effects, d%z)
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear)
     d%decision = d%linear
-    if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
-      if (options%validates) call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
-      return
-    end if
-    call refit_leaders(simulator, options, d)
-    call confirm(simulator, options, d)
-  end subroutine run_diagnosis
+  end subroutine judge
+
+  !> Makes the finer variants about the best place of each scan usual ones. The calibration stays that of the scan: they
+  !> sharpen what was found, and find nothing themselves.
+  subroutine add_finer(simulator, d, has_finer)
+    class(simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    logical, intent(out) :: has_finer
+    integer, parameter :: MOST = 60
+    real(rp), allocatable :: distance(:)
+    integer :: e, k, best
+    has_finer = .false.
+    do e = 1, size(simulator%effects)
+      if (d%hypotheses%best(e) == 0) cycle
+      best = d%design%candidates(d%hypotheses%best(e))%variant
+      associate (variants => simulator%effects(e)%variants)
+        distance = [(norm2(variants(k)%place - variants(best)%place), k=1, size(variants))]
+        do k = 1, MOST
+          if (.not. any(variants%is_finer)) exit
+          variants(minloc(distance, 1, mask=variants%is_finer))%is_finer = .false.
+          has_finer = .true.
+        end do
+      end associate
+    end do
+  end subroutine add_finer
 
   !> z and rest of the data at the point q.
   subroutine compress_at(simulator, q, design, z, rest, failure)
@@ -156,38 +202,89 @@ contains
     type(diagnosis_t), intent(inout) :: d
     type(refit_t) :: one
     type(explained_t) :: alone
-    type(failure_t) :: failure
     integer, allocatable :: order(:)
-    real(rp) :: z(d%design%k), rest
     integer :: i
     order = rank_effects(d%hypotheses)
     do i = 1, min(options%most_refits, size(order))
+      if (i > 1 .and. .not. any(d%linear%set == order(i)) .and. is_behind(order(i))) cycle
       one%candidate = d%hypotheses%best(order(i))
-      if (i > 1 .and. .not. any(d%linear%set == order(i)) .and. &
-          d%hypotheses%effect(order(i)) < maxval(d%hypotheses%effect) - 10) cycle
       call fit_extended(simulator, options, d, [one%candidate], one%found)
       if (.not. one%found%is_found) cycle
-      one%gain = (d%baseline%cost() - one%found%cost())/d%scale
       call explain(d%design, [one%candidate], d%z, alone)
-      call compress_at(simulator, one%found%q, d%design, z, rest, failure)
-      if (failure%failed) cycle
-      z = z/sqrt(d%scale)
-      z = z - matmul(alone%basis, matmul(z, alone%basis))
-      one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
-      call d%hypotheses%correct(order(i), 0.5_rp*(one%gain - alone%square), one%remainder_log_p, z + d%z - alone%left)
+      one%promised = alone%square
+      call take_refit(simulator, d, one)
       d%refits = [d%refits, one]
     end do
+    do i = 1, size(d%refits)
+      if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
+      call improve_place(simulator, options, d, d%refits(i))
+    end do
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
+
+  contains
+
+    !> Whether effect e has become so improbable that fits are not worth their time.
+    logical function is_behind(e)
+      integer, intent(in) :: e
+      is_behind = d%hypotheses%effect(e) < maxval(d%hypotheses%effect) - 10
+    end function is_behind
+
   end subroutine refit_leaders
+
+  !> Enters what a refit found.
+  subroutine take_refit(simulator, d, one)
+    class(simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: one
+    type(explained_t) :: alone
+    type(failure_t) :: failure
+    real(rp) :: z(d%design%k), rest
+    one%gain = (d%baseline%cost() - one%found%cost())/d%scale
+    call explain(d%design, [one%candidate], d%z, alone)
+    call compress_at(simulator, one%found%q, d%design, z, rest, failure)
+    if (failure%failed) return
+    z = z/sqrt(d%scale)
+    z = z - matmul(alone%basis, matmul(z, alone%basis))
+    one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
+    associate (e => d%design%candidates(one%candidate)%effect)
+      d%hypotheses%best(e) = one%candidate
+      call d%hypotheses%correct(e, 0.5_rp*(one%gain - one%promised), one%remainder_log_p, z + d%z - alone%left)
+    end associate
+  end subroutine take_refit
+
+  !> Exchanges the variant of a refit for others of its effect as long as they promise to be better, and are.
+  subroutine improve_place(simulator, options, d, one)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: one
+    integer, parameter :: MOST = 4
+    real(rp), parameter :: WORTH = 2.0_rp ! of the sum of squares, in units of the noise
+    type(refit_t) :: other
+    real(rp) :: gain
+    integer :: n
+    other = one
+    do n = 1, MOST
+      call find_exchange(simulator, d%design, d%whitener, one%candidate, one%found, other%candidate, gain)
+      if (other%candidate == 0 .or. gain < WORTH*d%scale) return
+      call fit_extended(simulator, options, d, [other%candidate], other%found, one)
+      if (.not. other%found%is_found) return
+      if (other%found%cost() > one%found%cost() - WORTH*d%scale) return
+      call take_refit(simulator, d, other)
+      one = other
+    end do
+  end subroutine improve_place
 
   !> The baseline with candidates, fitted in full: from the fit of the baseline, and if that finds much less than the
   !> tangents promise, also from the values before any fit, as joints that a wrong model made rigid do not come back.
-  subroutine fit_extended(simulator, options, d, candidates, found)
+  !> `near`, where given, is the fit of another variant, from which one candidate is then fitted.
+  subroutine fit_extended(simulator, options, d, candidates, found, near)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(in), target :: d
     integer, intent(in) :: candidates(:)
     type(nested_fit_t), intent(out) :: found
+    type(refit_t), intent(in), optional :: near
     real(rp), parameter :: DISAPPOINTING = 20.0_rp ! of the sum of squares
     type(nested_fit_t) :: other
     type(explained_t) :: together
@@ -209,6 +306,15 @@ contains
     end do
     usual = q
     call simulator%recall()
+    if (present(near)) then
+      associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
+        q = near%found%q
+        q(old) = simulator%quantities(old)%null
+        q(new) = near%found%q(old)
+      end associate
+      call fit_nested(simulator, d%whitener, active, q, options%fit, found, usual)
+      return
+    end if
     call fit_nested(simulator, d%whitener, active, d%baseline%q, options%fit, found, usual)
     call explain(d%design, candidates, d%z, together)
     if (found%is_found .and. d%baseline%cost() - found%cost() > d%scale*(together%square - DISAPPOINTING)) return

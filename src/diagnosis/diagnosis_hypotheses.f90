@@ -95,7 +95,7 @@ contains
     integer, intent(in) :: e
     real(rp), intent(in) :: correction, remainder, z(:)
     self%is_fitted(e) = .true.
-    self%effect(e) = self%effect(e) + correction
+    self%effect(e) = self%effect(e) - self%correction(e) + correction
     self%correction(e) = correction
     self%remainder(e) = remainder
     self%z(:, e) = z

@@ -27,6 +27,8 @@ module diagnosis_simulator
     character(:), allocatable :: label        !< where, or empty
     integer, allocatable :: columns(:)        !< parameters that it releases
     real(rp) :: place(2) = 0                  !< [m] of a position on the wing
+    !> Not scanned, but tried once the scan has found something near.
+    logical :: is_finer = .false.
   end type variant_t
 
   !> An entry of the catalogue.

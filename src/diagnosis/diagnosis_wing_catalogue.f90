@@ -22,6 +22,8 @@ module diagnosis_wing_catalogue
 
   real(rp), parameter :: DECADE = 2.302585092994046_rp
   real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp !< of the wing's size
+  !> The same where damage was found.
+  real(rp), parameter :: FINER_RADII(3) = [0.06_rp, 0.085_rp, 0.12_rp], FINER_SPACING = 0.05_rp
 
 contains
 
@@ -98,7 +100,7 @@ contains
     type(wing_t), intent(in) :: wing
     type(variant_t), allocatable :: variants(:)
     type(wing_quantity_t) :: kind
-    real(rp), allocatable :: way(:), places(:, :)
+    real(rp), allocatable :: way(:)
     integer :: v, k, n
     allocate (variants(0))
     do v = 1, size(wing%veins)
@@ -123,18 +125,35 @@ contains
                    .false., '', variants)
     deallocate (variants)
     allocate (variants(0))
-    call lattice(wing, e%model%size, DAMAGE_SPACING, places)
-    do k = 1, size(places, 2)
-      n = c%add_quantity(quantity_t('damage', '1', .true., 0.0_rp, 1.0_rp, -4.6_rp, 4.6_rp), &
-                         wing_quantity_t(kind=KIND_DAMAGE, disc=[places(:, k), DAMAGE_RADIUS*e%model%size]))
-      call append_variant(variants, 'around ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', n, &
-                  places(:, k))
-    end do
+    call scan_damage(c, e, wing, DAMAGE_SPACING, [DAMAGE_RADIUS], .false., variants)
+    call scan_damage(c, e, wing, FINER_SPACING, FINER_RADII, .true., variants)
     if (size(variants) > 0) &
       call c%enter('damage', 'a damaged region', &
                    'Veins and membrane of one region are softer, as if torn, or stiffer than the rest.', .false., '', &
                    variants)
   end subroutine enter_scans
+
+  !> Discs of these radii around the points of a lattice; radii and spacing are shares of the wing's size.
+  subroutine scan_damage(c, e, wing, spacing, radii, is_finer, variants)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: spacing, radii(:)
+    logical, intent(in) :: is_finer
+    type(variant_t), allocatable, intent(inout) :: variants(:)
+    real(rp), allocatable :: places(:, :)
+    integer :: k, r, n
+    call lattice(wing, e%model%size, spacing, places)
+    do k = 1, size(places, 2)
+      do r = 1, size(radii)
+        n = c%add_quantity(quantity_t('damage', '1', .true., 0.0_rp, 1.0_rp, -4.6_rp, 4.6_rp), &
+                           wing_quantity_t(kind=KIND_DAMAGE, disc=[places(:, k), radii(r)*e%model%size]))
+        call append_variant(variants, 'around ('//millimetres(places(1, k))//', '//millimetres(places(2, k))// &
+                            ') mm, radius '//millimetres(radii(r)*e%model%size)//' mm', n, places(:, k))
+        variants(size(variants))%is_finer = is_finer
+      end do
+    end do
+  end subroutine scan_damage
 
   !> Entries that are errors of the measurement.
   subroutine enter_measurement(c, e)
