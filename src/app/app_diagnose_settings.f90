@@ -7,6 +7,7 @@ module app_diagnose_settings
   use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
   use base_errors, only: failure_t, message_list_t
+  use base_files, only: real_path
   use base_kinds, only: i8, rp
   use diagnosis_engine, only: diagnosis_options_t
   use diagnosis_noise, only: estimate_noise, noise_estimate_t
@@ -73,6 +74,8 @@ contains
       if (allocated(problem)) then
         call s%config%complain(errors, 'Measurement', 'file', problem)
       else
+        if (real_path(s%measurement_path) == real_path(s%name//'.h5')) &
+          call s%config%complain(errors, 'Saving', 'name', s%name//'.h5 is the measurement and would be overwritten')
         call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
       end if
     end if

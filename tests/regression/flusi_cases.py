@@ -6,7 +6,7 @@ usage: flusi_cases.py <flusi> <h5dump> [tests]
 """
 import re
 
-from whole_program import SOURCE, check, main
+from whole_program import EXIT_USER, SOURCE, check, main
 
 INI = SOURCE / "ini"
 # Table 1 of Truong et al.: R [mm], mean chord [mm], u_tip [m/s], u_inf [m/s], viscosity [1e-5 m^2/s]; Re = 1542.
@@ -138,6 +138,20 @@ def test_twins(case):
         check((run.folder / "wing_right.t").exists() == (name not in ("revolving.ini", "plate.ini")), f"{name}: its wings")
         if bent.exists():
             check(max(abs(row[3]) for row in run.series("bending_left.t").rows) > 0, f"{name}: the wing bends")
+
+
+def test_diagnosed_wing(case):
+    """ini/diagnose-flight.ini takes the wing that lies beside the run, whatever a diagnosis put into it; a clamp that turns
+    cannot fly."""
+    wing = "[Wing]\nE = 9.0e9;\nD = 2e-7;\ncross_springs = no;\nparameters = {}, joint:C_Sc 1.0e-6;\n" \
+           "[Instrument]\nparameters = force_gain 1.1;\n"
+    case.write("tested.ini", wing.format("E_gradient -0.35"))
+    shown = case.run(str(INI / "diagnose-flight.ini"), "--check", ranks=0).out
+    check(re.search(r"E = 9\.0*E?\+?0*9|E = 9\.0e9", shown), shown)
+    check("E_gradient -0.35" in shown, shown)
+    case.write("tested.ini", wing.format("root_flap 300"))
+    refused = case.run(str(INI / "diagnose-flight.ini"), "--check", ranks=0, code=EXIT_USER).err
+    check("root_flap" in refused, refused)
 
 
 if __name__ == "__main__":

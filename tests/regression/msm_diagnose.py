@@ -69,6 +69,10 @@ def test_mistakes(case):
     (case.folder / "wrong.ini").write_text(INPUT.format(wing=CASE["wing"]) + "drows = 5;\n")
     done = case.run("wrong.ini", ranks=1, code=EXIT_USER)
     check("drows" in done.err and "draws" in done.err, done.err)
+    (case.folder / "bending.h5").write_bytes((SOURCE / "wings/calliphora_small.h5").read_bytes())
+    (case.folder / "over.ini").write_text(INPUT.format(wing=CASE["wing"]) + "[Saving]\nname = bending;\n")
+    done = case.run("over.ini", ranks=1, code=EXIT_USER)
+    check("would be overwritten" in done.err, done.err)
 
 
 main(globals())
