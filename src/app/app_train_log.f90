@@ -60,7 +60,7 @@ contains
     call self%file%flush(ignored)
   end subroutine log_say
 
-  !> How far the search is; `evaluations_left` at most, with which the time is estimated.
+  !> How far the search is; `evaluations_left` at most, with which the time is estimated from the second generation on.
   subroutine log_progress(self, generation, evaluations, evaluations_left, best, sigma, condition)
     class(train_log_t), intent(inout) :: self
     integer, intent(in) :: generation
@@ -68,18 +68,21 @@ contains
     real(rp), intent(in) :: best, sigma, condition
     real(rp) :: now, left
     character(160) :: line
+    character(:), allocatable :: estimate
     logical :: ignored
     if (.not. self%speaks) return
     now = wall_seconds()
+    estimate = ''
     if (self%first_evaluations < 0) then
       self%first_evaluations = evaluations
       self%begun = now
-      return
+    else
+      if (now - self%shown < merge(0.2_rp, self%interval, self%is_live)) return
+      left = (now - self%begun)*evaluations_left/max(1_i8, evaluations - self%first_evaluations)
+      estimate = '  at most '//duration(left)//' left'
     end if
-    if (now - self%shown < merge(0.2_rp, self%interval, self%is_live)) return
-    left = (now - self%begun)*evaluations_left/max(1_i8, evaluations - self%first_evaluations)
     write (line, '(a,i6,a,i9,a,es11.4,a,es9.2,a,es9.2,a)') 'generation', generation, '  evaluations', evaluations, &
-     '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, '  at most '//duration(left)//' left'
+      '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, estimate
     if (self%is_live) then
       write (output_unit, '(a)', advance='no') achar(13)//trim(line)//'   '
       self%is_line_open = .true.

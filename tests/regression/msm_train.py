@@ -127,15 +127,15 @@ def check_details(contents):
 
 
 def test_ranks(case):
-    """1, 2 and 3 ranks do the same to the bit, with a polish."""
+    """1, 2, 3 and 7 ranks do the same to the bit, with a polish."""
     runs = []
-    for ranks in (1, 2, 3):
+    for ranks in (1, 2, 3, 7):
         runs.append(case.sub(f"ranks{ranks}"))
         twin(runs[-1])
         runs[-1].write("train.ini", training(CMAES={"max_generations": 4}, Polish={"intervals": "no"}))
         runs[-1].run("train.ini", ranks=ranks)
-    same_outcome(runs[0], runs[1])
-    same_outcome(runs[0], runs[2])
+    for run in runs[1:]:
+        same_outcome(runs[0], run)
 
 
 def wait_for_generations(case, n):
@@ -171,6 +171,9 @@ def test_kill(case):
     done = killed.wait()
     check(done.code == EXIT_STOPPED and "go on with --restart" in done.out, f"stopped: {done}")
     check("trained.ini" not in killed.files(), "an unfinished training leaves no wing")
+    killed.write("short.ini", merged(ini, {"Saving": {"wtimemax": 1e-9}}))
+    done = killed.run("short.ini", "--restart", ranks=0, code=EXIT_STOPPED)
+    check("wall time" in done.out, f"the wall time is over at once:\n{done.out}")
     done = killed.run("train.ini", "--restart", ranks=2)
     check("restart   after" in done.out, done.out)
     same_outcome(whole, killed)
