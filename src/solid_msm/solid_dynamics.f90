@@ -199,7 +199,7 @@ contains
       converged = .false.
       if (was_iterated .or. needs_new_tangent(options, iteration, size_r, last_size, small)) then
         is_scarce = has_factors .and. report%factorisations >= options%factorisations - 1 ! an indefinite one takes two
-        if (n_newton == merge(2*options%iterations, options%iterations, is_scarce)) exit ! inexact steps need more
+        if (n_newton == options%iterations) exit
         if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
