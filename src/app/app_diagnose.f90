@@ -100,6 +100,7 @@ contains
       self%code = EXIT_NUMERICAL
       return
     end if
+    self%settings%noise%model = self%simulator%noise
     next = rank_loads(self%simulator, self%diagnosis)
     call ask(self, questions)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
