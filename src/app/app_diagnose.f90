@@ -101,6 +101,7 @@ contains
       self%code = EXIT_NUMERICAL
       return
     end if
+    self%settings%noise%model = self%simulator%noise
     next = rank_loads(self%simulator, self%diagnosis)
     call rank_places(self%settings, self%simulator, self%diagnosis, next)
     call ask(self, questions)

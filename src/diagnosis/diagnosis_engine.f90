@@ -11,6 +11,7 @@ module diagnosis_engine
   use diagnosis_distributions, only: detectable_noncentrality
   use diagnosis_exchange, only: find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
+  use diagnosis_noise_share, only: find_share
   use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
   use diagnosis_simulator, only: simulator_t
   use diagnosis_validation, only: compare_folds, validate, validation_t
@@ -80,11 +81,18 @@ contains
     type(diagnosis_t), intent(out), target :: d
     type(failure_t), intent(out) :: failure
     integer :: n_effects
-    logical :: is_scale_known, has_finer
+    real(rp), allocatable :: again(:), best(:, :)
+    logical :: is_scale_known, has_finer, is_new
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
     call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure)
     if (failure%failed) return
+    if (.not. options%is_scale_known) then
+      call find_share(simulator, d%baseline%q, is_new)
+      best = reshape(d%baseline%q, [size(d%baseline%q), 1])
+      if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure)
+      if (failure%failed) return
+    end if
     call build_design(simulator, d%baseline%q, d%design, failure)
     if (failure%failed) return
     call simulator%keep() ! where all refits begin

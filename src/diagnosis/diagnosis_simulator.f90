@@ -79,6 +79,8 @@ module diagnosis_simulator
     procedure :: skip => simulator_skip
     procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
+    procedure :: common_share => simulator_common_share
+    procedure :: set_common_share => simulator_set_common_share
   end type simulator_t
 
   abstract interface
@@ -120,6 +122,20 @@ contains
     is_testable = .true.
     if (allocated(self%missing)) is_testable = self%missing == ''
   end function effect_is_testable
+
+  !> Of the variance of a single error, the part that neighbours share; negative where that is not to be asked.
+  pure real(rp) function simulator_common_share(self) result(share)
+    class(simulator_t), intent(in) :: self
+    share = -1
+    if (self%n_observations < 0) share = -2
+  end function simulator_common_share
+
+  !> Sets that part; what neighbours do not share stays.
+  subroutine simulator_set_common_share(self, share)
+    class(simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: share
+    if (share < 0) self%n_observations = self%n_observations
+  end subroutine simulator_set_common_share
 
   !> The point that was evaluated last is where a solver now stands.
   subroutine simulator_accept(self)

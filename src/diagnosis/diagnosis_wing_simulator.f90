@@ -52,6 +52,8 @@ module diagnosis_wing_simulator
     procedure :: accept => wing_accept
     procedure :: keep => wing_keep
     procedure :: recall => wing_recall
+    procedure :: common_share => wing_common_share
+    procedure :: set_common_share => wing_set_common_share
   end type wing_simulator_t
 
 contains
@@ -291,6 +293,18 @@ contains
     real(rp), intent(out) :: c(:, :)
     call bin_covariance(self%bins, self%noise, rows, c)
   end subroutine wing_covariance
+
+  pure real(rp) function wing_common_share(self) result(share)
+    class(wing_simulator_t), intent(in) :: self
+    share = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
+  end function wing_common_share
+
+  subroutine wing_set_common_share(self, share)
+    class(wing_simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: share
+    self%noise%factor = self%noise%factor*self%noise%white/(1 - share)
+    self%noise%white = 1 - share
+  end subroutine wing_set_common_share
 
   !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, and the band.
   subroutine wing_directions(self, q, nuisances, patterns, is_valid)
