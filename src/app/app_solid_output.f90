@@ -20,9 +20,11 @@ module app_solid_output
   private
   public :: solid_output_t
 
-  character(*), parameter :: COLUMNS(16) = [character(18) :: 'time [s]', 'tip_x [m]', 'tip_y [m]', 'tip_z [m]', &
+  character(*), parameter :: COLUMNS(22) = [character(18) :: 'time [s]', 'tip_x [m]', 'tip_y [m]', 'tip_z [m]', &
                           'largest [m]', 'E_kin [J]', 'E_kin_rel [J]', 'E_elastic [J]', 'W_loads [J]', 'W_weight [J]', &
-                          'W_frame [J]', 'Q_damping [J]', 'imbalance [J]', 'newton [-]', 'substeps [-]', 'residual [-]']
+                          'W_frame [J]', 'Q_damping [J]', 'imbalance [J]', 'newton [-]', 'substeps [-]', 'residual [-]', &
+                          'P_x [kg m/s]', 'P_y [kg m/s]', 'P_z [kg m/s]', &
+                          'L_x [kg m^2/s]', 'L_y [kg m^2/s]', 'L_z [kg m^2/s]']
   character(*), parameter :: VECTORS(1) = ['velocity']
   integer, parameter :: DIGITS = 10
   real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
@@ -103,7 +105,7 @@ contains
       call self%series%write([state%time, state%u(:, setup%tip), self%largest, m%kinetic, m%relative_kinetic, &
                               m%elastic, work%loads, work%weight, work%frame, work%damped, &
                               work%imbalance(m%relative_kinetic + m%elastic), &
-                              real([report%iterations, report%substeps], rp), report%residual])
+                              real([report%iterations, report%substeps], rp), report%residual, m%linear, m%angular])
     end associate
   end subroutine output_record
 

@@ -234,13 +234,13 @@ contains
     class(solid_params_t), intent(in) :: self
     character(:), allocatable, intent(out) :: note
     logical, intent(out) :: is_soft
-    real(rp), parameter :: UNIQUE_ABOVE = 0.999e-7_rp ! [N m] by measurement: bench/static table
+    real(rp), parameter :: UNIQUE_ABOVE = 1.999e-7_rp ! [N m], the default; by measurement: bench/static --table
     character(160) :: text
     write (text, '(a,es9.2,a,f6.2,a,f6.2,a)') 'membrane bending stiffness D = ', self%plate, &
       ' N m, which means ', membrane_thickness(self, self%plate)*1.0e6_rp, ' um at ', &
       self%membrane_young*1.0e-9_rp, ' GPa; a regularising parameter, not measured'
     note = trim(text)
     is_soft = self%plate < UNIQUE_ABOVE
-    if (is_soft) note = note//'; so small a D leaves many wrinkled equilibria, and shapes depend on the path'
+    if (is_soft) note = note//'; below the default of 2E-7 N m wrinkled equilibria multiply, and shapes depend on the path'
   end subroutine membrane_note
 end module solid_params

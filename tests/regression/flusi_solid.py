@@ -13,7 +13,7 @@ from whole_program import (EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, 
 
 WING = SOURCE / "wings/calliphora_small.h5"
 COLUMNS = ("time tip_x tip_y tip_z largest E_kin E_kin_rel E_elastic W_loads W_weight W_frame Q_damping imbalance "
-           "newton substeps residual").split()
+           "newton substeps residual P_x P_y P_z L_x L_y L_z").split()
 
 
 def wing(**sections):
@@ -233,6 +233,11 @@ def test_flapping(case):
         ends.append(records(case)[-1])
     two, one = ends
     check(abs(one["imbalance"] + 3.44e-9) < 0.01e-9 and abs(one["W_frame"] - 2.688e-7) < 1e-10, f"{one}")
+    # Each is linear in the velocities, of which the energy is the square: |P|^2 <= 2 m E_kin with equality for a wing
+    # whose points move alike, and |L| <= R |P| there. A wing that turns about its root is between: P^2 > m E_kin.
+    momentum, angular = (sum(one[f"{name}_{axis}"] ** 2 for axis in "xyz") ** 0.5 for name in "PL")
+    check(250e-9 < momentum ** 2 / one["E_kin"] <= 2 * 250e-9, f"momentum {momentum}, energy {one['E_kin']}")
+    check(0.3 * 9e-3 * momentum < angular < 9.01e-3 * momentum, f"angular momentum {angular}")
     check(3.5 < two["imbalance"] / one["imbalance"] < 4.7, f"half the step, a quarter of the imbalance: {ends}")
     for name in ("W_frame", "Q_damping", "E_elastic"):
         check(abs(one[name] - two[name]) < 0.04 * one["W_frame"], f"{name}: {ends}")
