@@ -143,7 +143,9 @@ contains
     type(decision_t), intent(in) :: decision
     real(rp) :: factor
     factor = 1
-    if (decision%remainder_log_p < -1) factor = -exp(1 + max(-700.0_rp, decision%remainder_log_p))*decision%remainder_log_p
+    associate (log_p => decision%remainder_log_p)
+      if (log_p < -1) factor = -exp(1 + max(-700.0_rp, log_p))*log_p
+    end associate
     probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + (PRIOR_ONE + PRIOR_TWO)*factor))
   end function rejected_probability
 
