@@ -27,7 +27,7 @@ module diagnosis_decision
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
   real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
-  real(rp), parameter :: SECOND_ODDS = 10.0_rp !< for a further cause where one leaves nothing but noise
+  real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   integer, parameter :: POWER_DRAWS = 200, MOST_TOGETHER = 3, MOST_LEADERS = 8
 
