@@ -27,7 +27,7 @@ module diagnosis_decision
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
   real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
-  real(rp), parameter :: SECOND_ODDS = 10.0_rp !< for a further cause where one leaves nothing but noise
+  real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   integer, parameter :: POWER_DRAWS = 200, MOST_TOGETHER = 3, MOST_LEADERS = 8
 
@@ -143,7 +143,9 @@ contains
     type(decision_t), intent(in) :: decision
     real(rp) :: factor
     factor = 1
-    if (decision%remainder_log_p < -1) factor = -exp(1 + max(-700.0_rp, decision%remainder_log_p))*decision%remainder_log_p
+    associate (log_p => decision%remainder_log_p)
+      if (log_p < -1) factor = -exp(1 + max(-700.0_rp, log_p))*log_p
+    end associate
     probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + (PRIOR_ONE + PRIOR_TWO)*factor))
   end function rejected_probability
 

@@ -57,10 +57,11 @@ def blindgen(case, design, *arguments):
     return case.folder / "data"
 
 
-def quick_design():
+def quick_design(height=1e-5):
     design = json.loads((SOURCE / "ini/blind.json").read_text())
     design["wing"] = str(SOURCE / "wings/calliphora_small.h5")
     design["protocol"]["levels"] = [1, -0.5]
+    design["noise"]["height"] = height
     return design
 
 
@@ -92,7 +93,9 @@ def is_allowed(verdicts, code, found):
 
 def test_fixed(case):
     """Every fixed case gets one of the verdicts that are right for it."""
-    data = blindgen(case, quick_design(), "--fixed")
+    data = blindgen(case, quick_design(), "--fixed", *(name for name in ALLOWED if name != "E_wave"))
+    # With the errors of the others the wave, which cannot be stronger, has a ratio of 7: too weak to exclude a soft place.
+    blindgen(case, quick_design(height=4e-6), "--fixed", "E_wave")
     wrong = []
     for name, verdicts in ALLOWED.items():
         code, found, _ = diagnose(case, data / f"{name}.h5", name)

@@ -9,8 +9,8 @@ program test_diagnosis
   use base_kinds, only: i8, rp
   use diagnosis_battery, only: question_residuals, question_t
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_GAIN, E_HARD, E_MEMBRANE, E_OFFSET, E_ONE_WAY, E_ROOT, &
-                            E_SCALE, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
-                            P_SPAN, P_TORSION
+                            E_SCALE, E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
+                            P_SOFT, P_SPAN, P_TORSION
   use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
   use diagnosis_decision, only: decide, decision_t, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
@@ -48,6 +48,7 @@ program test_diagnosis
   call test_unknown()
   call test_estimates()
   call test_whole_run()
+  call test_places()
   call test%finish()
 
 contains
@@ -311,4 +312,21 @@ contains
     call check(failure%failed .or. d%decision%verdict /= VERDICT_NAMED, 'exchanged loads get no name')
 
   end subroutine test_whole_run
+
+  !> A soft place between those that are scanned is found where it is.
+  subroutine test_places()
+    integer, parameter :: HIDDEN = 6
+    type(diagnosis_t), target :: d
+    type(diagnosis_options_t) :: options
+    integer :: n
+    options%n_draws = 1000
+    options%validates = .false.
+    n = size(beam%effects(E_SOFT)%variants)
+    beam%effects(E_SOFT)%variants(2:n:2)%is_finer = .true.
+    call beam%observe(point_of(P_SOFT + HIDDEN - 1, 12.0_rp, 0), beam%sigma, 700003)
+    call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
+    call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), 'a soft place beside the scanned ones is found')
+    if (size(d%decision%causes) > 0) call check(d%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
+                                                'and moved to where it is')
+  end subroutine test_places
 end program test_diagnosis
