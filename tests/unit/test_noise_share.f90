@@ -1,0 +1,55 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The share of errors that neighbours have in common is found from the data: 0, 0.36 and 0.7 of the variance, whatever was
+!> believed before, and also beside a wave of an unknown cause, which is no error.
+!>
+!> Means over draws, with four standard errors from their scatter, and the resolution of nine steps of golden section
+!> on (0, 0.9): 0.9 x 0.618^7/2 = 0.016.
+program test_noise_share
+  use base_kinds, only: i8, rp
+  use diagnosis_noise_share, only: find_share
+  use noise_scans, only: make_scans, scans_t
+  use testkit, only: testkit_t
+  implicit none
+  integer, parameter :: DRAWS = 30
+  real(rp), parameter :: RESOLUTION = 0.016_rp
+  type(testkit_t) :: t
+
+  call t%start(parallel=.false.)
+  call find('0.36 of 0', 0.36_rp, 0.0_rp, 0.0_rp)
+  call find('0.36 of 0.8', 0.36_rp, 0.8_rp, 0.0_rp)
+  call find('0.7', 0.7_rp, 0.2_rp, 0.0_rp)
+  call find('0.36 beside a wave', 0.36_rp, 0.0_rp, 1.0_rp)
+  call find_none()
+  call t%finish()
+
+contains
+
+  subroutine find(name, truth, before, wave)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: truth, before, wave
+    type(scans_t) :: scans
+    real(rp) :: found(DRAWS), mean, error
+    integer :: k
+    logical :: is_new
+    do k = 1, DRAWS
+      call make_scans(scans, truth, wave, int(k, i8))
+      scans%share = before
+      call find_share(scans, [3.0_rp], is_new)
+      found(k) = scans%share
+    end do
+    mean = sum(found)/DRAWS
+    error = sqrt(sum((found - mean)**2)/(DRAWS - 1)/DRAWS)
+    call t%check_close(name, mean, truth, atol=4*error + RESOLUTION)
+    call t%check('single ones scatter by less than 0.1: '//name, error*sqrt(real(DRAWS, rp)) < 0.1_rp)
+  end subroutine find
+
+  !> No common errors: the smallest share that the section can give, or little more.
+  subroutine find_none()
+    type(scans_t) :: scans
+    logical :: is_new
+    call make_scans(scans, 0.0_rp, 0.0_rp, 99_i8)
+    scans%share = 0.5_rp
+    call find_share(scans, [3.0_rp], is_new)
+    call t%check('none are found where there are none', scans%share < 0.1_rp .and. is_new)
+  end subroutine find_none
+end program test_noise_share
