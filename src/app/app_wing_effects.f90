@@ -23,7 +23,8 @@ contains
     call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the '// &
                     'hinge at the point inside this vein that is nearest to this share (0 to 1) of its length')
     call r%add_switch('Wing', 'sided_joints', .false., 'joints can tell up from down, for the parameters one_way:NAME')
-    call r%add_switch('Wing', 'vein_torsion', .false., 'veins may resist torsion, for the parameter torsion')
+    call r%add_switch('Wing', 'sided_veins', .false., 'veins feel how the membrane turns, for the parameters torsion '// &
+                      'and camber_span, camber_chord, camber_twist')
   end subroutine register_effect_keys
 
   !> Reads them; mistakes go to `errors`.
@@ -37,7 +38,7 @@ contains
     logical :: found
     params%effects%disc = c%get_reals('Wing', 'damage_disc')
     params%effects%has_sides = c%get_switch('Wing', 'sided_joints')
-    params%effects%has_torsion = c%get_switch('Wing', 'vein_torsion')
+    params%effects%has_sided_veins = c%get_switch('Wing', 'sided_veins')
     if (params%effects%disc(3) < 0) call c%complain(errors, 'Wing', 'damage_disc', 'the radius must not be negative')
     text = c%get_text('Wing', 'soft_place')
     if (text == '') return
@@ -90,7 +91,8 @@ contains
     if (name == 'damage' .and. .not. effects%has_damage()) problem = 'needs a disc: [Wing] damage_disc'
     if (name == 'soft' .and. .not. allocated(effects%soft_vein)) problem = 'needs a place: [Wing] soft_place'
     if (index(name, 'one_way:') == 1 .and. .not. effects%has_sides) problem = 'needs [Wing] sided_joints = yes'
-    if (name == 'torsion' .and. .not. effects%has_torsion) problem = 'needs [Wing] vein_torsion = yes'
+    if ((name == 'torsion' .or. index(name, 'camber_') == 1) .and. .not. effects%has_sided_veins) &
+      problem = 'needs [Wing] sided_veins = yes'
   end function unplaced_effect
 
   !> The keys as lines of an ini file, those that are given.
@@ -107,7 +109,7 @@ contains
       text = text//'; m'//new_line('a')
     end if
     if (effects%has_sides) text = text//'sided_joints = yes;'//new_line('a')
-    if (effects%has_torsion) text = text//'vein_torsion = yes;'//new_line('a')
+    if (effects%has_sided_veins) text = text//'sided_veins = yes;'//new_line('a')
     if (allocated(effects%soft_vein)) text = text//'soft_place = '//effects%soft_vein//' '// &
                                              number_text(effects%soft_share)//';'//new_line('a')
   end function effect_place_lines

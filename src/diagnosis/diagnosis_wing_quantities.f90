@@ -14,7 +14,7 @@
 module diagnosis_wing_quantities
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use measurement_experiment, only: experiment_t
+  use measurement_experiment, only: experiment_t, is_camber
   use measurement_simulation, only: simulation_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
@@ -84,7 +84,8 @@ contains
         select case (one%kind)
         case (KIND_PARAMETER)
           numbers = [numbers, one%number]
-          if (one%number == params%find('torsion')) params%effects%has_torsion = .true.
+          if (one%number == params%find('torsion') .or. is_camber(params, one%number)) &
+            params%effects%has_sided_veins = .true.
         case (KIND_SOFT)
           params%effects%soft_vein = trim(params%vein_names(one%vein))
           params%effects%soft_share = one%share

@@ -1,19 +1,20 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A membrane that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 +
+!> A wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 +
 !> k_yy y^2 + 2 k_xy x y)/2 above the plane of the wing file.
 !>
 !> With the form q of solid_plate, the energy of an edge is D |q - q0 m|^2/2, q0 the form of z0 and m the normal of its
 !> four points: m = (x2 - x1) x (x3 - x4) over the same in the flat wing, whose length changes little. Beside the
 !> plate's own energy and a constant that is -arch q.m with the moment arch = D q0, a cubic polynomial of the positions
 !> that is invariant under rotations (as in Garg, Grinspun, Wardetzky and Zorin 2007, doi:10.2312/SCA/SCA07/091-098).
-!> Veins and springs are as in the flat wing: they and the clamp decide what the unloaded wing looks like.
+!> Veins are bent likewise, by the curvature along them over the length that bends (`bow_evaluate`). Springs and the clamp
+!> are as in the flat wing, so that the unloaded wing takes a shape that hardly stretches it.
 module solid_effect_camber
   use base_kinds, only: rp
   use solid_plate, only: plate_t
   use solid_vectors, only: cross, skew
   implicit none
   private
-  public :: bends_of_curvature, arch_energy, arch_gradient, arch_tangent
+  public :: bends_of_curvature, turns_of_curvature, arch_energy, arch_gradient, arch_tangent
 
   real(rp), parameter :: E_OF(4) = [-1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp], F_OF(4) = [0.0_rp, 0.0_rp, 1.0_rp, -1.0_rp]
 
@@ -31,6 +32,14 @@ contains
       end associate
     end do
   end function bends_of_curvature
+
+  !> turns(3): by how much a vein from place a to place b [m] turns over `length` [m] for unit curvatures xx, yy and xy.
+  pure function turns_of_curvature(a, b, length) result(turns)
+    real(rp), intent(in) :: a(2), b(2), length
+    real(rp) :: turns(3), t(2)
+    t = (b - a)/max(norm2(b - a), tiny(1.0_rp))
+    turns = length*[t(1)**2, t(2)**2, 2*t(1)*t(2)]
+  end function turns_of_curvature
 
   !> Energy [J] of moments arch(edges) [N m] at displacements u(3, :) of points(3, :) [m].
   pure real(rp) function arch_energy(plate, points, arch, u) result(energy)

@@ -8,6 +8,9 @@
 !> energy is k tau^2/2 with k = (GJ/EI) times the stiffness of the hinge in bending; solid circles have GJ/EI =
 !> 1/(1 + nu). Segments without triangles, at the clamp for instance, are not twisted. Lengths are taken as constant,
 !> which k_e makes them.
+!>
+!> The same normal tells a vein up from down: a vein that is bent upward by the angle beta where it is free of stress has
+!> the energy -k beta c beside its own, c = n.(f/|f0| - e/|e0|) with n = (Ae + Af)/|Ae + Af|0: see solid_effect_camber.
 module solid_effect_torsion
   use base_kinds, only: rp
   use solid_edges, only: edges_t
@@ -15,18 +18,20 @@ module solid_effect_torsion
   use solid_vectors, only: cross, outer, skew
   implicit none
   private
-  public :: twist_t, make_twists, twist_evaluate
+  public :: twist_t, make_twists, twist_evaluate, bow_evaluate
 
   integer, parameter, public :: TWIST_NODES = 7 !< most nodes: a, b, c and four apexes
 
   !> What is twisted at one hinge; without nodes: nothing.
   type :: twist_t
-    integer :: n_nodes = 0
+    integer :: n_nodes = 0              !< 0: no membrane at either segment
+    logical :: is_twistable = .false.   !< there is membrane at both
     integer :: nodes(TWIST_NODES) = 0   !< a, b, c, then the apexes
     integer :: n_triangles(2) = 0       !< at e and at f
     integer :: corners(3, 2, 2) = 0     !< of each triangle of each segment, as places in `nodes`
     real(rp) :: x0(3, TWIST_NODES) = 0  !< [m]
     real(rp) :: lengths(2) = 1          !< [m] of e and f
+    real(rp) :: area = 1                !< [m^2] |Ae + Af| there
     real(rp) :: areas(2) = 1            !< [m^2] |A| of both in the flat wing
     integer :: blocks(TWIST_NODES, TWIST_NODES) = 0 !< upper part: places in the matrix, < 0 transposed, 0 none
   end type twist_t
@@ -60,7 +65,10 @@ contains
         end do
         area = area_vectors(one, 0*one%x0)
         one%areas = norm2(area, 1)
-        if (.not. minval(one%areas) > 0) one%n_nodes = 0
+        one%is_twistable = minval(one%areas) > 0
+        if (.not. maxval(one%areas) > 0) one%n_nodes = 0
+        where (.not. one%areas > 0) one%areas = 1
+        one%area = norm2(sum(area, 2))
       end associate
     end do
   end subroutine make_twists
@@ -130,6 +138,39 @@ contains
     end function crossed
 
   end subroutine twist_evaluate
+
+  !> The same for the energy -moment c of a bow: `moment` = k beta [N m]. The Hessian is indefinite.
+  pure subroutine bow_evaluate(self, moment, u, energy, g, h)
+    type(twist_t), intent(in) :: self
+    real(rp), intent(in) :: moment, u(3, TWIST_NODES)
+    real(rp), intent(out) :: energy
+    real(rp), intent(out), optional :: g(3, TWIST_NODES), h(3*TWIST_NODES, 3*TWIST_NODES)
+    real(rp) :: p(3), area(3, 2), share(TWIST_NODES), b(3, 3, TWIST_NODES, 2), bend(3), n(3), coefficient(TWIST_NODES)
+    real(rp) :: turn(3, 3, TWIST_NODES)
+    integer :: i, j
+    call frame(self, u, p, area, share, b)
+    coefficient = 0
+    coefficient(:3) = [1/self%lengths(1), -1/self%lengths(1) - 1/self%lengths(2), 1/self%lengths(2)]
+    bend = matmul(self%x0(:, :3) + u(:, :3), coefficient(:3))
+    n = matmul(area, self%areas)/self%area
+    energy = -moment*dot_product(n, bend)
+    if (.not. present(g) .and. .not. present(h)) return
+    turn = (b(:, :, :, 1)*self%areas(1) + b(:, :, :, 2)*self%areas(2))/self%area
+    if (present(g)) then
+      g = 0
+      do i = 1, self%n_nodes
+        g(:, i) = -moment*(coefficient(i)*n + matmul(bend, turn(:, :, i)))
+      end do
+    end if
+    if (.not. present(h)) return
+    h = 0
+    do j = 1, self%n_nodes
+      do i = 1, self%n_nodes
+        h(3*i - 2:3*i, 3*j - 2:3*j) = -moment*(coefficient(i)*turn(:, :, j) + coefficient(j)*transpose(turn(:, :, i)))
+      end do
+    end do
+    call add_curvature(self, -moment, spread(bend, 2, 2)*spread(self%areas, 1, 3)/self%area, h)
+  end subroutine bow_evaluate
 
   !> Adds what the area vectors, quadratic in the positions, have of second derivatives.
   pure subroutine add_curvature(self, factor, pull, h)

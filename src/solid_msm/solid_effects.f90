@@ -12,7 +12,7 @@
 !> | `one_way:<joint>` | factor on the stiffness of one joint when it bends up, toward the normal | 1 | 1 |
 !> | `cuticle` | c: moment of all other hinges EI kappa (1 + c kappa^2) | m^2 | 0 |
 !> | `pretension` | tension of the membrane in the unloaded wing | N/m | 0 |
-!> | `camber_span`, `_chord`, `_twist` | curvature of the membrane that is free of stress: xx, yy, xy | 1/m | 0 |
+!> | `camber_span`, `_chord`, `_twist` | curvature of the wing where it is free of stress: xx, yy, xy | 1/m | 0 |
 !> | `torsion` | GJ/EI of veins and joints, through the turning of the membrane's normal along them | 1 | 0 |
 !> | `root_flap`, `root_twist` | the clamp turns about y and about x by this times the moment | rad/(N m) | 0 |
 !>
@@ -47,7 +47,7 @@ module solid_effects
     real(rp) :: pretension = 0                !< [N/m]
     real(rp) :: camber(3) = 0                 !< [1/m] xx, yy, xy
     real(rp) :: torsion = 0
-    logical :: has_torsion = .false.          !< the tangent has room for it: needed by `torsion`
+    logical :: has_sided_veins = .false.      !< veins feel the membrane's normal: needed by `camber` and `torsion`
     real(rp), allocatable :: joint_hardening(:) !< (joints) [1/rad^2] beside `hardening`
     logical :: has_sides = .false.              !< joints can tell up from down: needed by `one_way`
     real(rp), allocatable :: one_way(:)         !< (joints)

@@ -2,7 +2,7 @@
 !> Where the elements of a model lie in the unloaded wing: what laws that depend on the place need.
 module solid_layout
   use base_kinds, only: rp
-  use solid_effect_camber, only: bends_of_curvature
+  use solid_effect_camber, only: bends_of_curvature, turns_of_curvature
   use solid_effect_pretension, only: tension_widths
   use solid_extension, only: extensions_t
   use solid_junctions, only: hinge_plan_t
@@ -21,6 +21,7 @@ module solid_layout
     real(rp), allocatable :: edge_place(:, :, :) !< (2, 2, edges of the plate) [m] centroids of both triangles
     real(rp), allocatable :: spring_width(:)     !< (springs) [m] of membrane whose isotropic tension a spring carries
     real(rp), allocatable :: edge_bend(:, :)     !< (3, edges of the plate) what bends them for unit curvatures [m]
+    real(rp), allocatable :: hinge_turn(:, :)    !< (3, hinges) [m] by how much they turn for unit curvatures
     integer :: soft_hinge = 0                    !< the hinge that the effect `soft` belongs to; 0: none
   end type layout_t
 
@@ -45,8 +46,11 @@ contains
         layout%spring_cosine(s) = (d(1)**2 - d(2)**2)/(d(1)**2 + d(2)**2)
       end associate
     end do
+    allocate (layout%hinge_turn(3, size(plans)))
     do h = 1, size(plans)
       layout%hinge_place(:, h) = points(:2, plans(h)%nodes(2))
+      layout%hinge_turn(:, h) = turns_of_curvature(points(:2, plans(h)%nodes(1)), points(:2, plans(h)%nodes(3)), &
+                                                   sum(plans(h)%lengths)/2)
     end do
     do e = 1, plate%n
       associate (n => plate%nodes(:, e))

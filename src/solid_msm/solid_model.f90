@@ -10,7 +10,7 @@ module solid_model
   use base_text, only: number_text
   use solid_edges, only: edges_t, make_edges
   use solid_effect_camber, only: arch_energy, arch_gradient
-  use solid_effect_torsion, only: make_twists, twist_evaluate, twist_t, TWIST_NODES
+  use solid_effect_torsion, only: bow_evaluate, make_twists, twist_evaluate, twist_t
   use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, find_flatness, point_weights
   use solid_extension, only: extensions_t, extension_energy, extension_gradient, tension_energy, tension_gradient
   use solid_hinge, only: hinge_t, hinge_evaluate, HINGE_NODES
@@ -112,15 +112,15 @@ contains
     self%plate = make_plate(edges, self%points)
     call make_twists(edges, self%plans, wing%triangles, self%points, self%twists)
     n_twists = 0
-    if (params%effects%has_torsion) n_twists = size(self%twists)
+    if (params%effects%has_sided_veins) n_twists = size(self%twists)
     call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, self%twists(:n_twists), self%pattern)
     self%weights = point_weights(wing, self%movable)
     call make_layout(self%points, self%triangles, self%springs, self%plans, self%plate, self%layout)
     call place_soft_hinge(self, wing, failure)
     if (any(abs(params%effects%one_way - 1) > 0) .and. .not. params%effects%has_sides) &
       call failure%raise('one-way joints must have sides')
-    if (abs(params%effects%torsion) > 0 .and. .not. params%effects%has_torsion) &
-      call failure%raise('veins that resist torsion need vein_torsion')
+    if (abs(params%effects%torsion) + sum(abs(params%effects%camber)) > 0 .and. .not. params%effects%has_sided_veins) &
+      call failure%raise('veins that resist torsion or are curved must have sides')
     if (abs(params%effects%pretension) > 0 .and. params%slack < 1) &
       call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
     if (failure%failed) return
@@ -206,11 +206,16 @@ contains
       call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one, cubic=self%stiffness%cubic(h), &
                           lift=self%stiffness%lift(h))
       e(2) = e(2) + one
-      if (.not. abs(self%stiffness%twist(h)) > 0 .or. self%twists(h)%n_nodes == 0) cycle
+      if (.not. abs(self%stiffness%twist(h)) + abs(self%stiffness%bow(h)) > 0) cycle
       do i = 1, self%twists(h)%n_nodes
         local(:, i) = u(:, self%twists(h)%nodes(i))
       end do
-      call twist_evaluate(self%twists(h), self%stiffness%twist(h), local, one)
+      if (self%twists(h)%is_twistable) then
+        call twist_evaluate(self%twists(h), self%stiffness%twist(h), local, one)
+        e(2) = e(2) + one
+      end if
+      if (self%twists(h)%n_nodes == 0) cycle
+      call bow_evaluate(self%twists(h), self%stiffness%bow(h), local, one)
       e(2) = e(2) + one
     end do
     e(3) = self%stiffness%plate*plate_energy(self%plate, u)
@@ -251,7 +256,7 @@ contains
     type(stiffness_t), intent(in) :: stiffness
     real(rp), intent(in) :: u(:, :)
     real(rp), intent(inout) :: g(:, :)
-    real(rp) :: energy, local(3, HINGE_NODES), pull(3, HINGE_NODES)
+    real(rp) :: energy, local(3, HINGE_NODES), pull(3, HINGE_NODES), bent(3, HINGE_NODES)
     integer :: h, i, p
     local = 0
     do h = 1, size(self%hinges)
@@ -270,16 +275,18 @@ contains
       call plate_gradient(self%plate, stiffness%plate, stiffness%edge, u, g)
     if (stiffness%has_arch) call arch_gradient(self%plate, self%points, stiffness%arch, u, g)
     if (stiffness%has_tension) call tension_gradient(self%springs, stiffness%tension, u, g)
-    if (.not. stiffness%has_twist) return
+    if (.not. (stiffness%has_twist .or. stiffness%has_arch)) return
     do h = 1, size(self%twists)
-      if (.not. abs(stiffness%twist(h)) > 0 .or. self%twists(h)%n_nodes == 0) cycle
+      if (.not. abs(stiffness%twist(h)) + abs(stiffness%bow(h)) > 0 .or. self%twists(h)%n_nodes == 0) cycle
       do i = 1, self%twists(h)%n_nodes
         local(:, i) = u(:, self%twists(h)%nodes(i))
       end do
-      call twist_evaluate(self%twists(h), stiffness%twist(h), local, energy, pull)
+      call bow_evaluate(self%twists(h), stiffness%bow(h), local, energy, bent)
+      pull = 0
+      if (self%twists(h)%is_twistable) call twist_evaluate(self%twists(h), stiffness%twist(h), local, energy, pull)
       do i = 1, self%twists(h)%n_nodes
         p = self%twists(h)%nodes(i)
-        g(:, p) = g(:, p) + pull(:, i)
+        g(:, p) = g(:, p) + pull(:, i) + bent(:, i)
       end do
     end do
   end subroutine add_bending

@@ -35,6 +35,7 @@ module solid_stiffness
     logical :: has_edges = .false.        !< any of them is not 0
     real(rp), allocatable :: tension(:)   !< (springs) [N] of springs that have their length of the unloaded wing
     real(rp), allocatable :: arch(:)      !< (edges) [N m] moment that bends edges: see solid_effect_camber
+    real(rp), allocatable :: bow(:)       !< (hinges) [N m] moment that bends them upward
     real(rp), allocatable :: twist(:)     !< (hinges) [N m/rad] see solid_effect_torsion
     logical :: has_tension = .false., has_arch = .false., has_twist = .false. !< any of them is not 0
   end type stiffness_t
@@ -48,7 +49,8 @@ contains
     integer, intent(in) :: n_edges
     type(stiffness_t), intent(out) :: self
     allocate (self%extension(springs%n), self%hinge(size(plans)), self%cubic(size(plans)), self%lift(size(plans)), &
-              self%edge(n_edges), self%tension(springs%n), self%arch(n_edges), self%twist(size(plans)), source=0.0_rp)
+              self%edge(n_edges), self%tension(springs%n), self%arch(n_edges), self%twist(size(plans)), &
+              self%bow(size(plans)), source=0.0_rp)
   end subroutine allocate_stiffness
 
   !> All stiffness 0.
@@ -63,6 +65,7 @@ contains
     self%has_edges = .false.
     self%tension = 0
     self%arch = 0
+    self%bow = 0
     self%twist = 0
     self%has_tension = .false.
     self%has_arch = .false.
@@ -137,7 +140,10 @@ contains
           self%lift(h) = self%hinge(h)*(effects%one_way(plans(h)%joint) - 1)
       end do
       self%has_arch = any(abs(effects%camber) > 0)
-      if (self%has_arch) self%arch = (self%plate + self%edge)*matmul(effects%camber, layout%edge_bend)
+      if (self%has_arch) then
+        self%arch = (self%plate + self%edge)*matmul(effects%camber, layout%edge_bend)
+        self%bow = self%hinge*matmul(effects%camber, layout%hinge_turn)
+      end if
       self%has_twist = abs(effects%torsion) > 0
       if (self%has_twist) self%twist = effects%torsion*self%hinge
     end associate
@@ -148,6 +154,7 @@ contains
     self%plate = params%bending_factor*self%plate
     self%edge = params%bending_factor*self%edge
     self%arch = params%bending_factor*self%arch
+    self%bow = params%bending_factor*self%bow
     self%twist = params%bending_factor*self%twist
   end subroutine apply_effects
 

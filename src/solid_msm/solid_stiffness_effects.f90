@@ -69,6 +69,7 @@ contains
         direction%has_tension = .true.
       case (EFFECT_CAMBER + 1:EFFECT_CAMBER + 3)
         direction%arch = (k%plate + k%edge)*layout%edge_bend(effect - EFFECT_CAMBER, :)
+        direction%bow = k%hinge*layout%hinge_turn(effect - EFFECT_CAMBER, :)
         direction%has_arch = .true.
       case (EFFECT_TORSION)
         direction%twist = k%hinge
@@ -99,6 +100,7 @@ contains
     direction%edge = model%stiffness%edge
     direction%has_edges = model%stiffness%has_edges
     direction%arch = model%stiffness%arch
+    direction%bow = model%stiffness%bow
     direction%twist = model%stiffness%twist
     direction%has_arch = model%stiffness%has_arch
     direction%has_twist = model%stiffness%has_twist
@@ -115,6 +117,8 @@ contains
     direction%cubic(h) = model%stiffness%cubic(h)
     direction%lift(h) = model%stiffness%lift(h)
     direction%twist(h) = model%stiffness%twist(h)
+    direction%bow(h) = model%stiffness%bow(h)
+    direction%has_arch = model%stiffness%has_arch
     direction%has_twist = model%stiffness%has_twist
   end subroutine hinge_direction
 
@@ -148,6 +152,7 @@ contains
         direction%cubic(i) = k%cubic(i)*share(w)
         direction%lift(i) = k%lift(i)*share(w)
         direction%twist(i) = k%twist(i)*share(w)
+        direction%bow(i) = k%bow(i)*share(w)
       end do
       do i = 1, model%plate%n
         w = (damage_weight(disc, layout%edge_place(:, 1, i)) + damage_weight(disc, layout%edge_place(:, 2, i)))/2

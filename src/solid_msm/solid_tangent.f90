@@ -3,7 +3,7 @@
 module solid_tangent
   use base_kinds, only: rp
   use solid_effect_camber, only: arch_tangent
-  use solid_effect_torsion, only: twist_evaluate
+  use solid_effect_torsion, only: bow_evaluate, twist_evaluate
   use solid_extension, only: extension_tangent
   use solid_hinge, only: hinge_evaluate, HINGE_NODES
   use solid_model, only: solid_model_t
@@ -48,14 +48,19 @@ contains
         call add_blocks(hinge%n_nodes, hinge%blocks, h, blocks)
       end associate
     end do
-    if (.not. model%stiffness%has_twist) return
+    if (.not. (model%stiffness%has_twist .or. model%stiffness%has_arch)) return
     do n = 1, size(model%twists)
       associate (twist => model%twists(n))
         if (twist%n_nodes == 0) cycle
         do i = 1, twist%n_nodes
           local(:, i) = u(:, twist%nodes(i))
         end do
-        call twist_evaluate(twist, model%stiffness%twist(n), local, energy, h=h, semidefinite=semidefinite)
+        if (twist%is_twistable) then
+          call twist_evaluate(twist, model%stiffness%twist(n), local, energy, h=h, semidefinite=semidefinite)
+          call add_blocks(twist%n_nodes, twist%blocks, h, blocks)
+        end if
+        if (semidefinite) cycle
+        call bow_evaluate(twist, model%stiffness%bow(n), local, energy, h=h)
         call add_blocks(twist%n_nodes, twist%blocks, h, blocks)
       end associate
     end do

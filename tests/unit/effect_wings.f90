@@ -35,10 +35,10 @@ contains
   end subroutine make_plain
 
   !> A model with places for damage and softness and room for torsion, and effects at values of their own or at null.
-  function model_of(wing, is_null, has_sides, has_torsion) result(model)
+  function model_of(wing, is_null, has_sides, has_sided_veins) result(model)
     type(wing_t), intent(in) :: wing
     logical, intent(in) :: is_null, has_sides
-    logical, intent(in), optional :: has_torsion
+    logical, intent(in), optional :: has_sided_veins
     type(solid_model_t) :: model
     type(solid_params_t) :: params
     type(failure_t) :: failure
@@ -49,7 +49,7 @@ contains
     params%joint = 2.0e-6_rp
     params%joint(3) = -1
     params%effects%has_sides = has_sides
-    if (present(has_torsion)) params%effects%has_torsion = has_torsion
+    if (present(has_sided_veins)) params%effects%has_sided_veins = has_sided_veins
     if (.not. is_null) then
       if (has_sides) params%effects%one_way = [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, &
                                                0.6_rp] ! some bend up, some down
@@ -61,10 +61,12 @@ contains
       call set(params, 'hardening:'//trim(params%joint_names(2)), -0.5_rp)
       call set(params, 'cuticle', 2.0e-6_rp)
       call set(params, 'pretension', 0.7_rp)
-      call set(params, 'camber_span', 2.0_rp)
-      call set(params, 'camber_chord', -80.0_rp)
-      call set(params, 'camber_twist', 15.0_rp)
-      if (params%effects%has_torsion) call set(params, 'torsion', 0.8_rp)
+      if (params%effects%has_sided_veins) then
+        call set(params, 'camber_span', 2.0_rp)
+        call set(params, 'camber_chord', -80.0_rp)
+        call set(params, 'camber_twist', 15.0_rp)
+        call set(params, 'torsion', 0.8_rp)
+      end if
     end if
     call model%init(wing, params, failure)
     if (failure%failed) error stop 'effect_wings: the model cannot be built'

@@ -38,7 +38,7 @@ contains
     real(rp), parameter :: H = 1.0e-7_rp ! no joint passes from up to down within a few of them
     real(rp), allocatable :: blocks(:, :, :)
     integer :: s, i, j
-    model = model_of(wing, is_null=.false., has_sides=.true., has_torsion=.true.)
+    model = model_of(wing, is_null=.false., has_sides=.true., has_sided_veins=.true.)
     allocate (blocks(3, 3, size(model%pattern%rows)))
     call model%gradient(u, g)
     slope = 0
@@ -78,7 +78,7 @@ contains
     real(rp), dimension(3, plain%n_all) :: g, gp, gm, fd
     real(rp) :: step, value
     integer :: i, s, n_up
-    model = model_of(wing, is_null, has_sides=.true., has_torsion=.true.)
+    model = model_of(wing, is_null, has_sides=.true., has_sided_veins=.true.)
     n_up = 0
     do i = 1, model%params%count()
       p = model%params%describe(i)

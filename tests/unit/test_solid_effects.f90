@@ -9,7 +9,7 @@ program test_solid_effects
   use solid_effect_damage, only: damage_weight
   use solid_edges, only: edges_t, make_edges
   use solid_effect_camber, only: arch_energy
-  use solid_effect_torsion, only: make_twists, twist_evaluate, twist_t, TWIST_NODES
+  use solid_effect_torsion, only: bow_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
   use solid_extension, only: extension_axial, tension_energy
   use solid_junctions, only: hinge_plan_t
   use solid_plate, only: plate_energy
@@ -205,6 +205,7 @@ contains
     real(rp) :: v(3, plain%n_all), bent
     params = default_params(wing)
     params%effects%camber = [1.5_rp, -40.0_rp, 7.0_rp]
+    params%effects%has_sided_veins = .true.
     call model%init(wing, params, failure)
     v = 0
     associate (x => wing%points(1, :), y => wing%points(2, :), k => params%effects%camber)
@@ -244,6 +245,13 @@ contains
     u(3, 4:7) = ANGLE
     call twist_evaluate(twists(1), K, u, energy)
     call t%check_below('nor is one in a fold', abs(energy), 1.0e-28_rp)
+    u = 0 ! the segment and its membrane bend up by ANGLE, as in a wing that is bent evenly
+    do i = 3, 7
+      if (twists(1)%x0(1, i) > 0) u(:, i) = [cos(ANGLE) - 1, 0.0_rp, sin(ANGLE)]
+    end do
+    call bow_evaluate(twists(1), K, u, energy)
+    call t%check_close('a bow pushes by the change of slope along the mean normal', energy, -K*sin(ANGLE), &
+                       rtol=1.0e-13_rp)
   end subroutine test_torsion
 
   !> A straight joint across two flat halves that bends by an angle of 0.8 up or down: one of both costs 1.4 as much.

@@ -52,7 +52,7 @@ contains
     params%effects%soft_vein = 'R4+5'
     params%effects%soft_share = 0.4_rp
     params%effects%has_sides = .true.
-    params%effects%has_torsion = .true.
+    params%effects%has_sided_veins = .true.
     if (.not. is_null) then
       params%effects%gradient = -0.7_rp
       params%effects%damage = 0.4_rp

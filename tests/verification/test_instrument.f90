@@ -98,6 +98,7 @@ contains
     type(solid_params_t) :: params
     params = default_params(wing)
     params%joint = 1.0e-6_rp
+    params%effects%has_sided_veins = .true.
     params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp]
     if (is_null) return
     params%effects%gradient = -0.7_rp
