@@ -22,8 +22,10 @@ contains
                      'parameter damage multiplies all stiffness; radius 0: none', unit='m', length=3)
     call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the '// &
                     'hinge at the point inside this vein that is nearest to this share (0 to 1) of its length')
-    call r%add_switch('Wing', 'sided_joints', .false., 'joints can tell up from down, for the parameters one_way:NAME')
-    call r%add_switch('Wing', 'sided_veins', .false., 'veins feel how the membrane turns, for the parameters torsion '// &
+    call r%add_switch('Wing', 'sided_joints', .false., &
+                      'joints can tell up from down, for the parameters one_way:NAME')
+    call r%add_switch('Wing', 'sided_veins', .false., &
+                      'veins feel how the membrane turns, for the parameters torsion '// &
                       'and camber_span, camber_chord, camber_twist')
   end subroutine register_effect_keys
 

@@ -113,7 +113,8 @@ contains
     call make_twists(edges, self%plans, wing%triangles, self%points, self%twists)
     n_twists = 0
     if (params%effects%has_sided_veins) n_twists = size(self%twists)
-    call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, self%twists(:n_twists), self%pattern)
+    call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, &
+                       self%twists(:n_twists), self%pattern)
     self%weights = point_weights(wing, self%movable)
     call make_layout(self%points, self%triangles, self%springs, self%plans, self%plate, self%layout)
     call place_soft_hinge(self, wing, failure)

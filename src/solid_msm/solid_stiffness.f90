@@ -139,6 +139,9 @@ contains
         if (effects%has_sides .and. plans(h)%joint > 0) &
           self%lift(h) = self%hinge(h)*(effects%one_way(plans(h)%joint) - 1)
       end do
+      self%arch = 0
+      self%bow = 0
+      self%twist = 0
       self%has_arch = any(abs(effects%camber) > 0)
       if (self%has_arch) then
         self%arch = (self%plate + self%edge)*matmul(effects%camber, layout%edge_bend)

@@ -183,7 +183,8 @@ contains
     do m = 1, edges%n
       if (edges%triangles(2, m) == 0) is_inside(edges%nodes(:, m)) = .false.
     end do
-    call t%check_below('a stretched membrane lies still', maxval(norm2(g, 1), mask=is_inside)/maxval(abs(g)), 1.0e-12_rp)
+    call t%check_below('a stretched membrane lies still', &
+                       maxval(norm2(g, 1), mask=is_inside)/maxval(abs(g)), 1.0e-12_rp)
     call t%check('  its outline draws', maxval(abs(g)) > 0)
     v(3, :model%n_points) = SLOPE*wing%points(2, :)
     area = 0
