@@ -164,9 +164,14 @@ contains
     type(trained_t), intent(in) :: trained
     character(:), allocatable :: text
     character(120) :: line
-    integer :: first, last
+    integer :: first, last, l
     call self%log%end_line()
     call print_loads(output_unit, self%settings%experiment, trained%evaluations)
+    do l = 1, size(trained%evaluations)
+      if (trained%evaluations(l)%snaps > 0) &
+        call self%log%say('warning   the wing snaps under '//self%settings%experiment%measurement%loads(l)%name// &
+                          ': the cost jumps, and intervals may not be found; leave this load out, or bend it less')
+    end do
     text = outcome_lines(self%settings, self%search%space, trained, '')
     first = 1
     do while (first <= len(text))
