@@ -7,8 +7,6 @@
     test_random   four cases with a seed from the operating system, which is printed; at least two have an acceptable
                   verdict, as is true by chance in all but 5e-4 of all runs of a program that fails in 5 % of its cases
                   (binomial: 4 0.05^3 0.95 + 0.05^4), which are the targets of docs/diagnosis.md
-    test_labels   two loads exchanged: nothing is named
-    test_noise    noise of half the true size declared: it is said, and still nothing is found
 
 usage: blind_diagnoses.py <msm_diagnose> <h5dump> [test ...]; BLIND_SEED repeats a random batch
 """
