@@ -58,7 +58,7 @@ contains
     integer :: l
     logical :: ok
     allocate (loads(0))
-    call make_measurement(s, m)
+    call empty_measurement(s, m)
     if (size(m%loads) == 0) return
     call experiment%init(m, s%setup%wing, s%experiment%model%params, [integer ::], s%experiment%options, failure, &
                          s%instrument, masses=s%experiment%masses)
@@ -77,7 +77,7 @@ contains
   end subroutine try_loads
 
   !> The measurement that would have all new loads.
-  subroutine make_measurement(s, m)
+  subroutine empty_measurement(s, m)
     type(diagnose_settings_t), intent(in) :: s
     type(measurement_t), intent(out) :: m
     type(measured_load_t), allocatable :: loads(:)
@@ -112,7 +112,7 @@ contains
     end do
     m%loads = loads(:n)
     m%observations = observations(:n_seen)
-  end subroutine make_measurement
+  end subroutine empty_measurement
 
   !> The strongest of the loads nearest to a place; 0 if none pushes.
   pure integer function nearest_load(m, place) result(nearest)

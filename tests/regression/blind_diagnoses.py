@@ -7,6 +7,8 @@
     test_random   four cases with a seed from the operating system, which is printed; at least two have an acceptable
                   verdict, as is true by chance in all but 5e-4 of all runs of a program that fails in 5 % of its cases
                   (binomial: 4 0.05^3 0.95 + 0.05^4), which are the targets of docs/diagnosis.md
+    test_controls data that are wrong, or nothing: scans under each other's names, a stated error of half the true size,
+                  nothing hidden in a wing of a finer mesh
 
 usage: blind_diagnoses.py <msm_diagnose> <h5dump> [test ...]; BLIND_SEED repeats a random batch
 """
@@ -14,8 +16,11 @@ import json
 import os
 import re
 import secrets
+import shutil
 import subprocess
 import sys
+
+import h5py
 
 from whole_program import SOURCE, check, main
 
@@ -123,6 +128,30 @@ def test_random(case):
         if not is_allowed(verdicts, code, found):
             failed.append(f"{path.stem}, {hidden or 'nothing'} hidden: {found['verdict']['sentence']}")
     check(len(failed) <= 2, f"three of four verdicts are wrong, BLIND_SEED={seed}: {'; '.join(failed)}")
+
+
+def test_controls(case):
+    """Scans of loads at different places exchanged: no cause is named. Errors twice as large as stated: it is said, and
+    nothing is found. A null on a finer mesh, with `refine = yes`: nothing is found."""
+    data = blindgen(case, quick_design(), "--fixed", "none", "E_gradient")
+    shuffled, bold = data / "shuffled.h5", data / "bold.h5"
+    shutil.copy(data / "E_gradient.h5", shuffled)
+    with h5py.File(shuffled, "r+") as file:
+        loads = sorted(file["loads"].values(), key=lambda load: load.attrs["point"][0])
+        first, last = loads[0], loads[-1]
+        heights = first["z"][()]
+        first["z"][()], last["z"][()] = last["z"][()], heights
+    code, found, _ = diagnose(case, shuffled, "shuffled")
+    check(code in (SET, UNKNOWN), f"scans under wrong names are not {found['verdict']['sentence']}")
+    shutil.copy(data / "none.h5", bold)
+    with h5py.File(bold, "r+") as file:
+        file["accuracy"].attrs["height"] = 0.5 * file["accuracy"].attrs["height"]
+    code, found, _ = diagnose(case, bold, "bold")
+    check(code == ADEQUATE, f"errors that are stated too small are not {found['verdict']['sentence']}")
+    check("scatter more" in found["noise"]["warning"], f"the stated error is called wrong: {found['noise']}")
+    blindgen(case, quick_design(), "--cases", 1, "--seed", 5, "--individuals", 1, "--meshes", "finer", "--mix", "null=1")
+    code, found, _ = diagnose(case, data / "0001.h5", "finer", refine="yes")
+    check(code == ADEQUATE, f"another mesh is not {found['verdict']['sentence']}")
 
 
 main(globals())

@@ -147,7 +147,7 @@ def test_diagnosed_wing(case):
            "[Instrument]\nparameters = force_gain 1.1;\n"
     case.write("tested.ini", wing.format("E_gradient -0.35"))
     shown = case.run(str(INI / "diagnose-flight.ini"), "--check", ranks=0).out
-    check(re.search(r"E = 9\.0*E?\+?0*9|E = 9\.0e9", shown), shown)
+    check(re.search(r"E = (9e9|9\.0*E\+?0*9|9000000000)", shown), shown)
     check("E_gradient -0.35" in shown, shown)
     case.write("tested.ini", wing.format("root_flap 300"))
     refused = case.run(str(INI / "diagnose-flight.ini"), "--check", ranks=0, code=EXIT_USER).err

@@ -36,7 +36,8 @@ file = test.h5;
 parameters = {sought};
 start = wing;
 [CMAES]
-max_generations = 1;
+max_generations = 1; the polish is tested, from a place near the wing
+sigma0 = 0.01;
 [Polish]
 intervals = no;
 starts = 1;
