@@ -44,7 +44,7 @@ D = 2.0e-7;
 file = {data};
 [Diagnose]
 parameters = E, joint:*;
-observations = 400;
+observations = 600;
 starts = 1;
 draws = 1000;
 refits = 2;
