@@ -29,7 +29,7 @@ module solid_dynamics
     integer :: iterations = 10
     integer :: halvings = 8           !< a failed step is retried with halved steps, this often
     !> A factorisation serves further iterations, which are not counted, if at the rate of the last one this many suffice,
-    !> about what a factorisation costs; 0: Newton's method proper.
+    !> about what a factorisation costs; 0: none, a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
     !> So many in a step; then tangents are inverted by iterations with the last factors. More only if these fail, and
     !> in a step that is halved.
