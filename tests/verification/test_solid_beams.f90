@@ -311,8 +311,8 @@ contains
     end do
   end subroutine test_directions
 
-  !> Turek & Hron (2006), CSM1 and CSM2: own weight of a beam 0.35 m x 0.02 m, plane strain. An
-  !> inextensible beam must miss the published two-dimensional values by up to 0.7 % and 1.1 %.
+  !> Turek & Hron (2006), CSM1 and CSM2: own weight of a beam 0.35 m x 0.02 m, plane strain. The inextensible
+  !> elastica misses the published two-dimensional values by 0.73 and 0.70 % (u_y), 1.09 and 1.08 % (u_x).
   subroutine test_turek_hron()
     integer, parameter :: N = 80
     real(rp), parameter :: YOUNG(2) = [1.4e6_rp, 5.6e6_rp], L = 0.35_rp, H = 0.02_rp
@@ -337,11 +337,11 @@ contains
       call elastica(0.0_rp, q*L**3/ei, w, shortening, angle)
       call t%check_close('Turek-Hron''s beam deflects like the elastica', u(2, N + 1), -L*w, rtol=1.0e-3_rp)
       call t%check_close('and shortens like it', u(1, N + 1), -L*shortening, rtol=2.0e-3_rp)
-      call t%check_close('Turek-Hron: u_y within what an inextensible beam misses', u(2, N + 1), &
-                         PUBLISHED(2, c), rtol=7.4e-3_rp)
-      call t%check_close('Turek-Hron: u_x within what an inextensible beam misses', u(1, N + 1), &
-                         PUBLISHED(1, c), &
-                         rtol=1.15e-2_rp)
+      ! chains of hinges are softer than the elastica, hence nearer to the beam that also shears
+      call t%check_below('u_y misses the published value by no more than the elastica', &
+                         abs(u(2, N + 1) - PUBLISHED(2, c)), abs(-L*w - PUBLISHED(2, c)))
+      call t%check_below('u_x misses the published value by no more than the elastica', &
+                         abs(u(1, N + 1) - PUBLISHED(1, c)), abs(-L*shortening - PUBLISHED(1, c)))
     end do
   end subroutine test_turek_hron
 end program test_solid_beams
