@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The command line of `flusi`.
 module app_command_line
-  use app_arguments, only: argument_text
+  use app_arguments, only: arguments_t, parse_arguments, print_lines
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER, BUILD_FLAGS, BUILD_TYPE
   use base_errors, only: message_list_t
   implicit none
@@ -13,6 +13,9 @@ module app_command_line
   integer, parameter :: ACTION_RUN = 1, ACTION_CHECK = 2, ACTION_DRY_RUN = 3, ACTION_VERSION = 4, ACTION_HELP = 5, &
                         ACTION_KEYVALUES = 6, ACTION_COMPARE_KEYS = 7, ACTION_PARAMETERS = 8, ACTION_STATIC = 9, &
                         ACTION_STATIC_CHECK = 10, ACTION_SOLID = 11, ACTION_SOLID_CHECK = 12
+  !> In the order of the numbers above, from the second to the eighth.
+  character(14), parameter :: ACTIONS(7) = [character(14) :: '--check', '--dry-run', '--version', '--help', &
+                                                                        '--keyvalues', '--compare-keys', '--parameters']
 
   !> What the user wants.
   type :: command_t
@@ -31,74 +34,26 @@ contains
   subroutine parse_command_line(command, errors)
     type(command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: argument
-    integer :: i, n_files
-    logical :: is_static, is_solid
+    character(*), parameter :: FLAGS(5) = [character(14) :: '--static', '--solid', '--flusi-compat', &
+                                                                                                  '--postprocess', '-p']
+    type(arguments_t) :: arguments
+    call parse_arguments(ACTIONS, FLAGS, .true., arguments, errors)
+    command%action = ACTION_RUN + arguments%action
     command%ini = ''
-    command%restart_file = ''
-    command%file = ''
-    command%other_file = ''
-    n_files = 0
-    is_static = .false.
-    is_solid = .false.
-    do i = 1, command_argument_count()
-      argument = argument_text(i)
-      select case (argument)
-      case ('--help', '-h')
-        command%action = ACTION_HELP
-        return
-      case ('--version')
-        command%action = ACTION_VERSION
-        return
-      case ('--parameters')
-        command%action = ACTION_PARAMETERS
-        return
-      case ('--static')
-        is_static = .true.
-      case ('--solid')
-        is_solid = .true.
-      case ('--check')
-        call choose(ACTION_CHECK)
-      case ('--dry-run')
-        call choose(ACTION_DRY_RUN)
-      case ('--restart')
-        command%restart = .true.
-      case ('--flusi-compat')
-        command%flusi_compat = .true.
-      case ('--postprocess', '-p')
-        command%postprocess = .true.
-      case ('--keyvalues')
-        call choose(ACTION_KEYVALUES)
-      case ('--compare-keys')
-        call choose(ACTION_COMPARE_KEYS)
-      case default
-        if (index(argument, '--restart=') == 1) then
-          command%restart = .true.
-          command%restart_file = argument(11:)
-          if (command%restart_file == '') call errors%add('--restart= needs the name of a backup')
-        else if (index(argument, '-') == 1) then
-          call errors%add('unknown argument "'//argument//'"')
-        else
-          n_files = n_files + 1
-          if (n_files == 1) command%file = argument
-          if (n_files == 2) command%other_file = argument
-        end if
-      end select
-    end do
-    if (is_static .and. is_solid) call errors%add('--solid contradicts --static')
-    if (is_static) call choose_wing_alone(command, '--static', ACTION_STATIC, ACTION_STATIC_CHECK, errors)
-    if (is_solid .and. .not. is_static) &
-      call choose_wing_alone(command, '--solid', ACTION_SOLID, ACTION_SOLID_CHECK, errors)
-    call check_files(command, n_files, errors)
-
-  contains
-
-    subroutine choose(action)
-      integer, intent(in) :: action
-      if (command%action /= ACTION_RUN .and. command%action /= action) &
-        call errors%add('"'//argument//'" contradicts an argument before it')
-      command%action = action
-    end subroutine choose
+    command%file = arguments%file
+    command%other_file = arguments%other_file
+    command%restart = arguments%restart
+    command%restart_file = arguments%restart_file
+    if (arguments%is_final) return
+    command%flusi_compat = arguments%has_flag(3)
+    command%postprocess = any(arguments%has_flag(4:5))
+    associate (is_static => arguments%has_flag(1), is_solid => arguments%has_flag(2))
+      if (is_static .and. is_solid) call errors%add('--solid contradicts --static')
+      if (is_static) call choose_wing_alone(command, '--static', ACTION_STATIC, ACTION_STATIC_CHECK, errors)
+      if (is_solid .and. .not. is_static) &
+        call choose_wing_alone(command, '--solid', ACTION_SOLID, ACTION_SOLID_CHECK, errors)
+    end associate
+    call check_files(command, arguments%n_files, errors)
   end subroutine parse_command_line
 
   !> --static and --solid change what is run or checked.
@@ -164,10 +119,7 @@ contains
                                            '            2 mistake in the input            start again with --restart', &
                                             '', &
                                             'parameters: docs/parameters.md, examples: ini/']
-    integer :: i
-    do i = 1, size(LINES)
-      write (unit, '(a)') trim(LINES(i))
-    end do
+    call print_lines(unit, LINES)
   end subroutine print_usage
 
   !> Writes what this binary was built from.

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The command line of `msm_diagnose`.
 module app_diagnose_command
-  use app_arguments, only: argument_text
+  use app_arguments, only: arguments_t, parse_arguments, print_lines
   use base_errors, only: message_list_t
   implicit none
   private
@@ -9,6 +9,8 @@ module app_diagnose_command
 
   integer, parameter, public :: DIAGNOSE_RUN = 1, DIAGNOSE_CHECK = 2, DIAGNOSE_PLAN = 3, DIAGNOSE_HELP = 4, &
                                 DIAGNOSE_VERSION = 5, DIAGNOSE_PARAMETERS = 6
+  !> In the order of the numbers above, from the second on.
+  character(12), parameter :: ACTIONS(5) = [character(12) :: '--check', '--plan', '--help', '--version', '--parameters']
 
   !> What the user wants.
   type :: diagnose_command_t
@@ -22,45 +24,13 @@ contains
   subroutine parse_diagnose_command(command, errors)
     type(diagnose_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: argument
-    integer :: i
-    command%ini = ''
-    do i = 1, command_argument_count()
-      argument = argument_text(i)
-      select case (argument)
-      case ('--help', '-h')
-        command%action = DIAGNOSE_HELP
-        return
-      case ('--version')
-        command%action = DIAGNOSE_VERSION
-        return
-      case ('--parameters')
-        command%action = DIAGNOSE_PARAMETERS
-        return
-      case ('--check')
-        call choose(DIAGNOSE_CHECK)
-      case ('--plan')
-        call choose(DIAGNOSE_PLAN)
-      case default
-        if (index(argument, '-') == 1) then
-          call errors%add('unknown argument "'//argument//'"')
-        else if (command%ini /= '') then
-          call errors%add('too many file names')
-        else
-          command%ini = argument
-        end if
-      end select
-    end do
-    if (command%ini == '') call errors%add('the name of a parameter file is missing')
-
-  contains
-
-    subroutine choose(action)
-      integer, intent(in) :: action
-      if (command%action /= DIAGNOSE_RUN .and. command%action /= action) &
-        call errors%add('"'//argument//'" contradicts an argument before it')
-      command%action = action
-    end subroutine choose
+    type(arguments_t) :: arguments
+    call parse_arguments(ACTIONS, [character(0) ::], .false., arguments, errors)
+    command%action = DIAGNOSE_RUN + arguments%action
+    command%ini = arguments%file
+    if (arguments%is_final) return
+    if (arguments%n_files > 1) call errors%add('too many file names')
+    if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
   end subroutine parse_diagnose_command
 
   !> Writes how the program is called.
@@ -81,9 +51,6 @@ contains
                                             '           12 a cause that is not in the catalogue', &
                                             '           20 not enough data', &
                                             'parameters: docs/parameters.md, example: ini/diagnose.ini']
-    integer :: i
-    do i = 1, size(LINES)
-      write (unit, '(a)') trim(LINES(i))
-    end do
+    call print_lines(unit, LINES)
   end subroutine print_diagnose_usage
 end module app_diagnose_command

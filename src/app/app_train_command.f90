@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The command line of `msm_train`.
 module app_train_command
-  use app_arguments, only: argument_text
+  use app_arguments, only: arguments_t, parse_arguments, print_lines
   use base_errors, only: message_list_t
   implicit none
   private
@@ -9,6 +9,9 @@ module app_train_command
 
   integer, parameter, public :: TRAIN_RUN = 1, TRAIN_CHECK = 2, TRAIN_EVALUATE = 3, TRAIN_SCREEN = 4, TRAIN_HELP = 5, &
                                 TRAIN_VERSION = 6, TRAIN_PARAMETERS = 7
+  !> In the order of the numbers above, from the second on.
+  character(12), parameter :: ACTIONS(6) = [character(12) :: '--check', '--evaluate', '--screen', '--help', &
+                                                                                            '--version', '--parameters']
 
   !> What the user wants.
   type :: train_command_t
@@ -24,55 +27,16 @@ contains
   subroutine parse_train_command(command, errors)
     type(train_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: argument
-    integer :: i
-    command%ini = ''
-    command%restart_file = ''
-    do i = 1, command_argument_count()
-      argument = argument_text(i)
-      select case (argument)
-      case ('--help', '-h')
-        command%action = TRAIN_HELP
-        return
-      case ('--version')
-        command%action = TRAIN_VERSION
-        return
-      case ('--parameters')
-        command%action = TRAIN_PARAMETERS
-        return
-      case ('--check')
-        call choose(TRAIN_CHECK)
-      case ('--evaluate')
-        call choose(TRAIN_EVALUATE)
-      case ('--screen')
-        call choose(TRAIN_SCREEN)
-      case ('--restart')
-        command%restart = .true.
-      case default
-        if (index(argument, '--restart=') == 1) then
-          command%restart = .true.
-          command%restart_file = argument(11:)
-          if (command%restart_file == '') call errors%add('--restart= needs the name of a backup')
-        else if (index(argument, '-') == 1) then
-          call errors%add('unknown argument "'//argument//'"')
-        else if (command%ini /= '') then
-          call errors%add('too many file names')
-        else
-          command%ini = argument
-        end if
-      end select
-    end do
-    if (command%ini == '') call errors%add('the name of a parameter file is missing')
+    type(arguments_t) :: arguments
+    call parse_arguments(ACTIONS, [character(0) ::], .true., arguments, errors)
+    command%action = TRAIN_RUN + arguments%action
+    command%ini = arguments%file
+    command%restart = arguments%restart
+    command%restart_file = arguments%restart_file
+    if (arguments%is_final) return
+    if (arguments%n_files > 1) call errors%add('too many file names')
+    if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
     if (command%restart .and. command%action /= TRAIN_RUN) call errors%add('--restart goes with a run')
-
-  contains
-
-    subroutine choose(action)
-      integer, intent(in) :: action
-      if (command%action /= TRAIN_RUN .and. command%action /= action) &
-        call errors%add('"'//argument//'" contradicts an argument before it')
-      command%action = action
-    end subroutine choose
   end subroutine parse_train_command
 
   !> Writes how the program is called.
@@ -94,9 +58,6 @@ contains
                                            '            2 mistake in the input            start again with --restart', &
                                             '', &
                                             'parameters: docs/parameters.md, example: ini/train.ini']
-    integer :: i
-    do i = 1, size(LINES)
-      write (unit, '(a)') trim(LINES(i))
-    end do
+    call print_lines(unit, LINES)
   end subroutine print_train_usage
 end module app_train_command
