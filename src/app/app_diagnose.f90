@@ -53,6 +53,7 @@ contains
     type(message_list_t) :: errors, notices
     self%world = world
     call load_diagnose_settings(command%ini, world, self%settings, errors, notices)
+    self%settings%refines = (self%settings%refines .or. command%refine) .and. .not. command%no_refine
     if (errors%count() > 0) self%code = EXIT_USER
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')

@@ -16,6 +16,7 @@ module app_diagnose_command
   type :: diagnose_command_t
     integer :: action = DIAGNOSE_RUN
     character(:), allocatable :: ini !< parameter file
+    logical :: refine = .false., no_refine = .false. !< instead of [Diagnose] refine
   end type diagnose_command_t
 
 contains
@@ -25,10 +26,13 @@ contains
     type(diagnose_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
     type(arguments_t) :: arguments
-    call parse_arguments(ACTIONS, [character(0) ::], .false., arguments, errors)
+    call parse_arguments(ACTIONS, [character(11) :: '--refine', '--no-refine'], .false., arguments, errors)
     command%action = DIAGNOSE_RUN + arguments%action
+    command%refine = arguments%has_flag(1)
+    command%no_refine = arguments%has_flag(2)
     command%ini = arguments%file
     if (arguments%is_final) return
+    if (command%refine .and. command%no_refine) call errors%add('--no-refine contradicts --refine')
     if (arguments%n_files > 1) call errors%add('too many file names')
     if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
   end subroutine parse_diagnose_command
@@ -36,11 +40,13 @@ contains
   !> Writes how the program is called.
   subroutine print_diagnose_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(14) = [character(84) :: &
+    character(*), parameter :: LINES(16) = [character(84) :: &
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
                                             '  --plan              what the loads of the measurement could show', &
+                                  '  --refine            count what the mesh does as an error (also on a finer mesh)', &
+                                            '  --no-refine         the data come from the same mesh', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &

@@ -42,6 +42,7 @@ file = {file};
 [Diagnose]
 parameters = E, joint:C_Sc, joint:R4+5_r-m;
 observations = 20000;
+refine = no;
 noise = declared;
 starts = 1;
 draws = 1000;

@@ -25,6 +25,7 @@ file = bending.h5;
 [Diagnose]
 parameters = E, joint:C_Sc, joint:R4+5_r-m;
 observations = 400;
+refine = no;
 starts = 1;
 draws = 1000;
 refits = 2;

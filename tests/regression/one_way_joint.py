@@ -23,6 +23,7 @@ file = bending.h5;
 [Diagnose]
 parameters = E, joint:*;
 observations = 250;
+refine = no;
 starts = 1;
 draws = 1000;
 refits = 1;
