@@ -8,9 +8,11 @@ FLUSI's sets hold lengths in a unit of their own (often the wing length) and no 
 and the diameters of both veins in um, at the end nearest to the root and at the other one.
 
 Read: points_coor, mesh_triangle_elements, veins, veins_BC; checked against them if there: veins_bending(_BC),
-veins_extension(_BC), membranes, membranes_extension, membrane_edge; vein_connectors become joints. Names of the
-newer branch (triangle_elements, membranes_edge, joints) are understood. Stored rest lengths and angles are not
-used, and springs follow from triangles and veins. The wing is clamped at the first point of the root vein.
+veins_extension(_BC), membranes_extension, membrane_edge; vein_connectors become joints. Names of the newer branch
+(triangle_elements, membranes_edge, joints) are understood. Not read: membranes (its points are those of the
+triangles) and files of masses, which follow from diameters and area. Stored rest lengths and angles are not used, and
+springs follow from triangles and veins. The span of the set must be
+along its x, the membrane in its x-y plane (or x-z, newer branch). The wing is clamped at the first point of the root vein.
 """
 import argparse
 import sys

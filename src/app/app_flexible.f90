@@ -139,6 +139,7 @@ contains
     call read_damping(config, setup%model, params%inertia)
     params%membrane = 0
     if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
+    params%density = setup%material%vein_density
     params%units = units
     params%added_mass = added_mass_ratio(setup%wing%points, setup%wing%triangles, setup%mass%nodal, &
                                          units%mass/units%length**3)

@@ -14,6 +14,7 @@ module app_report
   use fsi_flapping_wings, only: flapping_wings_t
   use parallel_report, only: report_timers
   use parallel_world, only: world_t
+  use solid_params, only: membrane_note
   implicit none
   private
   public :: print_coupling, print_run_header, print_time_table, print_scales
@@ -111,12 +112,17 @@ contains
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
     real(rp), parameter :: UG = 1.0e9_rp, G = 1.0e3_rp
+    character(:), allocatable :: note
     real(rp) :: air, stiffness
+    logical :: is_soft
     associate (wing => settings%flight%wings(1), c => settings%coupler, p => settings%fluid)
       air = settings%units%density*PI/4*wing%mean_chord()*c%units%length
       write (unit, '(a,i0,a,es10.3,a,f0.1,a,f0.2,a,f0.2,a)') 'bending   ', c%model%n_points, ' points, E = ', &
         c%model%params%young, ' Pa, mass ', UG*sum(c%inertia%mass), ' ug, membrane ', G*c%membrane, &
         ' g/m^2, air that it accelerates ', G*air, ' g/m^2'
+      call membrane_note(c%model%params, note, is_soft)
+      if (c%membrane > 0) write (unit, '(a,f0.2,a)') '          '//note//'; the membrane''s mass means ', &
+        1.0e6_rp*c%membrane/c%density, ' um'
       write (unit, '(a,f0.2)') '          largest added-mass ratio over the wing ', c%added_mass
       stiffness = 0
       if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &

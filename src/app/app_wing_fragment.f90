@@ -20,6 +20,8 @@ contains
     integer :: i
     text = '[Wing]'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '//number_text(p%plate)//'; N m'//NL// &
            'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)
+    if (p%slack < 1) text = text//'slack = '//number_text(p%slack)//';'//NL//'slack_width = '// &
+                            number_text(p%slack_width)//'; m'//NL
     list = ''
     do i = 1, p%count()
       known = p%describe(i)

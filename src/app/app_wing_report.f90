@@ -47,6 +47,8 @@ contains
     associate (p => s%model%params)
       write (unit, '(a,es11.4,a,3(es10.3,a))') 'veins     E = ', p%young, ' Pa; springs of veins, membrane, cross ', &
         p%k_vein, ' ', p%k_membrane, ' ', p%k_cross, ' N/m; cross-springs '//trim(merge('yes', 'no ', p%cross_springs))
+      if (p%slack < 1) write (unit, '(a,es9.2,a,es9.2,a)') 'membrane  a tension field: springs keep ', p%slack, &
+        ' of their stiffness where they are more than ', p%slack_width, ' m too short'
       do i = 1, size(p%joint)
         write (unit, '(a,a,es11.4,a)') 'joint     '//p%joint_names(i), ' ', p%joint(i), ' N m/rad'// &
           trim(merge(' (as the vein)', '              ', s%asked%joint(i) < 0))

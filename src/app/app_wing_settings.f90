@@ -142,6 +142,8 @@ contains
       p%k_cross = p%k_vein
       p%cross_springs = c%get_word('Wing', 'cross_springs') == 'yes' .or. &
                         (c%get_word('Wing', 'cross_springs') == 'preset' .and. c%get_word('Wing', 'preset') == 'paper')
+      p%slack = c%get_real('Wing', 'slack')
+      p%slack_width = c%get_real('Wing', 'slack_width')
       joint = c%get_real('Wing', 'joint_stiffness')
       if (.not. joint > 0 .and. abs(joint + 1) > 0) &
         call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1: as the vein without the joint')

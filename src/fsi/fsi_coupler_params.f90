@@ -18,6 +18,7 @@ module fsi_coupler_params
     type(inertia_t) :: inertia
     type(dynamic_options_t) :: options
     real(rp) :: membrane = 0            !< [kg/m^2] mean mass of the membrane, for information
+    real(rp) :: density = 0             !< [kg/m^3] of the cuticle, for information
     real(rp) :: light_layer = 0         !< [kg/m^2] below which a tenth of the wing is, for information
     real(rp) :: added_mass = 0          !< fluid that the wing moves over its own mass (fsi_added_mass), for information
     type(unit_scales_t) :: units        !< SI values of one L, T and M

@@ -23,6 +23,7 @@ program test_solid_statics
   call test_plate_on_a_cylinder()
   call test_path(.false.)
   call test_path(.true.)
+  call test_tension_field()
   call test_sensitivities()
   call test_failures()
   call t%finish()
@@ -121,6 +122,44 @@ contains
     end do
     call work%free()
   end subroutine test_path
+
+  !> A membrane that goes slack: stable equilibria that do not depend on the steps, and a lower potential energy
+  !> than with a membrane that does not, since every spring stores less.
+  subroutine test_tension_field()
+    type(solid_model_t) :: model, stiff
+    type(solid_params_t) :: params
+    type(equilibrium_t) :: work, work_stiff
+    type(load_t) :: load
+    type(static_report_t) :: report
+    type(static_options_t) :: options, halved
+    real(rp), allocatable :: u(:, :), fine(:, :), full(:, :)
+    real(rp) :: potential(2)
+    integer :: i
+    call make_model(.true., stiff)
+    call make_model(.true., model)
+    params = model%params
+    params%slack = 0.05_rp
+    params%slack_width = 1.0e-7_rp
+    call model%set_params(params)
+    call work%init(model)
+    call work_stiff%init(stiff)
+    halved%step_limit = options%step_limit/2
+    allocate (u(3, model%n_all), fine(3, model%n_all), full(3, model%n_all), source=0.0_rp)
+    do i = 1, size(PLACES, 2)
+      call make_load(model, i, 0.5e-3_rp, load)
+      call solve_static(work, model, load, .false., options, u, report)
+      call t%check('a wing with a slack membrane reaches a stable equilibrium', report%converged .and. &
+                   report%residual <= 1.0e-8_rp)
+      call solve_static(work, model, load, .false., halved, fine, report)
+      call t%check_below('the same with half the step', maxval(abs(fine - u)), 1.0e-9_rp)
+      call solve_static(work_stiff, stiff, load, .false., options, full, report)
+      potential = [model%energy(u) - load%work(model, u, 1.0_rp), &
+                   stiff%energy(full) - load%work(stiff, full, 1.0_rp)]
+      call t%check('the slack membrane stores less', potential(1) < potential(2))
+    end do
+    call work%free()
+    call work_stiff%free()
+  end subroutine test_tension_field
 
   subroutine test_sensitivities()
     real(rp), parameter :: STENCIL(4) = [4/5.0_rp, -1/5.0_rp, 4/105.0_rp, -1/280.0_rp], H = 0.004_rp
