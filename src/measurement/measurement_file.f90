@@ -5,7 +5,7 @@ module measurement_file
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
-  use io_arrays, only: is_group, member_names, read_attribute_integer, read_text
+  use io_arrays, only: is_group, read_text
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_suggest, only: suggestion_t
   use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
@@ -14,7 +14,7 @@ module measurement_file
                               QUANTITY_ROTATION
   use measurement_heights, only: read_reference, read_surface
   use solid_wing, only: wing_t
-  use solid_wing_datasets, only: read_names
+  use solid_wing_datasets, only: check_members, check_schema, read_names
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -22,7 +22,6 @@ module measurement_file
 
   character(*), parameter :: SCHEMA = 'flusi-msm measurement'
   integer, parameter :: VERSION = 1
-  integer, parameter :: MOST_NAMES = 1000       !< at the top of the file or in a group of known contents
   real(rp), parameter :: FAR = 1.0e4_rp         !< [m] largest coordinate
   real(rp), parameter :: LONG_AGO = 1.0e10_rp   !< [s]
 
@@ -45,7 +44,7 @@ contains
       call messages%add(failure%reason)
       return
     end if
-    call read_header(file, report)
+    call check_schema(file, 'measurement', SCHEMA, VERSION, report)
     if (report%is_clean()) then
       call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'accuracy', 'calibration', &
                                      'extra'], report)
@@ -60,53 +59,6 @@ contains
       call messages%add(report%messages%text(i))
     end do
   end subroutine read_measurement
-
-  subroutine read_header(file, report)
-    type(hdf5_file_t), intent(in) :: file
-    type(wing_report_t), intent(inout) :: report
-    character(:), allocatable :: text
-    integer :: number
-    logical :: ok
-    call read_text(file, '/', 'schema', text, ok)
-    if (.not. ok) then
-      call report%add('attribute schema', 'missing or not a text; a measurement file has '//quoted(SCHEMA))
-    else if (text /= SCHEMA) then
-      call report%add('attribute schema', 'is '//quoted(text)//', expected '//quoted(SCHEMA))
-    end if
-    call read_attribute_integer(file, '/', 'version', number, ok)
-    if (.not. ok) then
-      call report%add('attribute version', 'missing or not an integer; this program reads version ' &
-                      //number_text(VERSION))
-    else if (number /= VERSION) then
-      call report%add('attribute version', 'is '//number_text(number)//'; this program reads version ' &
-                      //number_text(VERSION))
-    end if
-  end subroutine read_header
-
-  !> Reports the objects of a group that are not among the words of `known`.
-  subroutine check_members(file, group, known, report)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: group
-    character(*), intent(in) :: known(:)
-    type(wing_report_t), intent(inout) :: report
-    character(NAME_LENGTH), allocatable :: names(:)
-    type(suggestion_t) :: suggestion
-    logical :: ok
-    integer :: i, k
-    call member_names(file, group, MOST_NAMES, names, ok)
-    if (.not. ok) call report%add(group, 'the list of contents cannot be read')
-    call report%begin(group)
-    do i = 1, size(names)
-      if (any(known == names(i))) cycle
-      call suggestion%start(trim(names(i)))
-      do k = 1, size(known)
-        call suggestion%offer(trim(known(k)))
-      end do
-      call report%found('unknown object '//quoted(trim(names(i)))//suggestion%hint()// &
-                        '; data of your own belong into /extra')
-    end do
-    call report%finish()
-  end subroutine check_members
 
   subroutine read_accuracy(file, m, report)
     type(hdf5_file_t), intent(in) :: file

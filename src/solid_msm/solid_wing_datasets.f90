@@ -1,15 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The datasets of a wing file: kind, shape, units and values, with every deviation reported.
+!> Header, contents and datasets of a wing file, and what a measurement file has in common with it: kind, shape,
+!> units and values, with every deviation reported.
 module solid_wing_datasets
   use base_kinds, only: rp, i8
   use base_text, only: number_text, quoted
-  use io_arrays, only: is_group, member_names, describe_array, read_reals, read_integers, read_text, &
-                       ARRAY_MISSING, ARRAY_REAL, ARRAY_INTEGER
+  use io_arrays, only: is_group, member_names, describe_array, read_attribute_integer, read_reals, read_integers, &
+                       read_text, ARRAY_MISSING, ARRAY_REAL, ARRAY_INTEGER
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use io_suggest, only: suggestion_t
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: read_names, read_real_dataset, read_index_dataset
+  public :: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
 
   integer, parameter :: MOST_ROWS = 10000000 !< of any array: far beyond any wing, but it fits the memory
   integer, parameter :: MOST_NAMES = 10000   !< veins or joints
@@ -17,6 +19,61 @@ module solid_wing_datasets
                              'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_+-'
 
 contains
+
+  !> Reports a file whose attributes schema and version are not those; `kind` is its name in words.
+  subroutine check_schema(file, kind, schema, version, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: kind, schema
+    integer, intent(in) :: version
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: text
+    integer :: number
+    logical :: ok
+    call read_text(file, '/', 'schema', text, ok)
+    if (.not. ok) then
+      call report%add('attribute schema', 'missing or not a text; a '//kind//' file has '//quoted(schema))
+    else if (text /= schema) then
+      call report%add('attribute schema', 'is '//quoted(text)//', expected '//quoted(schema))
+    end if
+    call read_attribute_integer(file, '/', 'version', number, ok)
+    if (.not. ok) then
+      call report%add('attribute version', 'missing or not an integer; this program reads version ' &
+                      //number_text(version))
+    else if (number /= version) then
+      call report%add('attribute version', 'is '//number_text(number)//'; this program reads version ' &
+                      //number_text(version))
+    end if
+  end subroutine check_schema
+
+  !> Reports the objects of a group that are not among the words of `known`.
+  subroutine check_members(file, group, known, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: known(:)
+    type(wing_report_t), intent(inout) :: report
+    character(NAME_LENGTH), allocatable :: names(:)
+    character(:), allocatable :: valid
+    type(suggestion_t) :: suggestion
+    logical :: ok
+    integer :: i, k
+    valid = ''
+    do k = 1, size(known)
+      valid = valid//', '//trim(known(k))
+    end do
+    call member_names(file, group, MOST_NAMES, names, ok)
+    if (.not. ok) call report%add(group, 'the list of contents cannot be read')
+    call report%begin(group)
+    do i = 1, size(names)
+      if (any(known == names(i))) cycle
+      call suggestion%start(trim(names(i)))
+      do k = 1, size(known)
+        call suggestion%offer(trim(known(k)))
+      end do
+      call report%found('unknown object '//quoted(trim(names(i)))//suggestion%hint()//'; valid: '//valid(3:)// &
+                        '; data of your own belong into /extra')
+    end do
+    call report%finish()
+  end subroutine check_members
 
   !> Names of the members of a group that may be missing.
   subroutine read_names(file, group, names, report)

@@ -5,14 +5,14 @@ module solid_wing_file
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
-  use io_arrays, only: is_group, member_names, read_text, read_attribute_reals, read_attribute_integer, &
+  use io_arrays, only: is_group, read_text, read_attribute_reals, read_attribute_integer, &
                        is_finite
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use parallel_world, only: world_t
   use solid_wing, only: wing_t
   use solid_wing_check, only: check_wing, joint_on_vein
-  use solid_wing_datasets, only: read_names, read_real_dataset, read_index_dataset
+  use solid_wing_datasets, only: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -20,7 +20,6 @@ module solid_wing_file
 
   character(*), parameter :: SCHEMA = 'flusi-msm wing'
   integer, parameter :: VERSION = 1
-  integer, parameter :: MOST_NAMES = 1000 !< at the top of the file
 
 contains
 
@@ -110,23 +109,9 @@ contains
   subroutine read_header(file, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_report_t), intent(inout) :: report
-    character(:), allocatable :: text
     integer :: number
     logical :: ok
-    call read_text(file, '/', 'schema', text, ok)
-    if (.not. ok) then
-      call report%add('attribute schema', 'missing or not a text; a wing file has '//quoted(SCHEMA))
-    else if (text /= SCHEMA) then
-      call report%add('attribute schema', 'is '//quoted(text)//', expected '//quoted(SCHEMA))
-    end if
-    call read_attribute_integer(file, '/', 'version', number, ok)
-    if (.not. ok) then
-      call report%add('attribute version', 'missing or not an integer; this program reads version ' &
-                      //number_text(VERSION))
-    else if (number /= VERSION) then
-      call report%add('attribute version', 'is '//number_text(number)//'; this program reads version ' &
-                      //number_text(VERSION))
-    end if
+    call check_schema(file, 'wing', SCHEMA, VERSION, report)
     call read_attribute_integer(file, '/', 'index_base', number, ok)
     if (.not. ok) then
       call report%add('attribute index_base', 'missing or not an integer; valid: 0 or 1, the number of the ' &
@@ -144,7 +129,7 @@ contains
     type(wing_report_t), intent(inout) :: report
     real(rp), allocatable :: coordinates(:)
     integer, allocatable :: corners(:)
-    call check_top_level(file, report)
+    call check_members(file, '/', [character(9) :: 'points', 'triangles', 'veins', 'joints', 'root', 'extra'], report)
     call read_real_dataset(file, '/points', 3, coordinates, report)
     wing%points = reshape(coordinates, [3, size(coordinates)/3])
     allocate (corners(0))
@@ -155,26 +140,6 @@ contains
     call read_joints(file, wing, report)
     call read_plane(file, wing, report)
   end subroutine read_contents
-
-  subroutine check_top_level(file, report)
-    type(hdf5_file_t), intent(in) :: file
-    type(wing_report_t), intent(inout) :: report
-    character(NAME_LENGTH), allocatable :: names(:)
-    logical :: ok
-    integer :: i
-    call member_names(file, '/', MOST_NAMES, names, ok)
-    if (.not. ok) call report%add('/', 'the list of contents cannot be read')
-    call report%begin('/')
-    do i = 1, size(names)
-      select case (names(i))
-      case ('points', 'triangles', 'veins', 'joints', 'root', 'extra')
-      case default
-        call report%found('unknown object '//quoted(trim(names(i)))// &
-                          '; valid: points, triangles, veins, joints, root, and extra for data of your own')
-      end select
-    end do
-    call report%finish()
-  end subroutine check_top_level
 
   subroutine read_veins(file, wing, report)
     type(hdf5_file_t), intent(in) :: file

@@ -85,7 +85,7 @@ contains
     call w%refuse('attribute index_base: missing')
     call w%sample(PATH)
     call w%group('/joint')
-    call w%refuse('/: unknown object ''joint''; valid: points, ')
+    call w%refuse('/: unknown object ''joint''; did you mean ''joints''?; valid: points, ')
   end subroutine test_header
 
   subroutine test_points()
