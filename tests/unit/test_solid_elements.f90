@@ -4,6 +4,7 @@
 program test_solid_elements
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use derivative_checks, only: derivative_errors, STENCIL
   use sample_wings, only: make_fly_wing, make_beam
   use solid_extension, only: extension_axial
   use solid_hinge, only: hinge_t, hinge_evaluate, hinge_angle, turning_law, HINGE_NODES
@@ -16,7 +17,6 @@ program test_solid_elements
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
-  real(rp), parameter :: STENCIL(4) = [4/5.0_rp, -1/5.0_rp, 4/105.0_rp, -1/280.0_rp] ! 8th-order difference
   type(testkit_t) :: t
 
   call t%start(parallel=.false.)
@@ -226,28 +226,10 @@ contains
   subroutine check_derivatives(model, u, direction, h, tolerance, tolerance_tangent)
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: u(:, :), direction(:, :), h, tolerance, tolerance_tangent
-    real(rp), dimension(3, model%n_all) :: v, g, gp, gm, fd
-    real(rp) :: slope, axial(model%springs%n), blocks(3, 3, size(model%pattern%rows)), hv(3, model%n_free)
-    integer :: s
-    call model%gradient(u, g)
-    slope = 0
-    fd = 0
-    do s = 1, 4
-      v = u + s*h*direction
-      slope = slope + STENCIL(s)*model%energy(v)/h
-      call model%gradient(v, gp)
-      v = u - s*h*direction
-      slope = slope - STENCIL(s)*model%energy(v)/h
-      call model%gradient(v, gm)
-      fd = fd + STENCIL(s)*(gp - gm)/h
-    end do
-    call t%check_close('the wing''s gradient is the derivative of its energy', sum(g*direction), slope, rtol=tolerance)
-    call extension_axial(model%springs, model%stiffness%extension, u, axial)
-    call assemble_tangent(model, u, axial, .false., blocks)
-    hv = 0
-    call model%pattern%multiply(blocks, 1.0_rp, direction(:, model%movable), hv)
-    call t%check_below('the assembled tangent is the derivative of the gradient', &
-                       maxval(abs(hv - fd(:, model%movable)))/maxval(abs(hv)), tolerance_tangent)
+    real(rp) :: error, tangent_error
+    call derivative_errors(model, u, direction, h, error, tangent_error)
+    call t%check_below('the wing''s gradient is the derivative of its energy', error, tolerance)
+    call t%check_below('the assembled tangent is the derivative of the gradient', tangent_error, tolerance_tangent)
   end subroutine check_derivatives
 
   !> The three branches of the slack spring, each far from its ends: all springs of the membrane are stretched,

@@ -4,6 +4,7 @@ program test_solid_beams
   use base_constants, only: PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use derivative_checks, only: STENCIL
   use sample_wings, only: make_beam
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t, couple_t, support_t
@@ -238,36 +239,44 @@ contains
     call t%check('a chain in space is stable under an end moment up to pi/2 EI/L', is_spd .eqv. is_stable)
   end subroutine check_stability
 
-  !> The tangent of a load is the derivative of its forces, and these of its work.
-  subroutine test_load_tangent(model, dead_load, u)
+  !> The tangent of a load of every kind is the derivative of its forces, and these of its work: the couple with a
+  !> dead force, weight and supports.
+  subroutine test_load_tangent(model, couple, u)
     type(solid_model_t), intent(in) :: model
-    type(load_t), intent(in) :: dead_load
+    type(load_t), intent(in) :: couple
     real(rp), intent(in) :: u(:, :)
-    real(rp), parameter :: H = 1.0e-6_rp
+    real(rp), parameter :: FACTOR = 0.9_rp
+    real(rp), parameter :: H = 5.0e-4_rp ! (4 H/l)^8 = 3e-11 for segments l, times the coefficient 1/630
     type(load_t) :: load
-    real(rp), dimension(3, model%n_all) :: direction, ahead, behind
+    real(rp), dimension(3, model%n_all) :: direction, forces, there, slopes
     real(rp) :: blocks(3, 3, size(model%pattern%rows)), product(3, model%n_free), slope
-    integer :: i, c
-    load = dead_load
-    load%supports = [support_t(3, [1.0_rp, 2.0_rp, 3.0_rp]), support_t(9, [0.5_rp, 0.0_rp, 0.0_rp])]
+    integer :: i, c, s
+    load = couple
+    call load%add_point(5, [0.3_rp, -0.7_rp, 1.1_rp])
+    call load%add_gravity([(0.1_rp*i, i=1, model%n_points)], [0.2_rp, 0.1_rp, -0.4_rp])
+    load%supports = [support_t(3, 1.0e3_rp*[1.0_rp, 2.0_rp, 3.0_rp]), support_t(9, [5.0e2_rp, 0.0_rp, 0.0_rp])]
     direction = reshape([((sin(1.3_rp*i + 2.1_rp*c), c=1, 3), i=1, model%n_all)], [3, model%n_all])
     call model%zero_clamped(direction)
-    behind = 0
-    call load%subtract_from(model, u, 1.0_rp, behind)
-    slope = (load%work(model, u + H*direction, 1.0_rp) - load%work(model, u - H*direction, 1.0_rp))/(2*H)
-    call t%check_close('the forces of a load are the derivative of its work', -sum(behind*direction), slope, &
-                       rtol=1.0e-8_rp)
-    ahead = 0
-    behind = 0
-    call load%subtract_from(model, u + H*direction, 1.0_rp, ahead)
-    call load%subtract_from(model, u - H*direction, 1.0_rp, behind)
-    ahead = (ahead - behind)/(2*H)
+    slope = 0
+    slopes = 0
+    do s = -4, 4
+      if (s == 0) cycle
+      there = u + s*H*direction
+      slope = slope + sign(1, s)*STENCIL(abs(s))*load%work(model, there, FACTOR)/H
+      forces = 0
+      call load%subtract_from(model, there, FACTOR, forces)
+      slopes = slopes + sign(1, s)*STENCIL(abs(s))*forces/H
+    end do
+    forces = 0
+    call load%subtract_from(model, u, FACTOR, forces)
+    call t%check_close('the forces of a load are the derivative of its work', -sum(forces*direction), slope, &
+                       rtol=1.0e-9_rp)
     blocks = 0
-    call load%subtract_tangent(model, u, 1.0_rp, blocks)
+    call load%subtract_tangent(model, u, FACTOR, blocks)
     product = 0
     call model%pattern%multiply(blocks, 1.0_rp, direction(:, model%movable), product)
     call t%check_below('the tangent of a load is the derivative of its forces', &
-                       maxval(abs(product - ahead(:, model%movable)))/maxval(abs(product)), 1.0e-7_rp)
+                       maxval(abs(product - slopes(:, model%movable)))/maxval(abs(product)), 1.0e-9_rp)
   end subroutine test_load_tangent
 
   !> Displacements of a chain whose segments point at (i - 1/2) times the same angle.

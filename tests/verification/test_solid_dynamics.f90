@@ -4,7 +4,7 @@ program test_solid_dynamics
   use base_constants, only: PI, TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use sample_wings, only: make_beam, make_fly_wing
+  use sample_wings, only: make_beam
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_inertia, only: inertia_t, momenta_t, measure_motion
   use solid_model, only: solid_model_t
@@ -22,7 +22,6 @@ program test_solid_dynamics
   call test_pendulum()
   call test_spinning_rod()
   call test_free_rod()
-  call test_newton()
   call t%finish()
 
 contains
@@ -310,59 +309,4 @@ contains
     end do
     call stepper%free()
   end subroutine test_free_rod
-
-  !> A fly's wing under a sudden load: quadratic convergence, retries, failure.
-  subroutine test_newton()
-    type(wing_t) :: wing
-    type(failure_t) :: failure
-    type(solid_model_t) :: model
-    type(inertia_t) :: inertia
-    type(dynamics_t) :: stepper
-    type(dynamic_state_t) :: state
-    type(dynamic_options_t) :: options
-    type(step_report_t) :: report
-    type(turning_motion_t) :: spin
-    real(rp), allocatable :: force(:, :), before(:, :)
-    real(rp) :: order, best
-    integer :: i, k
-    wing = make_fly_wing(24, 12)
-    call model%init(wing, default_params(wing), failure)
-    call inertia%init(model, spread(250.0e-9_rp/model%n_points, 1, model%n_points))
-    call stepper%init(model)
-    call state%init(model, 0.0_rp)
-    allocate (force(3, model%n_all), source=0.0_rp)
-    force(3, :) = 2.0e-3_rp/model%n_points
-    spin%omega0 = 500
-    spin%alpha = 1.0e6_rp
-    best = 0
-    options%worth_reuse = 0
-    do i = 1, 20
-      call stepper%step(model, inertia, spin, force, 2.0e-5_rp, options, state, report)
-      if (.not. report%converged) exit
-      do k = 1, report%iterations - 1
-        if (report%residuals(k + 1) < 1.0e-10_rp .or. report%residuals(k) > 0.1_rp*report%residuals(0)) cycle
-        order = log(report%residuals(k + 1)/report%residuals(0))/log(report%residuals(k)/report%residuals(0))
-        best = max(best, order)
-      end do
-    end do
-    call t%check('a wing steps through a sudden load in a turning frame', report%converged)
-    call t%check_below('in a few iterations', real(report%iterations, rp), 5.0_rp)
-    call t%check_below('and moves', 1.0e-4_rp, maxval(abs(state%u)))
-    call t%check_below('Newton''s method converges quadratically', 1.7_rp, best)
-    options%iterations = 2
-    options%tolerance = 1.0e-10_rp
-    before = state%u
-    call stepper%step(model, inertia, spin, 5*force, 1.0e-4_rp, options, state, report)
-    call t%check('a step that fails is made in pieces', report%converged .and. report%substeps > 1)
-    call t%check_close('and ends at its time', state%time, 5.0e-4_rp, rtol=1.0e-12_rp)
-    options%halvings = 0
-    options%iterations = 1
-    before = state%u
-    call stepper%step(model, inertia, spin, 50*force, 1.0e-3_rp, options, state, report)
-    call t%check('a hopeless step is a failure with a reason',.not. report%converged .and. &
-                 allocated(report%reason))
-    call t%check('and leaves the state as it was',.not. maxval(abs(before - state%u)) > 0 .and. &
-                 abs(state%time - 5.0e-4_rp) < 1.0e-15_rp)
-    call stepper%free()
-  end subroutine test_newton
 end program test_solid_dynamics
