@@ -41,7 +41,7 @@ def grid(points):
 
 
 GRIDS = (72, 96, 144, 192)
-SLOW = {"inflow_velocity": 0.2, "Tmax": 12.0, "areal_density": 20.0, "tintegral": 0.05}
+SLOW = {"inflow_velocity": 0.2, "Tmax": 9.0, "areal_density": 20.0, "tintegral": 0.05}
 RIGID = {**SLOW, "wings": "rigid"}
 # name: keys of ini/turek-hron.ini that differ
 CASES = {

@@ -116,8 +116,8 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
                     '1 = xy', unbuilt='inlet_x|cylinder')
     call r%add_length('Penalization', 'thick_wall', '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call r%add_length('Penalization', 'pos_wall', '0.3', 'upper face of the channel wall', unit='L')
-    call r%add_real('Penalization', 'inflow_velocity', 1.0_rp, 'turek: mean over the height of the channel', unit='L/T', &
-                    above=0.0_rp)
+    call r%add_real('Penalization', 'inflow_velocity', 1.0_rp, 'turek: mean over the height of the channel', &
+                    unit='L/T', above=0.0_rp)
     call r%add_length('Penalization', 'inflow_length', '0.0', 'turek: the inflow is imposed on this last part of y', &
                       unit='L', min=0.0_rp)
     call r%add_real('Penalization', 'inflow_start', 0.0_rp, &
