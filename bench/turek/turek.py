@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An elastic beam behind a cylinder in a channel (ini/turek-hron.ini), cases FSI1 and FSI2 of Turek & Hron (2006, DOI
-10.1007/3-540-34596-5_15), and CFD1 with a rigid beam, on several grids. docs/verification-coupling.md holds the tables
+10.1007/3-540-34596-5_15), and CFD1 and CFD2 with a rigid beam, on several grids. docs/verification-coupling.md holds the tables
 and says what is compared.
 
 usage: turek.py <flusi> <folder> [case ...]     runs the cases (all of them without names), then prints
@@ -28,6 +28,7 @@ LAYER = 0.33909
 # Published: mean and amplitude or one number; lengths in m, forces in N/m, frequencies in Hz.
 PUBLISHED = {
     "cfd1": {"drag": 14.29, "lift": 1.119},
+    "cfd2": {"drag": 136.7, "lift": 10.53},
     "fsi1": {"ux": 0.0227e-3, "uy": 0.8209e-3, "drag": 14.295, "lift": 0.7638},
     "fsi2": {"ux": (-14.58e-3, 12.44e-3, 3.8), "uy": (1.23e-3, 80.6e-3, 2.0), "drag": (208.83, 73.75, 3.8),
              "lift": (0.88, 234.2, 2.0)},
@@ -40,23 +41,29 @@ def grid(points):
     return {"ny": round(points * LENGTH / HEIGHT), "nz": points, "eps": (LAYER * dx)**2 / NU, "iSaveVorticity": 0}
 
 
+def short(points):
+    return {**grid(points), "ny": round(points * LENGTH / HEIGHT / 2), "yl": LENGTH / 2}
+
+
 GRIDS = (72, 96, 144, 192)
 SLOW = {"inflow_velocity": 0.2, "Tmax": 9.0, "areal_density": 20.0, "tintegral": 0.05}
-RIGID = {**SLOW, "wings": "rigid"}
-# name: keys of ini/turek-hron.ini that differ
+RIGID = {"wings": "rigid", "tintegral": 0.05, "Tmax": 3.5}
+EARLY = {"Tmax": 12.0}
+# name: keys of ini/turek-hron.ini that differ; in a short channel it ends 0.6 m behind the beam.
 CASES = {
-    **{f"cfd1-{n}": {**grid(n), **RIGID} for n in GRIDS},
+    **{f"cfd1-{n}": {**grid(n), **SLOW, "wings": "rigid"} for n in GRIDS},
+    **{f"cfd2-{n}-short": {**short(n), **RIGID} for n in GRIDS},
+    "cfd2-96-short-eps": {**short(96), **RIGID, "eps": short(96)["eps"] / 4},
     **{f"fsi1-{n}": {**grid(n), **SLOW} for n in GRIDS},
+    "fsi1-96-short": {**short(96), **SLOW},
     "fsi1-96-viscous": {**grid(96), **SLOW, "load": "pressure_viscous"},
-    "fsi1-144-viscous": {**grid(144), **SLOW, "load": "pressure_viscous"},
     "fsi1-96-step": {**grid(96), **SLOW, "CFL_eta": 0.5},
-    "fsi1-96-extrapolated": {**grid(96), **SLOW, "load_extrapolated": "yes"},
-    **{f"fsi2-{n}": grid(n) for n in GRIDS},
-    "fsi2-96-extrapolated": {**grid(96), "coupling": "extrapolated"},
-    "fsi2-96-strong": {**grid(96), "coupling": "strong"},
-    "fsi2-96-viscous": {**grid(96), "load": "pressure_viscous"},
-    "fsi2-96-step": {**grid(96), "CFL": 0.25},
-    "fsi2-96-eps": {**grid(96), "eps": grid(96)["eps"] / 2},
+    **{f"fsi2-{n}": {**grid(n), **EARLY} for n in GRIDS[1:]},
+    **{f"fsi2-{n}-short": {**short(n), **EARLY} for n in GRIDS[1:]},
+    "fsi2-96-short-extrapolated": {**short(96), **EARLY, "coupling": "extrapolated"},
+    "fsi2-96-short-strong": {**short(96), **EARLY, "coupling": "strong"},
+    "fsi2-96-short-viscous": {**short(96), **EARLY, "load": "pressure_viscous"},
+    "fsi2-96-short-step": {**short(96), **EARLY, "CFL": 0.25},
 }
 
 
