@@ -51,7 +51,7 @@ contains
     type(flapping_wings_t), intent(in), optional :: wings
     logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
     character(*), parameter :: T = 'time [T]'
-    character(40), allocatable :: forces(:)
+    character(40), allocatable :: forces(:), powers(:)
     character(16) :: name
     real(rp) :: points(0:N_COLORS - 1)
     integer :: c
@@ -79,11 +79,17 @@ contains
     end if
     if (self%compute_forces) then
       forces = force_columns()
-      if (present(wings)) forces = [forces, power_columns()]
-      call open_one(self%forces, 'forces.t', forces)
+      allocate (powers(0))
+      if (present(wings)) powers = power_columns()
+      call open_one(self%forces, 'forces.t', [forces, powers])
       do c = COLOR_BODY, N_COLORS - 1
         write (name, '(a,i1,a)') 'forces_part', c, '.t'
-        if (self%has_color(c)) call open_one(self%part(c), trim(name), forces)
+        if (.not. self%has_color(c)) cycle
+        if (is_wing(wings, c)) then
+          call open_one(self%part(c), trim(name), [forces, powers])
+        else
+          call open_one(self%part(c), trim(name), forces)
+        end if
       end do
     end if
     self%has_wings = present(wings)
@@ -201,7 +207,7 @@ contains
                                 sum(s%moment(:, COLOR_BODY:), 2), sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
                                 total_power(loads)])
         do c = COLOR_BODY, N_COLORS - 1
-          if (self%has_color(c) .and. .not. present(wings)) call self%part(c)%write( &
+          if (self%has_color(c) .and. .not. is_wing(wings, c)) call self%part(c)%write( &
             [t, s%force(:, c), fluid%unsteady_force(:, c), s%moment(:, c), fluid%unsteady_moment(:, c)])
         end do
         ! As in FLUSI, moments of a wing are about its hinge.
@@ -220,6 +226,15 @@ contains
     call self%ekin%check(failure)
     call self%energy%check(failure)
   end subroutine series_write_integrals
+
+  !> Whether this colour is that of one of the wings, if there are any.
+  pure logical function is_wing(wings, color)
+    type(flapping_wings_t), intent(in), optional :: wings
+    integer, intent(in) :: color
+    integer :: i
+    is_wing = .false.
+    if (present(wings)) is_wing = any([(wings%surfaces(i)%color == color, i=1, size(wings%surfaces))])
+  end function is_wing
 
   !> Records of flexible wings and of the load that the coupler has just looked at.
   subroutine series_write_bending(self, wings, coupler)

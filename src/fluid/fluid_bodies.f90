@@ -2,12 +2,14 @@
 !> Draws the analytic bodies and walls into the sparse mask.
 !>
 !> Profile of FLUSI: chi = 1 inside d <= -h, 0 outside d >= h, (1 + cos(pi (d + h)/(2 h)))/2 between, with
-!> the signed distance d from the surface (negative inside) and h = 1.5 max(dx). Walls are sharp.
+!> the signed distance d from the surface (negative inside) and h = 1.5 max(dx). Walls are sharp, but for those of the
+!> channel with inflow: with its cylinder they have the profile of wings, h = max(dx).
 !> Where bodies overlap, the larger chi wins.
 module fluid_bodies
   use base_constants, only: PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use fluid_inflow, only: inflow_profile
   use fluid_params, only: fluid_params_t
   use fluid_penalty, only: penalty_t, COLOR_WALL, COLOR_BODY
   use io_fields, only: read_field, field_meta_t
@@ -57,7 +59,11 @@ contains
           else
             call draw_body(params, block, point, chi, us)
           end if
-          call draw_channel(params, point, chi, us, color)
+          if (params%has_inflow) then
+            call draw_inflow_channel(params, point, chi, us, color)
+          else
+            call draw_channel(params, point, chi, us, color)
+          end if
           if (params%cavity) call draw_cavity(params, [0, y - 1, z - 1] + block%start, chi, us, color)
         end if
         call penalty%add_line(chi, us, color)
@@ -169,6 +175,31 @@ contains
     ! A sliding wall moves with the mean flow: flight in still air above the ground, seen by the flyer.
     if (index(p%channel, 'sliding') > 0) us = spread(p%mean_velocity, 2, size(chi))
   end subroutine draw_channel
+
+  !> Walls, zone of inflow and cylinder of the channel along y; the flow does not depend on x.
+  subroutine draw_inflow_channel(p, line_point, chi, us, color)
+    type(fluid_params_t), intent(in) :: p
+    real(rp), intent(in) :: line_point(3)
+    real(rp), intent(inout) :: chi(:), us(:, :)
+    integer, intent(inout) :: color(:)
+    real(rp) :: h, middle(3), point(3), wall, inflow, cylinder
+    h = p%grid%max_spacing()
+    middle = [0.0_rp, p%grid%length(2) - p%inflow_length/2, p%pos_wall - p%thick_wall/2]
+    point = nearest_image(line_point - middle, p%grid)
+    wall = mask_profile(abs(point(3)) - p%thick_wall/2, h)
+    inflow = mask_profile(abs(point(2)) - p%inflow_length/2, h)
+    point = nearest_image(line_point - [0.0_rp, p%cylinder], p%grid)
+    cylinder = 0
+    if (p%size > 0) cylinder = mask_profile(hypot(point(2), point(3)) - p%size/2, h)
+    chi = max(wall, inflow, cylinder)
+    us = 0
+    color = COLOR_WALL
+    if (cylinder > max(wall, inflow)) then
+      color = COLOR_BODY
+    else if (inflow >= wall) then
+      us(2, :) = p%inflow_velocity*inflow_profile(p, line_point(3))
+    end if
+  end subroutine draw_inflow_channel
 
   !> Walls of cavity_size points on every face of the box.
   subroutine draw_cavity(p, line_index, chi, us, color)

@@ -109,11 +109,19 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_word('Penalization', 'iCavity', 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', &
                     unbuilt='freestream*')
     call r%add_integer('Penalization', 'cavity_size', 0, 'thickness of the cavity walls', unit='points', min=0)
-    call r%add_word('Penalization', 'iChannel', 'no', 'no|xy|xz|xy_sliding|xz_sliding|0|1', &
+    call r%add_word('Penalization', 'iChannel', 'no', 'no|xy|xz|xy_sliding|xz_sliding|turek|0|1', &
                     'one wall between pos_wall-thick_wall and pos_wall, normal z (xy) or y (xz); '// &
-                    'sliding: it moves with the prescribed mean flow; 0 = no, 1 = xy', unbuilt='inlet_x|turek|cylinder')
+                    'sliding: it moves with the prescribed mean flow; turek: the wall xy, with a parabola of the '// &
+                    'velocity that flows in along y, and a cylinder along x of [Geometry] Size at y0, z0; 0 = no, '// &
+                    '1 = xy', unbuilt='inlet_x|cylinder')
     call r%add_length('Penalization', 'thick_wall', '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call r%add_length('Penalization', 'pos_wall', '0.3', 'upper face of the channel wall', unit='L')
+    call r%add_real('Penalization', 'inflow_velocity', 1.0_rp, 'turek: mean over the height of the channel', &
+                    unit='L/T', above=0.0_rp)
+    call r%add_length('Penalization', 'inflow_length', '0.0', 'turek: the inflow is imposed on this last part of y', &
+                      unit='L', min=0.0_rp)
+    call r%add_real('Penalization', 'inflow_start', 0.0_rp, &
+                    'turek: time in which the inflow grows from rest; 0: it is there at once', unit='T', min=0.0_rp)
     call r%add_switch('Penalization', 'compute_forces', .true., 'write forces.t and its relatives')
 call r%add_switch('Penalization', 'unst_corrections', .false., 'without effect on wings: their unsteady correction '// &
                       'is exact and always written; other bodies do not move')

@@ -4,6 +4,7 @@
 module fluid_mean_flow
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
+  use fluid_inflow, only: inflow_growth
   use fluid_params, only: fluid_params_t
   implicit none
   private
@@ -30,6 +31,7 @@ contains
     complex(rp) :: mean(3)
     mean = u
     where (p%mean_flow == 'fixed') mean = p%mean_velocity
+    if (p%has_inflow) mean(2) = inflow_growth(p, time)*p%mean_velocity(2)
     where (p%mean_flow == 'sinusoidal') mean = p%mean_velocity*sin(TWO_PI*p%mean_frequency*time)
   end function imposed_mean_flow
 

@@ -33,6 +33,9 @@ module fluid_params
     logical :: cavity = .false.
     integer :: cavity_size = 0
     real(rp) :: c_eta = 1.0e-2_rp, thick_wall = 0, pos_wall = 0, us_fixed(3) = 0, omega = 0
+    logical :: has_inflow = .false. !< channel = turek
+    real(rp) :: inflow_velocity = 1, inflow_length = 0, inflow_start = 0
+    real(rp) :: cylinder(2:3) = 0   !< centre of the one in that channel; `centre` may become that of an insect
     real(rp) :: centre(3) = 0, size = 0, alpha = 0, r1 = 1, r2 = 1
     logical :: compute_forces = .true., unsteady_corrections = .false., periodic_torque = .false.
     ! Sponge
@@ -44,6 +47,8 @@ module fluid_params
     character(10) :: mean_flow(3) = 'free'
     real(rp) :: mean_velocity(3) = 0, m_fluid = 0, mean_frequency = 0, mean_tau = 0, mean_release = 0
     logical :: mean_conditioner = .false.
+  contains
+    procedure :: channel_height
   end type fluid_params_t
 
 contains
@@ -59,6 +64,7 @@ contains
     call read_solids(config, params, errors)
     call read_sponge(config, params, errors)
     call read_mean_flow(config, params, errors)
+    if (params%has_inflow) call set_channel_flow(config, params, errors)
     call check_fixed_step(config, params, errors)
   end subroutine read_fluid_params
 
@@ -212,6 +218,10 @@ contains
     if (p%channel == '1') p%channel = 'xy'
     p%thick_wall = c%get_real('Penalization', 'thick_wall')
     p%pos_wall = c%get_real('Penalization', 'pos_wall')
+    p%has_inflow = p%penalized .and. p%channel == 'turek'
+    p%inflow_velocity = c%get_real('Penalization', 'inflow_velocity')
+    p%inflow_length = c%get_real('Penalization', 'inflow_length')
+    p%inflow_start = c%get_real('Penalization', 'inflow_start')
     p%compute_forces = c%get_switch('Penalization', 'compute_forces')
     p%unsteady_corrections = c%get_switch('Penalization', 'unst_corrections')
     p%periodic_torque = c%get_switch('Penalization', 'periodic')
@@ -227,6 +237,7 @@ contains
       if (i == 1 .and. p%grid%is_2d) cycle
       if (c%is_given('Geometry', CENTRES(i))) p%centre(i) = c%get_real('Geometry', CENTRES(i))
     end do
+    p%cylinder = p%centre(2:3)
     if (.not. p%penalized) return
     if (c%is_given('Penalization', 'iMoving')) then
       if (c%get_switch('Penalization', 'iMoving') .neqv. p%moving) &
@@ -308,4 +319,31 @@ contains
     p%mean_tau = c%get_real('MeanFlow', 'tau_meanflow')
     p%mean_release = c%get_real('MeanFlow', 'T_release_meanflow')
   end subroutine read_mean_flow
+
+  !> What a channel with inflow needs. It has all of the mean flow: along y what comes in, nothing through its walls.
+  subroutine set_channel_flow(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(*), parameter :: AXES = 'yz'
+    integer :: i
+    if (p%channel_height() <= 0) call c%complain(errors, 'Penalization', 'thick_wall', &
+                                                 'the wall leaves no channel: it must be thinner than zl')
+    if (p%inflow_length <= 0 .or. p%inflow_length >= p%grid%length(2)) &
+      call c%complain(errors, 'Penalization', 'inflow_length', 'the inflow of turek needs a length between 0 and yl')
+    if (all(p%mask /= [character(6) :: 'none', 'empty', 'Insect'])) &
+      call c%complain(errors, 'Penalization', 'iMask', 'turek has its own cylinder; valid with it: none, empty, Insect')
+    do i = 1, 2
+      if (p%mean_flow(i + 1) /= 'free') &
+        call c%complain(errors, 'MeanFlow', 'iMeanFlow_'//AXES(i:i), 'the inflow of turek prescribes the mean flow')
+    end do
+    p%mean_flow(2:3) = 'fixed'
+    p%mean_velocity(2:3) = [p%inflow_velocity*p%channel_height()/p%grid%length(3), 0.0_rp]
+  end subroutine set_channel_flow
+
+  !> Distance of the walls of a channel with normal z, L.
+  pure real(rp) function channel_height(self)
+    class(fluid_params_t), intent(in) :: self
+    channel_height = self%grid%length(3) - self%thick_wall
+  end function channel_height
 end module fluid_params

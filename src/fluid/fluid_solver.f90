@@ -4,6 +4,7 @@ module fluid_solver
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use fluid_bodies, only: draw_bodies
+  use fluid_inflow, only: inflow_t
   use fluid_initial, only: initial_velocity
   use fluid_moving_solids, only: moving_solids_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
@@ -20,6 +21,7 @@ module fluid_solver
   type :: fluid_t
     type(pencil_t) :: transform
     type(rhs_t) :: rhs
+    type(inflow_t), private :: inflow       !< of the channel that has one
     real(rp) :: unsteady_force(3, 0:5) = 0  !< d/dt int chi u_s at the time of `sums`
     real(rp) :: unsteady_moment(3, 0:5) = 0
     type(sums_t) :: sums                    !< integrals of the last pass
@@ -60,6 +62,7 @@ contains
     call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
+    if (params%has_inflow) call self%inflow%init(self%rhs%penalty)
   end subroutine fluid_init
 
   !> Sets the initial condition. Until the first step the flow is the untruncated initial field, as in
@@ -164,6 +167,8 @@ contains
     type(request_t), intent(in) :: request
     class(moving_solids_t), intent(inout), optional :: moving
     self%accepted = .false.
+    if (self%rhs%params%has_inflow) &
+      call self%inflow%set(self%rhs%params, self%rhs%time_of(pass), self%rhs%penalty)
     if (present(moving)) then
       call moving%place(self%rhs%time_of(pass), self%rhs%penalty, self%rhs%failure)
       if (self%rhs%failure%failed) return

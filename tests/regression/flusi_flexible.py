@@ -12,7 +12,8 @@ import shutil
 import struct
 from pathlib import Path
 
-from whole_program import EXIT_NUMERICAL, EXIT_USER, SOURCE, check, ini_text, main, merged
+from whole_program import (EXIT_NUMERICAL, EXIT_USER, SOURCE, check, ini_text, main, merged,
+                           same_checkpoints)
 
 LAST_DIGIT = 2e-8  # series hold nine digits: a number may be rounded to its neighbour
 
@@ -78,7 +79,7 @@ def test_rigid_limit(case):
 
 
 def test_restart(case):
-    """17 steps, restart, 7 steps are 24 steps to the last digit, on two ranks; fewer with the other couplings."""
+    """17 steps, restart, 7 steps are 24 steps to the bit, on two ranks; fewer with the other couplings."""
     strong = {"coupling": "strong", "load": "pressure_viscous"}
     for coupling, steps, first in (({}, 24, 17), ({"coupling": "extrapolated"}, 12, 7), (strong, 12, 7)):
         setup = {"Flexible_wing": coupling, "Saving": {"tintegral": 8e-3}}
@@ -87,6 +88,7 @@ def test_restart(case):
         parts = fly(case.sub(f"{name}_parts"), ranks=2, Time={"nt": first}, **setup)
         parts.write("run.ini", merged(FLIGHT, {"Time": {"nt": steps}, **setup}))
         parts.run("run.ini", "--restart", ranks=2)
+        same_checkpoints(whole, whole.newest_checkpoint(), parts, parts.newest_checkpoint())
         for series in ("forces.t", "bending_left.t", "bending_right.t", "wing_right.t", "coupling_left.t"):
             check(whole.series(series).lines == parts.series(series).lines, f"{name}, {series}: the last digit")
 

@@ -56,7 +56,7 @@ class Shipped(InFolder):
         subprocess.run([TOOLS / "make_wings", str(self.folder)], check=True, capture_output=True,
                        env={"PATH": "/usr/bin:/bin", "PYTHON": sys.executable})
         names = sorted(path.name for path in self.folder.iterdir())
-        self.assertEqual(names, ["calliphora.h5", "calliphora_small.h5", "filament.h5", "plate.h5"])
+        self.assertEqual(names, ["beam.h5", "calliphora.h5", "calliphora_small.h5", "filament.h5", "plate.h5"])
         for name in names:
             new, old = contents(self.folder / name), contents(SOURCE / "wings" / name)
             self.assertEqual(sorted(map(str, new)), sorted(map(str, old)))

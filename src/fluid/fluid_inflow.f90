@@ -1,0 +1,76 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The inflow of a channel along y: a zone at the end of the periodic box in which the flow is forced to Poiseuille's
+!> parabola. What leaves the channel runs into the zone, which takes its vorticity away, and comes out as the inflow of
+!> the next round.
+!>
+!> The parabola grows from rest as (1 - cos(pi t/T))/2. All flow through the zone goes through every other section, so
+!> that its mean velocity is known, and is prescribed (fluid_mean_flow).
+module fluid_inflow
+  use base_constants, only: PI
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t
+  use fluid_penalty, only: penalty_t, COLOR_WALL
+  implicit none
+  private
+  public :: inflow_t, inflow_profile, inflow_growth
+
+  !> The penalized points with an inflow. Their u_s is the only one among the solids without motion that depends on time.
+  type :: inflow_t
+    real(rp), private :: growth = 1               !< the one that `penalty` has
+    integer, allocatable, private :: points(:)    !< entries of `penalty`
+    real(rp), allocatable, private :: velocity(:) !< their u_s along y when it has grown, L/T
+  contains
+    procedure :: init => inflow_init
+    procedure :: set => inflow_set
+  end type inflow_t
+
+contains
+
+  !> Finds the points of the inflow in `penalty`, which has its solids without motion and no overlay.
+  subroutine inflow_init(self, penalty)
+    class(inflow_t), intent(inout) :: self
+    type(penalty_t), intent(in) :: penalty
+    logical, allocatable :: flows(:)
+    integer :: n, i
+    n = penalty%n_points
+    allocate (flows(n))
+    flows = penalty%color(1:n) == COLOR_WALL .and. penalty%us(2, 1:n) > 0
+    self%points = pack([(i, i=1, n)], flows)
+    self%velocity = penalty%us(2, self%points)
+    self%growth = 1
+  end subroutine inflow_init
+
+  !> Gives the points their u_s at `time`.
+  subroutine inflow_set(self, params, time, penalty)
+    class(inflow_t), intent(inout) :: self
+    type(fluid_params_t), intent(in) :: params
+    real(rp), intent(in) :: time !< T
+    type(penalty_t), intent(inout) :: penalty
+    real(rp) :: growth
+    integer :: i
+    growth = inflow_growth(params, time)
+    if (abs(growth - self%growth) <= 0) return
+    do i = 1, size(self%points)
+      penalty%us(2, self%points(i)) = growth*self%velocity(i)
+    end do
+    self%growth = growth
+  end subroutine inflow_set
+
+  !> Velocity of the parabola at height `z`, over its mean; 0 in the wall.
+  pure real(rp) function inflow_profile(params, z) result(profile)
+    type(fluid_params_t), intent(in) :: params
+    real(rp), intent(in) :: z !< L
+    real(rp) :: height, s
+    height = params%channel_height()
+    s = modulo(z - params%pos_wall, params%grid%length(3))
+    profile = 6*max(0.0_rp, s*(height - s))/height**2
+  end function inflow_profile
+
+  !> Share of its velocity that the inflow has at `time` [T]: 0 to 1.
+  pure real(rp) function inflow_growth(params, time) result(growth)
+    type(fluid_params_t), intent(in) :: params
+    real(rp), intent(in) :: time
+    growth = 1
+    if (time < params%inflow_start) growth = 0.5_rp*(1 - cos(PI*max(0.0_rp, time)/params%inflow_start))
+  end function inflow_growth
+end module fluid_inflow
