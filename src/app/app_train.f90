@@ -170,7 +170,7 @@ contains
     do l = 1, size(trained%evaluations)
       if (trained%evaluations(l)%snaps > 0) &
         call self%log%say('warning   the wing snaps under '//self%settings%experiment%measurement%loads(l)%name// &
-                          ': the cost jumps, and intervals may not be found; leave this load out, or bend it less')
+                          ': the cost may jump there, and is hard to make small; bend it less, or leave this load out')
     end do
     text = outcome_lines(self%settings, self%search%space, trained, '')
     first = 1

@@ -2,7 +2,7 @@
 !> What a report of a training needs besides its outcome: the path of least squares, the profiles behind the intervals,
 !> scalar readings, and how each load was met. Parts of NAME_history.h5; tools/plot_training.py draws them.
 module app_train_details
-  use app_train_polish, only: trained_t
+  use app_train_polish, only: left_out_names, trained_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_errors, only: failure_t
@@ -38,7 +38,8 @@ contains
     if (trained%has_intervals) then
       call file%make_group('/profiles', failure)
       do i = 1, size(trained%intervals)
-        call write_profile(file, '/profiles/'//trim(space%names(i)), trained%intervals(i), space%is_log(i), failure)
+        call write_profile(file, '/profiles/'//trim(space%names(i)), trained%intervals(i), space%is_log(i), &
+                           left_out_names(settings%experiment, trained, i), failure)
       end do
     end if
     do l = 1, size(trained%evaluations)
@@ -63,9 +64,10 @@ contains
   end subroutine write_ends
 
   !> Rows of values tried, in their units and in ascending order, and the sum of squares above its minimum.
-  subroutine write_profile(file, name, interval, is_log, failure)
+  subroutine write_profile(file, name, interval, is_log, left_out, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
+    character(*), intent(in) :: left_out !< names of the loads that do not count
     type(interval_t), intent(in) :: interval
     logical, intent(in) :: is_log
     type(failure_t), intent(inout) :: failure
@@ -80,7 +82,10 @@ contains
       if (is_log) rows(1, i) = exp(rows(1, i))
     end do
     call put_table(file, name, rows, 'value chi2_above_minimum', failure)
-    if (size(rows) > 0) call put_attribute(file, name, 'is_complete', merge(1, 0, interval%is_complete), failure)
+    if (size(rows) == 0) return
+    call put_attribute(file, name, 'is_complete', merge(1, 0, interval%is_complete), failure)
+    call put_attribute(file, name, 'is_jump', merge([1, 1], [0, 0], interval%is_jump), failure)
+    if (left_out /= '') call put_attribute(file, name, 'left_out', left_out, failure)
   end subroutine write_profile
 
   !> Attributes of a load with heights: what it was, and how it was met.

@@ -145,33 +145,42 @@ contains
     order = sorting_order(keys)
   end function longest_first
 
-  !> All loads at one point with derivatives and shapes(3, n_all, loads) [m], warm from `starts` where `is_start`.
-  !> If the crew is stopped afterwards they are not complete, and not solved. On rank 0.
-  subroutine full_results(experiment, crew, coordinates, is_start, starts, evaluations, shapes)
+  !> All loads at one point with derivatives and shapes(3, n_all, loads) [m], warm from `starts` where `is_start`. Those
+  !> that are left out are not solved; their shapes are `starts`. If the crew is stopped afterwards they are not complete, and not solved. On rank 0.
+  subroutine full_results(experiment, crew, coordinates, is_start, starts, evaluations, shapes, &
+                          is_left_out)
     type(experiment_t), intent(in) :: experiment
     type(train_crew_t), intent(inout) :: crew
     real(rp), intent(in) :: coordinates(:), starts(:, :, :)
     logical, intent(in) :: is_start(:)
+    logical, intent(in), optional :: is_left_out(:)
     type(evaluation_t), allocatable, intent(out) :: evaluations(:)
     real(rp), allocatable, intent(out) :: shapes(:, :, :)
     real(rp), allocatable :: inputs(:, :), outputs(:, :), seconds(:)
-    integer, allocatable :: statuses(:)
-    integer :: l, m, n, n_loads
+    integer, allocatable :: statuses(:), loads(:)
+    integer :: k, l, m, n, n_loads
     n_loads = size(is_start)
-    allocate (inputs(size(task_input(coordinates, 1, .true., .true.)), n_loads))
-    allocate (outputs(full_size(experiment), n_loads), seconds(n_loads), statuses(n_loads))
-    allocate (evaluations(n_loads), shapes(size(starts, 1), size(starts, 2), n_loads))
+    loads = [(l, l=1, n_loads)]
+    if (present(is_left_out)) loads = pack(loads,.not. is_left_out)
+    n = size(loads)
+    allocate (inputs(size(task_input(coordinates, 1, .true., .true.)), n))
+    allocate (outputs(full_size(experiment), n), seconds(n), statuses(n))
+    allocate (evaluations(n_loads))
+    shapes = starts
     do l = 1, n_loads
-      inputs(:, l) = task_input(coordinates, l, is_start(l), .true.)
       call evaluations(l)%init(experiment, l, .true.)
     end do
-    call crew%run_full(reshape(starts, [size(starts)]), [(l, l=1, n_loads)], inputs, outputs, statuses, seconds)
+    do k = 1, size(loads)
+      inputs(:, k) = task_input(coordinates, loads(k), is_start(loads(k)), .true.)
+    end do
+    call crew%run_full(reshape(starts, [size(starts)]), [(k, k=1, n)], inputs, outputs, statuses, seconds)
     n = size(shapes, 1)*size(shapes, 2)
-    do l = 1, n_loads
+    do k = 1, size(loads)
+      l = loads(k)
       m = evaluations(l)%count_reals()
-      call evaluations(l)%from_reals(outputs(:m, l))
-      evaluations(l)%is_solved = evaluations(l)%is_solved .and. statuses(l) == 0
-      shapes(:, :, l) = reshape(outputs(m + 1:m + n, l), shape(shapes(:, :, l)))
+      call evaluations(l)%from_reals(outputs(:m, k))
+      evaluations(l)%is_solved = evaluations(l)%is_solved .and. statuses(k) == 0
+      shapes(:, :, l) = reshape(outputs(m + 1:m + n, k), shape(shapes(:, :, l)))
     end do
   end subroutine full_results
 end module app_train_objective

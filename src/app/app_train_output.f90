@@ -5,7 +5,7 @@ module app_train_output
   use app_instrument, only: instrument_lines
   use app_train_details, only: put_table, write_details
   use app_train_history, only: train_history_t
-  use app_train_polish, only: trained_t
+  use app_train_polish, only: interval_sentence, trained_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use app_wing_fragment, only: wing_lines
@@ -16,7 +16,6 @@ module app_train_output
   use base_text_file, only: write_text
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
-  use measurement_profile, only: profile_sentence
   use solid_params, only: membrane_note, solid_params_t
   implicit none
   private
@@ -61,8 +60,7 @@ contains
     text = prefix//trim(line)//NL
     do i = 1, size(trained%values)
       if (trained%has_intervals) then
-        text = text//prefix//profile_sentence(trim(space%names(i)), trim(space%units(i)), space%is_log(i), &
-                                              trained%intervals(i))//NL
+        text = text//prefix//interval_sentence(settings%experiment, space, trained, i)//NL
       else if (trained%is_polished) then
         write (line, '(es13.6,a,es9.2)') trained%values(i), ' '//trim(space%units(i))//', predicted sd '// &
           trim(merge('of the logarithm', '                ', space%is_log(i))), trained%posterior%sd(i)

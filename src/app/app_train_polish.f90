@@ -19,7 +19,7 @@ module app_train_polish
   use measurement_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
   implicit none
   private
-  public :: crew_problem_t, trained_t, polish_points, make_unknowns
+  public :: crew_problem_t, trained_t, polish_points, make_unknowns, interval_sentence, left_out_names
 
   !> The problem of least squares whose loads are solved by the crew.
   type, extends(wing_problem_t) :: crew_problem_t
@@ -41,6 +41,7 @@ module app_train_polish
     type(posterior_t) :: posterior
     logical :: has_intervals = .false.
     type(interval_t), allocatable :: intervals(:)
+    logical, allocatable :: is_left_out(:, :) !< (loads, unknowns) the load does not count in the interval, as it jumps
     logical :: is_solved = .false.           !< all shapes were found cold, and lie in no excluded zone
     type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the cold solution
     real(rp) :: h = 0                        !< [m] of the cold solution
@@ -59,7 +60,7 @@ contains
     real(rp), allocatable :: shapes(:, :, :)
     call self%crew%look()
     call full_results(self%experiment, self%crew, p, self%is_start .and. .not. self%is_cold, self%shapes, &
-                      evaluations, shapes)
+                      evaluations, shapes, self%is_left_out)
     call move_alloc(evaluations, self%evaluations)
     call move_alloc(shapes, self%tried)
   end subroutine problem_run
@@ -124,7 +125,7 @@ contains
     if (trained%is_polished .and. trained%is_solved .and. settings%intervals) then
       problem%is_cold = trained%is_cold
       problem%is_start = .false.
-      call problem%run(trained%coordinates)
+      call problem%solve(trained%coordinates)
       call problem%accept()
       call find_intervals(settings, crew, problem, unknowns, space, log, trained)
     end if
@@ -188,7 +189,7 @@ contains
       else ! the search's own solution, warm from its mean
         problem%shapes = objective%shapes
         problem%is_start = objective%is_start
-        call problem%run(trained%coordinates)
+        call problem%solve(trained%coordinates)
         call problem%accept()
       end if
       call solve_cold(problem, trained)
@@ -221,7 +222,7 @@ contains
     trained%h = problem%experiment%cost(residuals)
   end subroutine solve_cold
 
-  !> 90 % intervals of all unknowns. A profile may find a lower sum of squares, which is said.
+  !> 90 % intervals of all unknowns, each from all loads but those that jump between its ends.
   subroutine find_intervals(settings, crew, problem, unknowns, space, log, trained)
     type(train_settings_t), intent(in) :: settings
     type(train_crew_t), intent(in) :: crew
@@ -230,22 +231,52 @@ contains
     type(search_space_t), intent(in) :: space
     type(train_log_t), intent(inout) :: log
     type(trained_t), intent(inout) :: trained
-    real(rp), allocatable :: shapes(:, :, :)
-    logical, allocatable :: is_start(:)
-    integer :: i
-    shapes = problem%shapes
-    is_start = problem%is_start
+    integer, parameter :: AT_END = 3
+    integer :: i, l
+    call problem%keep(AT_END)
     allocate (trained%intervals(size(trained%coordinates)))
+    allocate (trained%is_left_out(size(problem%is_left_out), size(trained%coordinates)))
     do i = 1, size(trained%coordinates)
-      problem%shapes = shapes
-      problem%is_start = is_start
+      call problem%go_back(AT_END)
+      problem%is_left_out = .false.
       call profile_interval(problem, unknowns, trained%coordinates, i, trained%posterior%sd(i), THRESHOLD_90, &
                             settings%fit, trained%intervals(i))
       if (crew%is_stopped) return
       trained%n_evaluations = trained%n_evaluations + trained%intervals(i)%n_evaluations
-      call log%say('          '//profile_sentence(trim(space%names(i)), trim(space%units(i)), space%is_log(i), &
-                                                  trained%intervals(i)))
+      trained%is_left_out(:, i) = problem%is_left_out
+      call log%say('          '//interval_sentence(settings%experiment, space, trained, i))
     end do
     trained%has_intervals = .true.
+    do l = 1, size(problem%is_left_out)
+      i = count(trained%is_left_out(l, :))
+      if (i > 0) call log%say('warning   the shape under '//settings%experiment%measurement%loads(l)%name// &
+                              ' jumps: '//number_text(i)//' of the intervals are from the other loads')
+    end do
   end subroutine find_intervals
+
+  !> What can be said about parameter i, and from which loads alone.
+  function interval_sentence(experiment, space, trained, i) result(sentence)
+    type(experiment_t), intent(in) :: experiment
+    type(search_space_t), intent(in) :: space
+    type(trained_t), intent(in) :: trained
+    integer, intent(in) :: i
+    character(:), allocatable :: sentence, names
+    sentence = profile_sentence(trim(space%names(i)), trim(space%units(i)), space%is_log(i), trained%intervals(i))
+    names = left_out_names(experiment, trained, i)
+    if (names /= '') sentence = sentence//'; without '//names//', where the shape snaps as the parameter moves'
+  end function interval_sentence
+
+  !> Names of the loads that do not count in interval i, with a blank between them; empty if all count.
+  function left_out_names(experiment, trained, i) result(names)
+    type(experiment_t), intent(in) :: experiment
+    type(trained_t), intent(in) :: trained
+    integer, intent(in) :: i
+    character(:), allocatable :: names
+    integer :: l
+    names = ''
+    do l = 1, size(trained%is_left_out, 1)
+      if (trained%is_left_out(l, i)) names = names//' '//experiment%measurement%loads(l)%name
+    end do
+    names = trim(adjustl(names))
+  end function left_out_names
 end module app_train_polish

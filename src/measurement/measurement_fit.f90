@@ -23,11 +23,13 @@ module measurement_fit
     !> Rejected steps in a row after which the sum of squares is said to jump, as where a load stands at a fold, and the best
     !> point is taken for the minimum.
     integer :: most_rejections = huge(1)
+    logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see least_squares_t
   end type fit_options_t
 
   !> What came out. Everything belongs to the point p.
   type :: fit_report_t
     logical :: is_converged = .false.
+    logical :: has_jumped = .false.             !< it ended as the residuals jump: at the start, or wherever a step leads
     character(:), allocatable :: reason         !< why it ended
     real(rp), allocatable :: p(:)
     real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
@@ -51,11 +53,12 @@ contains
     type(fit_report_t), intent(out) :: report
     ! Of the sum of squares: its rounding, and the errors of residuals that come from iterations of their own.
     real(rp), parameter :: UNRESOLVED = 1.0e-13_rp, NOISE = 1.0e-8_rp
+    integer, parameter :: MOST_JUMPS = 6 ! in a row; the step is then 1/64 of the first that met one
     real(rp), allocatable :: residuals(:), jacobian(:, :), p(:), scale(:), d(:), triangle(:, :)
     integer, allocatable :: free(:)
     real(rp) :: damping, growth, radius, predicted, actual, ratio
     logical :: is_valid
-    integer :: iteration, n, m, rejections
+    integer :: iteration, n, m, rejections, jumps
 
     n = size(start)
     m = problem%n_residuals
@@ -65,6 +68,8 @@ contains
     allocate (scale(n), source=0.0_rp)
     report%p = max(unknowns%lower, min(unknowns%upper, start))
     call problem%evaluate(report%p, report%residuals, report%jacobian, is_valid)
+    if (options%is_smooth) report%has_jumped = problem%has_jumped()
+    is_valid = is_valid .and. .not. report%has_jumped
     report%n_evaluations = 1
     report%reason = 'the start is not valid'
     allocate (report%is_at_bound(n), source=.false.)
@@ -76,6 +81,7 @@ contains
     damping = options%damping
     growth = 2
     rejections = 0
+    jumps = 0
     radius = options%largest_step
     report%reason = 'too many steps were tried'
     do iteration = 1, options%most_iterations
@@ -101,6 +107,15 @@ contains
       end if
       call try_point(problem, unknowns, report, p, residuals, jacobian, is_valid, actual)
       ratio = -1
+      if (options%is_smooth) then
+        jumps = merge(jumps + 1, 0, problem%has_jumped())
+        is_valid = is_valid .and. jumps == 0
+        if (jumps >= MOST_JUMPS) then
+          report%reason = 'the sum of squares jumps wherever a step leads'
+          report%has_jumped = .true.
+          exit
+        end if
+      end if
       if (is_valid) ratio = actual/predicted
       ! Reductions that the sum of squares cannot resolve are believed.
       if (is_valid .and. max(predicted, -actual) <= UNRESOLVED*(report%chi2 + report%prior_chi2)) ratio = 1

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A sum of squares to be minimised, as its solvers see it: residuals and their derivatives at a point.
 module measurement_least_squares
+  use base_errors, only: require
   use base_kinds, only: rp
   implicit none
   private
@@ -12,6 +13,10 @@ module measurement_least_squares
   contains
     procedure(evaluate_interface), deferred :: evaluate
     procedure :: accept => least_squares_accept
+    procedure :: keep => least_squares_keep
+    procedure :: go_back => least_squares_go_back
+    procedure :: has_jumped => least_squares_has_jumped
+    procedure :: leave_out => least_squares_leave_out
   end type least_squares_t
 
   abstract interface
@@ -45,6 +50,34 @@ contains
     class(least_squares_t), intent(inout) :: self
     self%n_residuals = self%n_residuals
   end subroutine least_squares_accept
+
+  !> The problem keeps where the solver stands in `slot`, 1 to 3, so that it can go back there.
+  subroutine least_squares_keep(self, slot)
+    class(least_squares_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    call require(any(slot == [1, 2, 3]) .and. self%n_residuals >= 0, 'least_squares_t: slot 1 to 3')
+  end subroutine least_squares_keep
+
+  !> The solver stands again where it stood when `keep` was called with this slot.
+  subroutine least_squares_go_back(self, slot)
+    class(least_squares_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    call require(any(slot == [1, 2, 3]) .and. self%n_residuals >= 0, 'least_squares_t: slot 1 to 3')
+  end subroutine least_squares_go_back
+
+  !> Whether residuals of the last evaluation are not those to which the ones where the solver stands lead smoothly.
+  logical function least_squares_has_jumped(self) result(has_jumped)
+    class(least_squares_t), intent(in) :: self
+    has_jumped = self%n_residuals < 0
+  end function least_squares_has_jumped
+
+  !> From now on the data whose residuals jumped in the last evaluation count no more. Not `is_done` if there are none
+  !> or no others.
+  subroutine least_squares_leave_out(self, is_done)
+    class(least_squares_t), intent(inout) :: self
+    logical, intent(out) :: is_done
+    is_done = self%n_residuals < 0
+  end subroutine least_squares_leave_out
 
   !> n free unknowns without bounds and priors.
   subroutine unknowns_init(self, n)

@@ -4,7 +4,12 @@
 !>
 !> Every load is solved warm from its own shape at the point where the solver stands (see `accept`), so that results
 !> do not depend on how loads are spread: an extension that computes them elsewhere overrides `run`.
+!>
+!> Where the wing snaps, the shape under a load jumps as a parameter moves (see solid_statics). A load has jumped if its
+!> shape was not reached straight from the one before and its residuals changed by far more than their derivatives
+!> say. Such loads can be left out.
 module measurement_problem
+  use base_errors, only: require
   use base_kinds, only: rp
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -14,7 +19,19 @@ module measurement_problem
   private
   public :: wing_problem_t, wing_unknowns
 
+  !> A jump is at least so long, in units of the residuals' sd: far less than what moves the sum of squares by 1.
+  real(rp), parameter :: SHORTEST_JUMP = 0.3_rp
+  real(rp), parameter :: CURVED = 5 !< a change so many times that of the derivatives may still be a smooth one
+
   real(rp), parameter, public :: ONE_DECADE = 2.302585092994046_rp !< ln 10, sd of the usual prior
+
+  !> Where a solver stands.
+  type :: stand_t
+    real(rp), allocatable :: p(:)                      !< not allocated: nowhere yet
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: shapes(:, :, :)
+    logical, allocatable :: is_start(:)
+  end type stand_t
 
   type, extends(least_squares_t) :: wing_problem_t
     type(experiment_t), pointer :: experiment => null()
@@ -22,14 +39,23 @@ module measurement_problem
     real(rp), allocatable :: shapes(:, :, :)           !< (3, n_all, loads) [m] where the solver stands
     real(rp), allocatable :: tried(:, :, :)            !< those of the last point
     logical, allocatable :: is_start(:)                !< (loads) `shapes` is the start of a warm solution
+    logical, allocatable :: is_left_out(:)             !< (loads) its residuals are 0, whatever the shape
     integer :: n_factorisations = 0
+    real(rp), allocatable, private :: p(:)             !< the last point
+    type(stand_t), private :: here, kept(3)
     type(evaluation_work_t), private :: work
   contains
     procedure :: init => problem_init
     procedure :: free => problem_free
     procedure :: run => problem_run
+    procedure :: solve => problem_solve
     procedure :: evaluate => problem_evaluate
     procedure :: accept => problem_accept
+    procedure :: keep => problem_keep
+    procedure :: go_back => problem_go_back
+    procedure :: has_jumped => problem_has_jumped
+    procedure :: leave_out => problem_leave_out
+    procedure, private :: is_jump => problem_is_jump
     procedure :: cold_difference => problem_cold_difference
   end type wing_problem_t
 
@@ -50,7 +76,7 @@ contains
     end do
     allocate (self%shapes(3, experiment%model%n_all, n_loads), source=0.0_rp)
     allocate (self%tried, source=self%shapes)
-    allocate (self%is_start(n_loads), source=.false.)
+    allocate (self%is_start(n_loads), self%is_left_out(n_loads), source=.false.)
     call self%work%init(experiment)
   end subroutine problem_init
 
@@ -58,19 +84,31 @@ contains
   subroutine problem_free(self)
     class(wing_problem_t), intent(inout) :: self
     call self%work%free()
-    if (allocated(self%evaluations)) deallocate (self%evaluations, self%shapes, self%tried, self%is_start)
+    self%here = stand_t()
+    self%kept = stand_t()
+    if (allocated(self%evaluations)) deallocate (self%evaluations, self%shapes, self%tried, self%is_start, &
+                                                 self%is_left_out)
   end subroutine problem_free
 
-  !> All loads at p: `evaluations` and `tried`, warm from `shapes` where `is_start`.
+  !> All loads that are not left out at p: `evaluations` and `tried`, warm from `shapes` where `is_start`.
   subroutine problem_run(self, p)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
     integer :: l
     do l = 1, size(self%evaluations)
       self%tried(:, :, l) = self%shapes(:, :, l)
+      if (self%is_left_out(l)) cycle
       call evaluate(self%experiment, self%work, p, l, self%is_start(l), self%tried(:, :, l), self%evaluations(l))
     end do
   end subroutine problem_run
+
+  !> Makes p the last point, whose `evaluations` and `tried` are then at hand.
+  subroutine problem_solve(self, p)
+    class(wing_problem_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    call self%run(p)
+    self%p = p
+  end subroutine problem_solve
 
   subroutine problem_evaluate(self, p, residuals, jacobian, is_valid)
     class(wing_problem_t), intent(inout) :: self
@@ -78,19 +116,21 @@ contains
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: is_valid
     integer :: l, k, first
-    call self%run(p)
+    call self%solve(p)
     residuals = 0
     jacobian = 0
     is_valid = .true.
     first = 0
     do l = 1, size(self%evaluations)
       associate (evaluation => self%evaluations(l), sigma => self%experiment%comparisons(l)%sigma)
-        is_valid = is_valid .and. evaluation%is_feasible()
-        self%n_factorisations = self%n_factorisations + evaluation%factorisations
-        do k = 1, size(sigma)
-          residuals(first + k) = evaluation%residuals(k)/sigma(k)
-          jacobian(first + k, :) = evaluation%jacobian(k, :)/sigma(k)
-        end do
+        if (.not. self%is_left_out(l)) then
+          is_valid = is_valid .and. evaluation%is_feasible()
+          self%n_factorisations = self%n_factorisations + evaluation%factorisations
+          do k = 1, size(sigma)
+            residuals(first + k) = evaluation%residuals(k)/sigma(k)
+            jacobian(first + k, :) = evaluation%jacobian(k, :)/sigma(k)
+          end do
+        end if
         first = first + size(sigma)
       end associate
     end do
@@ -104,7 +144,67 @@ contains
     do l = 1, size(self%evaluations)
       self%is_start(l) = self%evaluations(l)%is_start
     end do
+    self%here%p = self%p
+    self%here%evaluations = self%evaluations
   end subroutine problem_accept
+
+  !> See `least_squares_t`.
+  subroutine problem_keep(self, slot)
+    class(wing_problem_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    self%kept(slot) = self%here
+    self%kept(slot)%shapes = self%shapes
+    self%kept(slot)%is_start = self%is_start
+  end subroutine problem_keep
+
+  !> See `least_squares_t`.
+  subroutine problem_go_back(self, slot)
+    class(wing_problem_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    call require(allocated(self%kept(slot)%shapes), 'wing_problem_t: a slot that holds something')
+    self%here = self%kept(slot)
+    self%shapes = self%kept(slot)%shapes
+    self%is_start = self%kept(slot)%is_start
+  end subroutine problem_go_back
+
+  !> See `least_squares_t`.
+  logical function problem_has_jumped(self) result(has_jumped)
+    class(wing_problem_t), intent(in) :: self
+    integer :: l
+    has_jumped = .false.
+    do l = 1, size(self%evaluations)
+      has_jumped = has_jumped .or. self%is_jump(l)
+    end do
+  end function problem_has_jumped
+
+  !> Whether load l counts and jumped from where the solver stands to the last point, or has no shape there.
+  logical function problem_is_jump(self, l) result(is_jump)
+    class(wing_problem_t), intent(in) :: self
+    integer, intent(in) :: l
+    real(rp), allocatable :: change(:), expected(:)
+    is_jump = .false.
+    if (self%is_left_out(l) .or. .not. allocated(self%here%p)) return
+    associate (old => self%here%evaluations(l), new => self%evaluations(l), &
+               sigma => self%experiment%comparisons(l)%sigma)
+      if (self%is_start(l) .and. new%is_start .and. .not. new%was_redone_cold) return ! solved straight from there
+      is_jump = .not. new%is_solved
+      if (is_jump) return
+      change = (new%residuals - old%residuals)/sigma
+      expected = matmul(old%jacobian, self%p - self%here%p)/sigma
+      is_jump = norm2(change) > SHORTEST_JUMP + CURVED*norm2(expected)
+    end associate
+  end function problem_is_jump
+
+  !> See `least_squares_t`.
+  subroutine problem_leave_out(self, is_done)
+    class(wing_problem_t), intent(inout) :: self
+    logical, intent(out) :: is_done
+    logical :: jumped(size(self%evaluations))
+    integer :: l
+    jumped = [(self%is_jump(l), l=1, size(jumped))]
+    is_done = any(jumped) .and. .not. all(jumped .or. self%is_left_out)
+    if (is_done) self%is_left_out = jumped .or. self%is_left_out
+  end subroutine problem_leave_out
 
   !> Solves every load cold at p and compares with the shapes where the solver stands: the largest distance [m]
   !> of a point of the wing; huge if a shape is not found. The shapes stay as they are; what follows starts cold.
@@ -114,7 +214,7 @@ contains
     real(rp), intent(out) :: difference
     integer :: l
     self%is_start = .false.
-    call self%run(p)
+    call self%solve(p)
     difference = 0
     do l = 1, size(self%evaluations)
       if (.not. self%evaluations(l)%is_solved) difference = huge(difference)

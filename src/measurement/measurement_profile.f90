@@ -2,6 +2,11 @@
 !> Intervals by profile likelihood: one unknown is held at a value, all others are fitted again, and the interval is
 !> where the sum of squares stays within a threshold of its minimum.
 !>
+!> Where a sum of squares jumps, as where a load snaps, no value behind the jump can be compared with one in front of it:
+!> refits stay in front. If a jump stands between the minimum and an end, the data that jump are left out and the interval
+!> is found from the others: a smaller experiment, with a wider but honest interval. Where nothing can be left out the
+!> interval ends at the jump, and `is_jump` says so.
+!>
 !> The prior of the unknown itself is left out: what is returned is what the data say about it. Where the
 !> profile stays below the threshold up to the bound, there is no end on that side.
 module measurement_profile
@@ -22,6 +27,8 @@ module measurement_profile
     real(rp) :: best = 0                      !< where the sum of squares without the prior is smallest
     real(rp) :: lower = 0, upper = 0          !< ends; bounds of the box where there is none
     logical :: has_lower = .false., has_upper = .false.
+    logical :: is_jump(2) = .false.           !< the lower, the upper end is where the sum of squares jumps, or what is
+    !< valid ends
     logical :: is_complete = .false.          !< the search of both ends came to its end
     integer :: n_refits = 0, n_evaluations = 0
     real(rp), allocatable :: profile(:, :)    !< (2, :) values tried, in that order, and the sum of squares above its
@@ -42,54 +49,70 @@ contains
     type(fit_options_t), intent(in) :: options
     type(interval_t), intent(out) :: interval
     real(rp), intent(in), optional :: slope(:)
+    integer, parameter :: BEST_SLOT = 1, INSIDE_SLOT = 2 ! slots of the problem; 3 is the caller's
     type(unknowns_t) :: others
     type(fit_options_t) :: refits
     type(fit_report_t) :: report
     real(rp), allocatable :: best(:)
     real(rp) :: least
-    logical :: is_lower_found, is_upper_found, found_better
-    integer :: attempt
+    logical :: is_found(2), found_better, is_less
     others = unknowns
     others%prior_sd(i) = 0
-    call fit(problem, others, p, options, report)
-    interval%n_refits = 1
-    interval%n_evaluations = report%n_evaluations
-    if (.not. report%is_converged .and. report%n_accepted == 0) then
+    refits = options
+    refits%is_smooth = .true.
+    call problem%keep(BEST_SLOT)
+    do
+      others%is_fixed(i) = unknowns%is_fixed(i)
+      refits%reduction_tolerance = options%reduction_tolerance
+      call refit(p)
+      is_less = .false.
+      if (report%has_jumped) call problem%leave_out(is_less)
+      if (.not. is_less) call find_both_ends()
+      if (.not. is_less) exit
+      call problem%go_back(BEST_SLOT)
+      interval = interval_t(n_refits=interval%n_refits, n_evaluations=interval%n_evaluations)
+    end do
+
+  contains
+
+    !> The interval about the point that was just fitted. `is_less`: data were left out, and all has to be found again.
+    subroutine find_both_ends()
+      integer :: attempt
       allocate (interval%profile(2, 0))
       interval%best = p(i)
       interval%lower = unknowns%lower(i)
       interval%upper = unknowns%upper(i)
-      return
-    end if
-    best = report%p
-    least = report%chi2 + report%prior_chi2
-    refits = options
-    if (least > 0) refits%reduction_tolerance = max(options%reduction_tolerance, RESOLUTION*threshold/least)
-    others%is_fixed(i) = .true.
-    is_lower_found = .false.
-    is_upper_found = .false.
-    do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
-      interval%best = best(i)
-      interval%profile = reshape([best(i), 0.0_rp], [2, 1])
-      call find_end(-1, interval%lower, interval%has_lower, is_lower_found, found_better)
-      if (found_better) cycle
-      call find_end(1, interval%upper, interval%has_upper, is_upper_found, found_better)
-      if (.not. found_better) exit
-    end do
-    interval%is_complete = is_lower_found .and. is_upper_found .and. .not. found_better
-
-  contains
+      if (.not. report%is_converged .and. report%n_accepted == 0) return
+      best = report%p
+      least = report%chi2 + report%prior_chi2
+      refits%reduction_tolerance = max(options%reduction_tolerance, RESOLUTION*threshold/(least + threshold))
+      others%is_fixed(i) = .true.
+      is_found = .false.
+      do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
+        call problem%keep(BEST_SLOT)
+        interval%best = best(i)
+        interval%profile = reshape([best(i), 0.0_rp], [2, 1])
+        call find_end(-1, interval%lower, interval%has_lower, interval%is_jump(1), is_found(1), found_better)
+        if (is_less) return
+        if (found_better) cycle
+        call problem%go_back(BEST_SLOT)
+        call find_end(1, interval%upper, interval%has_upper, interval%is_jump(2), is_found(2), found_better)
+        if (is_less) return
+        if (.not. found_better) exit
+      end do
+      interval%is_complete = all(is_found) .and. .not. found_better
+    end subroutine find_both_ends
 
     !> The end of the interval in this direction: the root of w(x) = sqrt(sum of squares - least), which grows linearly
     !> for linear problems, at sqrt(threshold). A lower sum of squares on the way becomes the new minimum.
-    subroutine find_end(direction, end, has_end, is_found, found_better)
+    subroutine find_end(direction, end, has_end, is_jump, is_found, found_better)
       integer, intent(in) :: direction
       real(rp), intent(out) :: end
-      logical, intent(out) :: has_end, is_found, found_better
+      logical, intent(out) :: has_end, is_jump, is_found, found_better
       real(rp) :: inside, outside, w_inside, w_outside, x, w, goal, bound, room
-      real(rp), allocatable :: at(:), at_inside(:)
+      real(rp), allocatable :: at(:), at_inside(:), at_outside(:)
       logical :: has_outside, is_stuck
-      integer :: n
+      integer :: n, n_same ! points in a row on the same side of the end, but for the first: inside > 0, outside < 0
       goal = sqrt(threshold)
       bound = merge(others%upper(i), others%lower(i), direction > 0)
       inside = best(i)
@@ -99,12 +122,15 @@ contains
       w_outside = 0
       has_outside = .false.
       has_end = .false.
+      is_jump = .false.
       is_found = .true.
       found_better = .false.
       is_stuck = .false.
+      n_same = 0
       end = bound
       room = abs(bound - inside)
       if (.not. room > 0) return
+      call problem%keep(INSIDE_SLOT)
       x = max(min(sd*goal, 2*max(options%largest_step, 1.0_rp)*others%unit(i)), 1.0e-6_rp*min(room, others%unit(i)))
       x = inside + direction*min(room, x)
       do n = 1, MOST_REFITS
@@ -114,9 +140,12 @@ contains
         if (abs(inside - best(i)) > 0) at = best + (at_inside - best)*((x - best(i))/(inside - best(i)))
         at(i) = x
         others%is_fixed(i) = .true.
-        call fit(problem, others, at, refits, report)
-        interval%n_refits = interval%n_refits + 1
-        interval%n_evaluations = interval%n_evaluations + report%n_evaluations
+        call problem%go_back(INSIDE_SLOT)
+        call refit(at)
+        if (report%has_jumped .and. report%n_accepted > 0) then ! a jump keeps the others from their minimum
+          call problem%leave_out(is_less)
+          if (is_less) return
+        end if
         w = huge(w)
         if (report%is_converged .or. report%n_accepted > 0) then
           w = report%chi2 + report%prior_chi2 - least
@@ -137,35 +166,52 @@ contains
         if (w < goal) then
           if (.not. abs(x - bound) > 0) return ! inside up to the bound: no end
           is_stuck = has_outside .and. .not. abs(outside - x) > 1.0e-3_rp*abs(x - best(i))
+          if (has_outside) n_same = max(0, n_same) + 1
           inside = x
           w_inside = w
           at_inside = report%p
+          call problem%keep(INSIDE_SLOT)
         else
           is_stuck = .not. abs(x - inside) > 1.0e-3_rp*abs(x - best(i))
+          if (has_outside) n_same = min(0, n_same) - 1
           outside = x
+          at_outside = at
           w_outside = w
           has_outside = .true.
         end if
-        if (is_stuck) then ! the profile jumps, as at the edge of what is valid
+        if (is_stuck) then ! the sum of squares jumps, or what is valid ends
+          call problem%go_back(INSIDE_SLOT)
+          call refit(at_outside)
+          if (report%has_jumped) call problem%leave_out(is_less)
+          if (is_less) return
           end = outside
           has_end = .true.
+          is_jump = .true.
           return
         end if
-        x = next_point(inside, w_inside, outside, w_outside, has_outside, goal, best(i), bound, direction)
+        x = next_point(inside, w_inside, outside, w_outside, has_outside, abs(n_same) > 2, goal, best(i), bound, &
+                       direction)
       end do
       is_found = .false.
       if (has_outside) end = outside
       has_end = has_outside
     end subroutine find_end
 
+    subroutine refit(start)
+      real(rp), intent(in) :: start(:)
+      call fit(problem, others, start, refits, report)
+      interval%n_refits = interval%n_refits + 1
+      interval%n_evaluations = interval%n_evaluations + report%n_evaluations
+    end subroutine refit
+
   end subroutine profile_interval
 
   !> Where to look for the end next: by the straight line through the last two points, kept inside the bracket, or
-  !> farther out while there is none.
-  pure real(rp) function next_point(inside, w_inside, outside, w_outside, has_outside, goal, best, bound, direction) &
-    result(x)
+  !> farther out while there is none; in its middle if it `is_slow` to shrink.
+  pure real(rp) function next_point(inside, w_inside, outside, w_outside, has_outside, is_slow, goal, best, bound, &
+                                    direction) result(x)
     real(rp), intent(in) :: inside, w_inside, outside, w_outside, goal, best, bound
-    logical, intent(in) :: has_outside
+    logical, intent(in) :: has_outside, is_slow
     integer, intent(in) :: direction
     real(rp) :: share, factor
     if (.not. has_outside) then
@@ -175,7 +221,7 @@ contains
       if (direction*(x - bound) > 0) x = bound
     else
       share = 0.5_rp
-      if (w_outside < 1.0e3_rp*goal) share = (goal - w_inside)/(w_outside - w_inside)
+      if (w_outside < 1.0e3_rp*goal .and. .not. is_slow) share = (goal - w_inside)/(w_outside - w_inside)
       x = inside + max(0.05_rp, min(0.95_rp, share))*(outside - inside)
     end if
   end function next_point
@@ -202,6 +248,8 @@ contains
       return
     end if
     if (.not. interval%is_complete) sentence = sentence//' (the search did not come to its end)'
+    if (interval%is_jump(1)) sentence = sentence//' (the lower end is where shapes jump or end, not where they fit no more)'
+    if (interval%is_jump(2)) sentence = sentence//' (the upper end is where shapes jump or end, not where they fit no more)'
 
   contains
 
