@@ -217,6 +217,11 @@ contains
                   'triangles and no vein goes across')
     call squares([2, 4], [5, 7])
     call w%refuse('/: point 5 and 2 more hang on point 4 alone')
+    call squares([3, 4]) ! two parts that meet at 4 and at 7: together they turn about 4
+    call w%reals('/points', [3, 9], 1.0e-4_rp*real([0, 0, 0, 10, 0, 0, 0, 10, 0, 10, 10, 0, 20, 10, 0, 18, 13, 0, 20, 20, 0, &
+                                                    13, 18, 0, 10, 20, 0], rp))
+    call w%integers('/triangles', [3, 6], [1, 2, 4, 1, 4, 3, 4, 5, 6, 5, 7, 6, 4, 8, 9, 8, 7, 9])
+    call w%refuse('/: point 5 and 4 more hang on point 4 alone')
     call squares([1, 4, 7])
     call w%accept('squares that meet at a point with a vein across', wing)
     call squares([3, 4], [4, 5])
