@@ -11,13 +11,16 @@ module solid_effect_gradient
 
 contains
 
-  !> Stations (points) of all points of a wing.
+  !> Stations (points) of all points of a wing; without extent along x all are those of the root.
   pure function stations(wing) result(s)
     type(wing_t), intent(in) :: wing
     real(rp) :: s(size(wing%points, 2))
-    real(rp) :: root
+    real(rp) :: root, extent
+    s = -0.5_rp
+    extent = maxval(wing%points(1, :)) - minval(wing%points(1, :))
+    if (.not. extent > 0) return
     root = sum(wing%points(1, wing%root))/max(1, size(wing%root))
-    s = (wing%points(1, :) - root)/(maxval(wing%points(1, :)) - minval(wing%points(1, :))) - 0.5_rp
+    s = (wing%points(1, :) - root)/extent - 0.5_rp
   end function stations
 
   !> Factor on E at a station; exactly 1 for g = 0.

@@ -1,9 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Makes the elements of a wing's model and gives them their places in the matrix.
 module solid_elements
-  use base_errors, only: failure_t
   use base_kinds, only: rp
-  use base_text, only: number_text
   use solid_edges, only: edges_t
   use solid_effect_torsion, only: twist_t
   use solid_extension, only: extensions_t, SPRING_VEIN, SPRING_MEMBRANE, SPRING_CROSS
@@ -16,7 +14,7 @@ module solid_elements
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: make_springs, make_hinges, make_plate, link_elements, find_flatness, point_weights
+  public :: make_springs, make_hinges, make_plate, link_elements, point_weights
 
 contains
 
@@ -230,49 +228,6 @@ contains
       end do
     end subroutine add_pairs
   end subroutine link_elements
-
-  !> The unit normal of the reference plane; fails if the membrane or a bent vein does not lie in it.
-  subroutine find_flatness(wing, plans, normal, failure)
-    type(wing_t), intent(in) :: wing
-    type(hinge_plan_t), intent(in) :: plans(:)
-    real(rp), intent(out) :: normal(3)
-    type(failure_t), intent(inout) :: failure
-    real(rp), parameter :: FLAT = 1.0e-6_rp
-    real(rp) :: e(3), f(3), turn(3), extent
-    integer :: t, i, h
-    normal = wing%plane_normal/norm2(wing%plane_normal)
-    if (size(wing%triangles, 2) > 0) then
-      normal = 0
-      extent = 0
-      associate (x => wing%points, tri => wing%triangles)
-        do t = 1, size(tri, 2)
-          normal = normal + cross(x(:, tri(2, t)) - x(:, tri(1, t)), x(:, tri(3, t)) - x(:, tri(1, t)))
-          extent = max(extent, norm2(x(:, tri(1, t)) - x(:, tri(1, 1))))
-        end do
-        normal = normal/norm2(normal)
-        do t = 1, size(tri, 2)
-          do i = 1, 3
-            if (abs(dot_product(normal, x(:, tri(i, t)) - x(:, tri(1, 1)))) > FLAT*extent) then
-              call failure%raise('the unloaded membrane must be flat, point '//number_text(tri(i, t))// &
-                                 ' is not in its plane')
-              return
-            end if
-          end do
-        end do
-      end associate
-    end if
-    do h = 1, size(plans)
-      if (any(plans(h)%nodes > size(wing%points, 2))) cycle ! straight by construction
-      e = wing%points(:, plans(h)%nodes(2)) - wing%points(:, plans(h)%nodes(1))
-      f = wing%points(:, plans(h)%nodes(3)) - wing%points(:, plans(h)%nodes(2))
-      turn = cross(e, f)/(norm2(e)*norm2(f))
-      if (norm2(turn - dot_product(turn, normal)*normal) > FLAT) then
-        call failure%raise('the veins at point '//number_text(plans(h)%nodes(2))// &
-                           ' bend out of the plane of the wing')
-        return
-      end if
-    end do
-  end subroutine find_flatness
 
   !> Share of every movable point in the surface, or in the length of a structure without membrane,
   !> mean 1, at least 0.1.

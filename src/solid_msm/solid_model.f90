@@ -11,8 +11,9 @@ module solid_model
   use solid_edges, only: edges_t, make_edges
   use solid_effect_camber, only: arch_energy, arch_gradient
   use solid_effect_torsion, only: bow_evaluate, make_twists, twist_evaluate, twist_t
-  use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, find_flatness, point_weights
+  use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, point_weights
   use solid_extension, only: extensions_t, extension_energy, extension_gradient, tension_energy, tension_gradient
+  use solid_flatness, only: find_flatness
   use solid_hinge, only: hinge_t, hinge_evaluate, HINGE_NODES
   use solid_junctions, only: hinge_plan_t, plan_hinges
   use solid_layout, only: hinge_in_vein, layout_t, make_layout
@@ -68,7 +69,7 @@ contains
     type(edges_t) :: edges
     real(rp), allocatable :: ghosts(:, :)
     real(rp) :: normal(3), centre(3)
-    integer :: stray, i, n_diameters, n_twists
+    integer :: stray, raised, bent, i, n_diameters, n_twists
 
     self%params = params
     self%n_points = size(wing%points, 2)
@@ -83,7 +84,12 @@ contains
                          "' fits no two vein segments that meet in one point")
       return
     end if
-    call find_flatness(wing, self%plans, normal, failure)
+    call find_flatness(wing, self%plans, normal, raised, bent) ! the reader of wing files has refused both
+    if (raised > 0) then
+      call failure%raise('the unloaded membrane must be flat, point '//number_text(raised)//' is not in its plane')
+    else if (bent > 0) then
+      call failure%raise('the veins at point '//number_text(bent)//' bend out of the plane of the wing')
+    end if
     if (failure%failed) return
     self%n_all = self%n_points + size(ghosts, 2)
     allocate (self%points(3, self%n_all))

@@ -1,12 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What a wing must satisfy before anything is computed with it: every number finite and of a possible
-!> size, every index valid, the triangles a surface, the veins along its edges, everything in one piece and
+!> size, every index valid, the triangles a flat surface, the veins along its edges, everything in one piece and
 !> held at the root. docs/wing-format.md lists the rules.
 module solid_wing_check
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
   use io_arrays, only: is_finite
+  use solid_flatness, only: find_flatness
+  use solid_junctions, only: hinge_plan_t, plan_hinges
+  use solid_sets, only: top, unite
   use solid_wing, only: wing_t, vein_t
+  use solid_wing_check_held, only: check_held
   use solid_wing_check_mesh, only: check_triangles, check_veins
   use solid_wing_edges, only: edge_table_t, triangle_edges, vein_segments
   use solid_wing_report, only: wing_report_t
@@ -43,7 +47,28 @@ contains
     else if (report%is_clean()) then
       call check_plane(wing, report)
     end if
+    if (report%is_clean()) call check_mechanics(wing, edges, segments, report)
   end subroutine check_wing
+
+  !> What the mechanics ask for: a flat wing, of which nothing hangs by one point.
+  subroutine check_mechanics(wing, edges, segments, report)
+    type(wing_t), intent(in) :: wing
+    type(edge_table_t), intent(in) :: edges, segments
+    type(wing_report_t), intent(inout) :: report
+    type(hinge_plan_t), allocatable :: plans(:)
+    real(rp), allocatable :: ghosts(:, :)
+    real(rp) :: normal(3)
+    integer :: stray, raised, bent
+    call plan_hinges(wing, plans, ghosts, stray)
+    call find_flatness(wing, plans, normal, raised, bent)
+    if (raised > 0) then
+      call report%add('/points', 'the unloaded membrane must be flat; point '//report%point(raised)// &
+                      ' lies farthest from its plane')
+    else if (bent > 0) then
+      call report%add('/points', 'the veins at point '//report%point(bent)//' bend out of the plane of the wing')
+    end if
+    call check_held(wing, edges, segments, plans, report)
+  end subroutine check_mechanics
 
   !> Finds the three points of a joint at one point inside a vein.
   subroutine joint_on_vein(veins, vein, node, object, nodes, report)
@@ -281,26 +306,6 @@ contains
     end do
     call report%finish()
   end subroutine check_connected
-
-  !> Joins the sets of two points; the smallest point is the top of its set.
-  subroutine unite(parent, a, b)
-    integer, intent(inout) :: parent(:)
-    integer, intent(in) :: a, b
-    integer :: i, j
-    i = top(parent, a)
-    j = top(parent, b)
-    parent(max(i, j)) = min(i, j)
-    parent(a) = min(i, j) ! shorter ways next time
-    parent(b) = min(i, j)
-  end subroutine unite
-
-  pure integer function top(parent, i)
-    integer, intent(in) :: parent(:), i
-    top = i
-    do while (parent(top) /= top)
-      top = parent(top)
-    end do
-  end function top
 
   !> A structure of veins is straight, or lies in the plane given.
   subroutine check_plane(wing, report)

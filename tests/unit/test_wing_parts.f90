@@ -16,6 +16,8 @@ program test_wing_parts
   call test_joints()
   call test_root()
   call test_beams()
+  call test_held()
+  call test_flat()
   call t%finish()
 
 contains
@@ -184,4 +186,119 @@ contains
     call w%reals('/points', [3, 0], [real(rp) ::])
     call w%refuse_any('/points: a wing has at least 2 points')
   end subroutine test_beams
+
+  !> Two squares of two triangles, 1-2-4-3 and 4-5-7-6, that share point 4; the first is clamped at 1 and 3. A vein runs
+  !> along 1-2, and others where the test says.
+  subroutine squares(nodes, more)
+    integer, intent(in) :: nodes(:)
+    integer, intent(in), optional :: more(:)
+    integer :: i
+    call w%sample(PATH)
+    call w%delete('/joints')
+    call w%reals('/points', [3, 7], 1.0e-3_rp*real([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0, 1, 2, 0, 2, 2, 0], rp))
+    call w%integers('/triangles', [3, 4], [1, 2, 4, 1, 4, 3, 4, 5, 7, 4, 7, 6])
+    call w%integers('/root/nodes', [2], [1, 3])
+    call w%delete('/veins/C')
+    call w%integers('/veins/A/nodes', [2], [1, 2])
+    call w%reals('/veins/A/diameters', [2], [1e-5_rp, 1e-5_rp])
+    call w%integers('/veins/B/nodes', [size(nodes)], nodes)
+    call w%reals('/veins/B/diameters', [size(nodes)], [(1e-5_rp, i=1, size(nodes))])
+    if (.not. present(more)) return
+    call w%group('/veins/C')
+    call w%integers('/veins/C/nodes', [size(more)], more)
+    call w%reals('/veins/C/diameters', [size(more)], [(1e-5_rp, i=1, size(more))])
+  end subroutine squares
+
+  !> A part that could turn about the single point by which it hangs.
+  subroutine test_held()
+    type(wing_t) :: wing
+    call squares([3, 4])
+    call w%refuse('/: point 5 and 2 more hang on point 4 alone, about which they can turn: no edge of two '// &
+                  'triangles and no vein goes across')
+    call squares([2, 4], [5, 7])
+    call w%refuse('/: point 5 and 2 more hang on point 4 alone')
+    call squares([3, 4]) ! two parts that meet at 4 and at 7: together they turn about 4
+    call w%reals('/points', [3, 9], 1.0e-4_rp*real([0, 0, 0, 10, 0, 0, 0, 10, 0, 10, 10, 0, 20, 10, 0, 18, 13, 0, 20, 20, 0, &
+                                                    13, 18, 0, 10, 20, 0], rp))
+    call w%integers('/triangles', [3, 6], [1, 2, 4, 1, 4, 3, 4, 5, 6, 5, 7, 6, 4, 8, 9, 8, 7, 9])
+    call w%refuse('/: point 5 and 4 more hang on point 4 alone')
+    call squares([1, 4, 7])
+    call w%accept('squares that meet at a point with a vein across', wing)
+    call squares([3, 4], [4, 5])
+    call w%accept('or with two veins that meet there', wing)
+    call squares([3, 4])
+    call w%integers('/root/nodes', [4], [1, 3, 5, 7])
+    call w%accept('or both clamped', wing)
+    call squares([3, 4])
+    call w%integers('/triangles', [3, 5], [1, 2, 4, 1, 4, 3, 4, 5, 7, 4, 7, 6, 4, 6, 3])
+    call w%accept('or with a triangle between them', wing)
+    call w%sample(PATH)
+    call w%delete('/joints')
+    call w%delete('/veins')
+    call w%integers('/root/nodes', [1], [1])
+    call w%refuse('/: point 2 and 7 more hang on point 1 alone')
+    call w%sample(PATH)
+    call w%integers('/root/nodes', [1], [1])
+    call w%accept('a wing that a single vein holds', wing)
+    call w%beam(PATH)
+    call w%integers('/root/nodes', [1], [2])
+    call w%refuse('/: point 1 and 2 more hang on point 2 alone')
+    call w%beam(PATH)
+    call w%integers('/root/nodes', [2], [1, 2])
+    call w%accept('a beam that is clamped at two points', wing)
+    call w%beam(PATH)
+    call w%integers('/veins/A/nodes', [2], [1, 2])
+    call w%reals('/veins/A/diameters', [2], [1e-5_rp, 1e-5_rp])
+    call w%group('/veins/B')
+    call w%integers('/veins/B/nodes', [3], [2, 3, 4])
+    call w%reals('/veins/B/diameters', [3], [1e-5_rp, 1e-5_rp, 1e-5_rp])
+    call w%accept('two veins that meet at a free point', wing)
+  end subroutine test_held
+
+  !> Membranes and veins that leave the plane, in files that count from 0.
+  subroutine test_flat()
+    real(rp) :: points(3, 7)
+    type(wing_t) :: wing
+    points = 1.0e-3_rp*reshape(real([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0, 1, 2, 0, 2, 2, 0], rp), [3, 7])
+    points(3, 5) = 1.0e-5_rp
+    call squares([0, 3, 6])
+    call from_zero()
+    call w%reals('/points', [3, 7], reshape(points, [21]))
+    call w%refuse('/points: the unloaded membrane must be flat; point 4 lies farthest from its plane')
+    call w%sample(PATH)
+    call w%reals('/points', [3, 9], 1.0e-3_rp*real([0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 1, 0, 2, 0, 1, 2, 0, &
+                                                    2, 2, 0], rp))
+    call w%refuse('/points: the unloaded membrane must be flat; point 6 lies farthest from its plane')
+    call w%sample(PATH) ! two rows of points, of which the middle of the second is raised
+    call w%delete('/joints')
+    call w%delete('/veins/C')
+    call w%integer_attribute('/', 'index_base', 0)
+    call w%reals('/points', [3, 6], 1.0e-3_rp*[0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 2.0_rp, 0.0_rp, 0.0_rp, &
+                                               0.0_rp, 1.0_rp, 0.0_rp, 1.0_rp, 1.0_rp, 0.1_rp, 2.0_rp, 1.0_rp, 0.0_rp])
+    call w%integers('/triangles', [3, 4], [0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4])
+    call w%integers('/veins/A/nodes', [3], [0, 1, 2])
+    call w%integers('/veins/B/nodes', [3], [3, 4, 5])
+    call w%integers('/root/nodes', [2], [0, 3])
+    call w%refuse('/points: the unloaded membrane must be flat; point 4 lies farthest from its plane')
+    points(3, 5) = 1.0e-10_rp
+    call squares([0, 3, 6])
+    call from_zero()
+    call w%reals('/points', [3, 7], reshape(points, [21]))
+    call w%accept('a membrane that is flat to 1e-7', wing)
+    call w%beam(PATH)
+    call w%integer_attribute('/', 'index_base', 0)
+    call w%integers('/veins/A/nodes', [4], [0, 1, 2, 3])
+    call w%integers('/root/nodes', [1], [0])
+    call w%reals('/points', [3, 4], [0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 1.1_rp, 0.0_rp, 2.0e-7_rp, &
+                                     3.0_rp, 0.0_rp, 0.0_rp])
+    call w%refuse('/points: the veins at point 2 bend out of the plane of the wing')
+  end subroutine test_flat
+
+  !> The squares with everything counted from 0.
+  subroutine from_zero()
+    call w%integer_attribute('/', 'index_base', 0)
+    call w%integers('/triangles', [3, 4], [0, 1, 3, 0, 3, 2, 3, 4, 6, 3, 6, 5])
+    call w%integers('/root/nodes', [2], [0, 2])
+    call w%integers('/veins/A/nodes', [2], [0, 1])
+  end subroutine from_zero
 end program test_wing_parts

@@ -11,6 +11,7 @@ program test_solid_beams
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params
   use solid_statics, only: solve_static, static_options_t, static_report_t
+  use solid_vectors, only: cross
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
@@ -295,19 +296,23 @@ contains
     end do
   end function arc
 
-  !> A beam at 37 degrees or along any other axis bends like one along x, in every plane.
+  !> A beam at 37 degrees or along y or z bends like one along x, in every plane.
   subroutine test_directions()
     integer, parameter :: N = 16
-    real(rp), parameter :: ANGLES(3) = [0.0_rp, 37.0_rp, 90.0_rp]
+    real(rp), parameter :: ANGLE = 37*PI/180
+    real(rp), parameter :: AXES(3, 4) = reshape([1.0_rp, 0.0_rp, 0.0_rp, cos(ANGLE), sin(ANGLE), 0.0_rp, &
+                                                 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 4])
     type(solid_model_t) :: model
     type(load_t) :: load
     type(static_report_t) :: report
     real(rp), allocatable :: u(:, :)
     real(rp) :: e(3), across(3, 2), w, first
     integer :: a, c
-    do a = 1, size(ANGLES)
-      e = [cos(ANGLES(a)*PI/180), sin(ANGLES(a)*PI/180), 0.0_rp]
-      across = reshape([0.0_rp, 0.0_rp, 1.0_rp, -e(2), e(1), 0.0_rp], [3, 2])
+    do a = 1, size(AXES, 2)
+      e = AXES(:, a)
+      across(:, 1) = [0.0_rp, 0.0_rp, 1.0_rp]
+      if (e(3) > 0) across(:, 1) = [1.0_rp, 0.0_rp, 0.0_rp]
+      across(:, 2) = cross(across(:, 1), e)
       do c = 1, 2
         call make_cantilever(N, 1.0_rp, 1.0_rp, 1.0e5_rp, e, model)
         call load%init(model)

@@ -1,0 +1,30 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Disjoint sets of the numbers 1 to n as a forest: parent(i) of a number, itself for the smallest one of a set.
+module solid_sets
+  implicit none
+  private
+  public :: unite, top
+
+contains
+
+  !> Joins the sets of two numbers; the smallest number is the top of its set.
+  pure subroutine unite(parent, a, b)
+    integer, intent(inout) :: parent(:)
+    integer, intent(in) :: a, b
+    integer :: i, j
+    i = top(parent, a)
+    j = top(parent, b)
+    parent(max(i, j)) = min(i, j)
+    parent(a) = min(i, j) ! shorter ways next time
+    parent(b) = min(i, j)
+  end subroutine unite
+
+  !> The smallest number in the set of i.
+  pure integer function top(parent, i)
+    integer, intent(in) :: parent(:), i
+    top = i
+    do while (parent(top) /= top)
+      top = parent(top)
+    end do
+  end function top
+end module solid_sets
