@@ -230,7 +230,7 @@ def draw_profile(axes, p):
         axes.set_xscale("log")
         room = (ends[1] / ends[0])**0.12
         axes.set_xlim(ends[0] / room, ends[1] * room)
-        if ends[1] / ends[0] > 100:
+        if ends[1] / ends[0] > 30:
             axes.xaxis.set_major_locator(LogLocator(10, numticks=6))
             axes.xaxis.set_minor_locator(NullLocator())
         else:
