@@ -29,7 +29,7 @@ module measurement_fit
   !> What came out. Everything belongs to the point p.
   type :: fit_report_t
     logical :: is_converged = .false.
-    logical :: has_jumped = .false.             !< it ended as the residuals jump: at the start, or wherever a step leads
+    logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
     character(:), allocatable :: reason         !< why it ended
     real(rp), allocatable :: p(:)
     real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
