@@ -142,7 +142,7 @@ contains
         others%is_fixed(i) = .true.
         call problem%go_back(INSIDE_SLOT)
         call refit(at)
-        if (report%has_jumped .and. report%n_accepted > 0) then ! a jump keeps the others from their minimum
+        if (report%has_jumped .and. report%n_evaluations > 1) then ! a jump keeps the others from their minimum
           call problem%leave_out(is_less)
           if (is_less) return
         end if
