@@ -83,7 +83,32 @@ contains
     call r%add_integer('CMAES', 'tolstagnation', 0, 'generations without progress that end a run; 0: by n and '// &
                        'lambda', min=0)
     call r%add_real('CMAES', 'condition_limit', 1.0e14_rp, 'of the covariance matrix', min=1.0_rp)
+    call register_strategy(r)
   end subroutine register_search
+
+  !> The constants that follow from n and lambda unless they are given; see docs/optimiser.md.
+  subroutine register_strategy(r)
+    type(registry_t), intent(inout) :: r
+    character(*), parameter :: AUTO = '; -1: by n and lambda'
+    call r%add_integer('CMAES', 'mu', 0, 'parents of a generation; 0: half of lambda', min=0, max=50000)
+    call r%add_real('CMAES', 'c_m', 1.0_rp, 'learning rate of the mean', above=0.0_rp, max=1.0_rp)
+    call r%add_real('CMAES', 'c_sigma', -1.0_rp, 'cumulation of the path of the step size'//AUTO, min=-1.0_rp, &
+                    max=1.0_rp)
+    call r%add_real('CMAES', 'd_sigma', -1.0_rp, 'damping of the step size'//AUTO//' and c_sigma', min=-1.0_rp)
+    call r%add_real('CMAES', 'c_c', -1.0_rp, 'cumulation of the path of the covariance'//AUTO, min=-1.0_rp, &
+                    max=1.0_rp)
+    call r%add_real('CMAES', 'c_1', -1.0_rp, 'learning rate of the rank-one update'//AUTO, min=-1.0_rp, max=1.0_rp)
+    call r%add_real('CMAES', 'c_mu', -1.0_rp, 'learning rate of the rank-mu update'//AUTO// &
+                    '; c_1 + c_mu is at most 1', &
+                    min=-1.0_rp, max=1.0_rp)
+    call r%add_real('CMAES', 'alpha_minus', -1.0_rp, 'what the negative weights sum to, sign changed'//AUTO// &
+                    '; larger values can make the covariance indefinite, which is repaired', min=-1.0_rp, max=10.0_rp)
+    call r%add_real('CMAES', 'tolfacupx', 1.0e3_rp, 'the run ends when the step is longer, over sigma0', min=1.0_rp)
+    call r%add_real('CMAES', 'tolupsigma', 1.0e20_rp, 'the same of sigma over sigma0, over the longest axis', &
+                    min=1.0_rp)
+    call r%add_integer('CMAES', 'tolflatfitness', 1, 'generations in a row with equal parents that do not end a run', &
+                       min=0)
+  end subroutine register_strategy
 
   subroutine register_polish(r)
     type(registry_t), intent(inout) :: r

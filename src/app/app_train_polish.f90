@@ -24,7 +24,6 @@ module app_train_polish
   !> The problem of least squares whose loads are solved by the crew.
   type, extends(wing_problem_t) :: crew_problem_t
     type(train_crew_t), pointer :: crew => null()
-    logical :: is_cold = .false. !< no solution is warm
   contains
     procedure :: run => problem_run
   end type crew_problem_t

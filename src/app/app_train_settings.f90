@@ -201,10 +201,37 @@ contains
       o%tolx = c%get_real('CMAES', 'tolx')
       o%tolstagnation = c%get_integer('CMAES', 'tolstagnation')
       o%condition_limit = c%get_real('CMAES', 'condition_limit')
+      call read_strategy(c, o)
       problem = option_problem(o, n)
-      if (problem /= '') call c%complain(errors, 'CMAES', 'lambda', problem)
+      if (problem /= '') call c%complain(errors, 'CMAES', key_of(problem), problem)
     end associate
   end subroutine read_search
+
+  !> The constants that usually follow from n and lambda.
+  subroutine read_strategy(c, o)
+    type(config_t), intent(in) :: c
+    type(cmaes_options_t), intent(inout) :: o
+    o%mu = c%get_integer('CMAES', 'mu')
+    o%c_m = c%get_real('CMAES', 'c_m')
+    o%c_sigma = c%get_real('CMAES', 'c_sigma')
+    o%d_sigma = c%get_real('CMAES', 'd_sigma')
+    o%c_c = c%get_real('CMAES', 'c_c')
+    o%c_1 = c%get_real('CMAES', 'c_1')
+    o%c_mu = c%get_real('CMAES', 'c_mu')
+    o%alpha_minus = c%get_real('CMAES', 'alpha_minus')
+    o%tolfacupx = c%get_real('CMAES', 'tolfacupx')
+    o%tolupsigma = c%get_real('CMAES', 'tolupsigma')
+    o%tolflatfitness = c%get_integer('CMAES', 'tolflatfitness')
+  end subroutine read_strategy
+
+  !> The key that a sentence of `option_problem` is about: its first word, unless that stands for several.
+  pure function key_of(problem) result(key)
+    character(*), intent(in) :: problem
+    character(:), allocatable :: key
+    key = problem(:scan(problem//' ', ' ,') - 1)
+    if (key == 'tolerances') key = 'tolfun'
+    if (key == 'there') key = 'lambda'
+  end function key_of
 
   function preset_word(s, key, usual) result(word)
     type(train_settings_t), intent(in) :: s

@@ -6,7 +6,7 @@ module cmaes_options
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
   private
-  public :: cmaes_options_t, option_problem, UNSET
+  public :: cmaes_options_t, option_problem, default_lambda, UNSET
 
   real(rp), parameter :: UNSET = -1 !< a constant that follows from n and lambda
 
@@ -25,6 +25,7 @@ module cmaes_options
     real(rp) :: c_c = UNSET                !< cumulation of the covariance path
     real(rp) :: c_1 = UNSET                !< learning rate of the rank-one update
     real(rp) :: c_mu = UNSET               !< learning rate of the rank-mu update
+    real(rp) :: alpha_minus = UNSET        !< what the negative weights sum to, sign changed
     integer(i8) :: seed = 1                !< of all random numbers
     real(rp) :: f_target = -huge(1.0_rp)   !< stop at f <= f_target
     real(rp) :: f_scale = UNSET            !< of f; default: median |f| of the first generation
@@ -42,13 +43,21 @@ module cmaes_options
 
 contains
 
+  !> The population of the tutorial: 4 + floor(3 ln n).
+  pure integer function default_lambda(n) result(lambda)
+    integer, intent(in) :: n
+    lambda = 4 + int(3*log(real(n, rp)))
+  end function default_lambda
+
   !> What is wrong with the options for n parameters: empty, or a sentence that names the first mistake
-  !> and what is valid.
+  !> and what is valid. It begins with the name of the component.
   function option_problem(options, n) result(problem)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: n
     character(:), allocatable :: problem
+    integer :: lambda
     problem = ''
+    lambda = merge(options%lambda, default_lambda(max(1, n)), options%lambda > 0)
     if (n < 1) problem = 'there must be at least one parameter'
     call refuse(all(options%weights /= [character(8) :: 'active', 'positive', 'paper']), &
                 'weights must be active, positive or paper')
@@ -56,8 +65,7 @@ contains
                 'constants must be tutorial or paper')
     call refuse(options%lambda /= 0 .and. options%lambda < 3, 'lambda must be at least 3, or 0 for the default')
     call refuse(options%mu < 0, 'mu must not be negative')
-    call refuse(options%lambda > 0 .and. options%mu > options%lambda/2, &
-                'mu must be at most lambda/2 = '//number_text(options%lambda/2))
+    call refuse(options%mu > lambda/2, 'mu must be at most lambda/2 = '//number_text(lambda/2))
     call refuse(outside(options%sigma0, huge(1.0_rp)) .or. is_below(options%sigma0, 0.0_rp), 'sigma0 must be positive')
     call refuse(outside(options%c_m, 1.0_rp) .or. is_below(options%c_m, 0.0_rp), 'c_m must lie in (0, 1]')
     call refuse(outside(options%c_sigma, 1.0_rp), 'c_sigma must lie in [0, 1]')
@@ -68,6 +76,9 @@ contains
     call refuse(outside(options%c_mu, 1.0_rp), 'c_mu must lie in [0, 1]')
     if (problem == '') call refuse(max(options%c_1, 0.0_rp) + max(options%c_mu, 0.0_rp) > 1, &
                                    'c_1 + c_mu must not exceed 1')
+    call refuse(outside(options%alpha_minus, huge(1.0_rp)), 'alpha_minus must not be negative')
+    if (problem == '') call refuse(options%alpha_minus > 0 .and. options%weights /= 'active', &
+                                   'alpha_minus needs active weights')
     call refuse(is_below(options%tolfun, -tiny(1.0_rp)) .or. is_below(options%tolfunhist, -tiny(1.0_rp)) .or. &
                 is_below(options%tolx, -tiny(1.0_rp)), 'tolerances must not be negative')
     call refuse(is_below(options%tolfacupx, 1.0_rp) .or. is_below(options%tolupsigma, 1.0_rp) .or. &

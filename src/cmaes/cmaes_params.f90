@@ -4,7 +4,7 @@
 module cmaes_params
   use base_errors, only: require
   use base_kinds, only: rp
-  use cmaes_options, only: cmaes_options_t, option_problem
+  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem
   implicit none
   private
   public :: cmaes_params_t, derive_params, default_lambda, weights_of_valid
@@ -31,12 +31,6 @@ module cmaes_params
   integer, parameter :: LARGEST_EAGER = 100 ! up to this n C is decomposed in every generation
 
 contains
-
-  !> The population of the tutorial: 4 + floor(3 ln n).
-  pure integer function default_lambda(n) result(lambda)
-    integer, intent(in) :: n
-    lambda = 4 + int(3*log(real(n, rp)))
-  end function default_lambda
 
   !> Constants for n parameters; `lambda` and `sigma0` replace those of the options (restarts). The
   !> options must be without mistakes.
@@ -74,6 +68,7 @@ contains
     if (options%weights == 'active' .and. p%c_mu > 0) &
       p%alpha_minus = min(1 + p%c_1/p%c_mu, 1 + 2*p%mu_eff_minus/(p%mu_eff + 2), &
                           (1 - p%c_1 - p%c_mu)/(p%n*p%c_mu))
+    call override(p%alpha_minus, options%alpha_minus)
     call scale_weights(p%alpha_minus, p%mu, p%weights)
     p%chi = sqrt(real(n, rp))*(1 - 1/(4*real(n, rp)) + 1/(21*real(n, rp)**2))
     if (n > LARGEST_EAGER .and. p%c_1 + p%c_mu > 0) &

@@ -29,7 +29,7 @@ module measurement_fit
   !> What came out. Everything belongs to the point p.
   type :: fit_report_t
     logical :: is_converged = .false.
-    logical :: has_jumped = .false.             !< it ended as the residuals jump: at the start, or wherever a step leads
+    logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
     character(:), allocatable :: reason         !< why it ended
     real(rp), allocatable :: p(:)
     real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
@@ -112,7 +112,6 @@ contains
         is_valid = is_valid .and. jumps == 0
         if (jumps >= MOST_JUMPS) then
           report%reason = 'the sum of squares jumps wherever a step leads'
-          report%has_jumped = .true.
           exit
         end if
       end if
@@ -152,6 +151,7 @@ contains
         end if
       end if
     end do
+    report%has_jumped = jumps > 0 .and. .not. report%is_converged
     report%is_at_bound = .not. unknowns%is_fixed .and. (report%p <= unknowns%lower .or. report%p >= unknowns%upper)
   end subroutine fit
 

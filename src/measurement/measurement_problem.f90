@@ -6,8 +6,8 @@
 !> do not depend on how loads are spread: an extension that computes them elsewhere overrides `run`.
 !>
 !> Where the wing snaps, the shape under a load jumps as a parameter moves (see solid_statics). A load has jumped if its
-!> shape was not reached straight from the one before and its residuals changed by far more than their derivatives
-!> say. Such loads can be left out.
+!> shape was not reached straight from the one before and its residuals changed by far more than their derivatives at
+!> either end say. Such loads can be left out.
 module measurement_problem
   use base_errors, only: require
   use base_kinds, only: rp
@@ -21,7 +21,7 @@ module measurement_problem
 
   !> A jump is at least so long, in units of the residuals' sd: far less than what moves the sum of squares by 1.
   real(rp), parameter :: SHORTEST_JUMP = 0.3_rp
-  real(rp), parameter :: CURVED = 5 !< a change so many times that of the derivatives may still be a smooth one
+  real(rp), parameter :: CURVED = 2 !< a change so many times that of the derivatives may still be a smooth one
 
   real(rp), parameter, public :: ONE_DECADE = 2.302585092994046_rp !< ln 10, sd of the usual prior
 
@@ -39,6 +39,7 @@ module measurement_problem
     real(rp), allocatable :: shapes(:, :, :)           !< (3, n_all, loads) [m] where the solver stands
     real(rp), allocatable :: tried(:, :, :)            !< those of the last point
     logical, allocatable :: is_start(:)                !< (loads) `shapes` is the start of a warm solution
+    logical :: is_cold = .false.                       !< no solution is warm
     logical, allocatable :: is_left_out(:)             !< (loads) its residuals are 0, whatever the shape
     integer :: n_factorisations = 0
     real(rp), allocatable, private :: p(:)             !< the last point
@@ -98,7 +99,8 @@ contains
     do l = 1, size(self%evaluations)
       self%tried(:, :, l) = self%shapes(:, :, l)
       if (self%is_left_out(l)) cycle
-      call evaluate(self%experiment, self%work, p, l, self%is_start(l), self%tried(:, :, l), self%evaluations(l))
+      call evaluate(self%experiment, self%work, p, l, self%is_start(l) .and. .not. self%is_cold, self%tried(:, :, l), &
+                    self%evaluations(l))
     end do
   end subroutine problem_run
 
@@ -181,17 +183,21 @@ contains
   logical function problem_is_jump(self, l) result(is_jump)
     class(wing_problem_t), intent(in) :: self
     integer, intent(in) :: l
-    real(rp), allocatable :: change(:), expected(:)
+    real(rp), allocatable :: change(:), step(:)
+    real(rp) :: expected
     is_jump = .false.
     if (self%is_left_out(l) .or. .not. allocated(self%here%p)) return
     associate (old => self%here%evaluations(l), new => self%evaluations(l), &
                sigma => self%experiment%comparisons(l)%sigma)
-      if (self%is_start(l) .and. new%is_start .and. .not. new%was_redone_cold) return ! solved straight from there
+      ! Solved straight from there?
+      if (self%is_start(l) .and. new%is_start .and. .not. (new%was_redone_cold .or. self%is_cold)) return
       is_jump = .not. new%is_solved
       if (is_jump) return
       change = (new%residuals - old%residuals)/sigma
-      expected = matmul(old%jacobian, self%p - self%here%p)/sigma
-      is_jump = norm2(change) > SHORTEST_JUMP + CURVED*norm2(expected)
+      ! Derivatives diverge in front of a fold, but not behind it.
+      step = self%p - self%here%p
+      expected = min(norm2(matmul(old%jacobian, step)/sigma), norm2(matmul(new%jacobian, step)/sigma))
+      is_jump = norm2(change) > SHORTEST_JUMP + CURVED*expected
     end associate
   end function problem_is_jump
 

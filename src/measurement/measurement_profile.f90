@@ -2,10 +2,10 @@
 !> Intervals by profile likelihood: one unknown is held at a value, all others are fitted again, and the interval is
 !> where the sum of squares stays within a threshold of its minimum.
 !>
-!> Where a sum of squares jumps, as where a load snaps, no value behind the jump can be compared with one in front of it:
-!> refits stay in front. If a jump stands between the minimum and an end, the data that jump are left out and the interval
-!> is found from the others: a smaller experiment, with a wider but honest interval. Where nothing can be left out the
-!> interval ends at the jump, and `is_jump` says so.
+!> Where a sum of squares jumps, as where a load snaps, refits stay in front of the jump. If one stands between the
+!> minimum and an end, the data that jump are left out and the interval is found from the others: a smaller
+!> experiment, with a wider but honest interval. Where nothing can be left out the interval ends at the jump, and
+!> `is_jump` says so.
 !>
 !> The prior of the unknown itself is left out: what is returned is what the data say about it. Where the
 !> profile stays below the threshold up to the bound, there is no end on that side.
@@ -27,8 +27,8 @@ module measurement_profile
     real(rp) :: best = 0                      !< where the sum of squares without the prior is smallest
     real(rp) :: lower = 0, upper = 0          !< ends; bounds of the box where there is none
     logical :: has_lower = .false., has_upper = .false.
-    logical :: is_jump(2) = .false.           !< the lower, the upper end is where the sum of squares jumps, or what is
-    !< valid ends
+    !> The lower, the upper end is where the sum of squares jumps, or where what is valid ends.
+    logical :: is_jump(2) = .false.
     logical :: is_complete = .false.          !< the search of both ends came to its end
     integer :: n_refits = 0, n_evaluations = 0
     real(rp), allocatable :: profile(:, :)    !< (2, :) values tried, in that order, and the sum of squares above its
@@ -142,7 +142,7 @@ contains
         others%is_fixed(i) = .true.
         call problem%go_back(INSIDE_SLOT)
         call refit(at)
-        if (report%has_jumped .and. report%n_accepted > 0) then ! a jump keeps the others from their minimum
+        if (report%has_jumped .and. report%n_evaluations > 1) then ! a jump keeps the others from their minimum
           call problem%leave_out(is_less)
           if (is_less) return
         end if
@@ -184,10 +184,21 @@ contains
           call refit(at_outside)
           if (report%has_jumped) call problem%leave_out(is_less)
           if (is_less) return
-          end = outside
-          has_end = .true.
-          is_jump = .true.
-          return
+          w = huge(w)
+          if (report%is_converged .or. report%n_accepted > 0) &
+            w = sqrt(max(0.0_rp, report%chi2 + report%prior_chi2 - least))
+          if (report%has_jumped .or. .not. w < (1 - ACCURACY)*goal) then
+            end = outside
+            has_end = .true.
+            is_jump = report%has_jumped .or. w > (1 + ACCURACY)*goal
+            return
+          end if
+          inside = outside ! seen from nearby it is no jump
+          w_inside = w
+          at_inside = report%p
+          call problem%keep(INSIDE_SLOT)
+          has_outside = .false.
+          n_same = 0
         end if
         x = next_point(inside, w_inside, outside, w_outside, has_outside, abs(n_same) > 2, goal, best(i), bound, &
                        direction)
@@ -233,6 +244,7 @@ contains
     logical, intent(in) :: is_log
     type(interval_t), intent(in) :: interval
     character(:), allocatable :: sentence
+    character(*), parameter :: AT_JUMP = ' jump or end, not where they fit no more)'
     if (interval%has_lower .and. interval%has_upper) then
       sentence = name//': '//shown(interval%best)//behind()//', with 90 % confidence between '// &
                  shown(interval%lower)//' and '//shown(interval%upper)//behind()
@@ -248,8 +260,8 @@ contains
       return
     end if
     if (.not. interval%is_complete) sentence = sentence//' (the search did not come to its end)'
-    if (interval%is_jump(1)) sentence = sentence//' (the lower end is where shapes jump or end, not where they fit no more)'
-    if (interval%is_jump(2)) sentence = sentence//' (the upper end is where shapes jump or end, not where they fit no more)'
+    if (interval%is_jump(1)) sentence = sentence//' (the lower end is where shapes'//AT_JUMP
+    if (interval%is_jump(2)) sentence = sentence//' (the upper end is where shapes'//AT_JUMP
 
   contains
 

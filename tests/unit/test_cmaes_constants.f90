@@ -128,10 +128,12 @@ contains
     options%c_1 = 0.13_rp
     options%c_mu = 0.14_rp
     options%sigma0 = 0.15_rp
+    options%alpha_minus = 0.16_rp
     p = derive_params(options, 6)
     call t%check('every constant can be chosen', p%lambda == 20 .and. p%mu == 4 .and. &
-                 all(abs([p%c_m, p%c_sigma, p%d_sigma, p%c_c, p%c_1, p%c_mu, p%sigma0] - &
-                         [0.9_rp, 0.11_rp, 2.5_rp, 0.12_rp, 0.13_rp, 0.14_rp, 0.15_rp]) <= 0))
+                 all(abs([p%c_m, p%c_sigma, p%d_sigma, p%c_c, p%c_1, p%c_mu, p%sigma0, p%alpha_minus] - &
+                         [0.9_rp, 0.11_rp, 2.5_rp, 0.12_rp, 0.13_rp, 0.14_rp, 0.15_rp, 0.16_rp]) <= 0))
+    call t%check_close('the negative weights sum to the chosen value', sum(p%weights(5:)), -0.16_rp, atol=1.0e-14_rp)
     call t%check('weights are positive up to the chosen mu', all(p%weights(:4) > 0) .and. all(p%weights(5:) < 0))
     p = derive_params(options, 6, lambda=40, sigma0=0.5_rp)
     call t%check('a restart chooses lambda and sigma0', p%lambda == 40 .and. abs(p%sigma0 - 0.5_rp) <= 0)
@@ -149,6 +151,9 @@ contains
     call refused(cmaes_options_t(constants='pycma'), 'tutorial or paper')
     call refused(cmaes_options_t(lambda=2), 'at least 3')
     call refused(cmaes_options_t(lambda=8, mu=5), 'lambda/2 = 4')
+    call refused(cmaes_options_t(mu=6), 'lambda/2 = 5') ! lambda is 11 for n = 11
+    call refused(cmaes_options_t(alpha_minus=-0.5_rp), 'alpha_minus')
+    call refused(cmaes_options_t(alpha_minus=0.5_rp, weights='positive'), 'needs active weights')
     call refused(cmaes_options_t(sigma0=0.0_rp), 'sigma0')
     call refused(cmaes_options_t(sigma0=ieee_value(1.0_rp, ieee_quiet_nan)), 'sigma0')
     call refused(cmaes_options_t(c_m=0.0_rp), 'c_m')

@@ -1,8 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What is said about ends of a polish: equal ones, higher minima, and others that fit as well.
+!> What is said about ends of a polish: equal ones, higher minima, and others that fit as well; and about intervals that
+!> are from some of the loads only.
 program test_train_ends
   use app_train_ends, only: end_lines, END_LENGTH
+  use app_train_polish, only: interval_sentence, trained_t
+  use app_train_space, only: search_space_t
   use base_kinds, only: rp
+  use measurement_experiment, only: experiment_t
   use testkit, only: testkit_t
   implicit none
   character(7), parameter :: NAMES(2) = [character(7) :: 'E', 'joint:a']
@@ -13,9 +17,41 @@ program test_train_ends
   call test_alone()
   call test_equal()
   call test_others()
+  call test_left_out()
   call t%finish()
 
 contains
+
+  !> The first interval is from all loads, the second from the middle one, and its upper end is a jump.
+  subroutine test_left_out()
+    type(experiment_t) :: experiment
+    type(search_space_t) :: space
+    type(trained_t) :: trained
+    character(:), allocatable :: first, second
+    integer :: l
+    allocate (experiment%measurement%loads(3), trained%intervals(2), trained%is_left_out(3, 2))
+    do l = 1, 3
+      experiment%measurement%loads(l)%name = 'load_'//achar(iachar('0') + l)
+    end do
+    allocate (space%names(2), space%units(2), space%is_log(2))
+    space%names = NAMES
+    space%units = [character(16) :: 'Pa', 'N m/rad']
+    space%is_log = .true.
+    trained%is_left_out = reshape([.false., .false., .false., .true., .false., .true.], [3, 2])
+    trained%intervals%best = BEST
+    trained%intervals%lower = BEST - SD
+    trained%intervals%upper = BEST + SD
+    trained%intervals%has_lower = .true.
+    trained%intervals%has_upper = .true.
+    trained%intervals%is_complete = .true.
+    trained%intervals(2)%is_jump(2) = .true.
+    first = interval_sentence(experiment, space, trained, 1)
+    second = interval_sentence(experiment, space, trained, 2)
+    call t%check('an interval from all loads says no more: '//first, index(first, 'load') + index(first, 'jump') == 0)
+    call t%check('loads that are left out are named: '//second, index(second, '; without load_1 load_3, where') > 0)
+    call t%check('and so is an end at a jump', index(second, 'the upper end is where shapes jump') > 0 .and. &
+                 index(second, 'the lower end') == 0)
+  end subroutine test_left_out
 
   subroutine test_alone()
     character(END_LENGTH), allocatable :: lines(:)
