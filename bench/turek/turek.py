@@ -13,6 +13,7 @@ A case that has finished in <folder> is not run again.
 """
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -35,41 +36,46 @@ PUBLISHED = {
 }
 
 
-def grid(points):
-    """`points` over the height of the box."""
+def grid(points, thin=1):
+    """`points` over the height of the box; the layer is `thin` times thinner."""
     dx = HEIGHT / points
-    return {"ny": round(points * LENGTH / HEIGHT), "nz": points, "eps": (LAYER * dx)**2 / NU, "iSaveVorticity": 0}
+    return {"ny": round(points * LENGTH / HEIGHT), "nz": points, "eps": (LAYER / thin * dx)**2 / NU, "iSaveVorticity": 0}
 
 
-def short(points):
-    return {**grid(points), "ny": round(points * LENGTH / HEIGHT / 2), "yl": LENGTH / 2}
+def short(points, thin=1):
+    """A channel that ends 0.6 m behind the beam."""
+    return {**grid(points, thin), "ny": round(points * LENGTH / HEIGHT / 2), "yl": LENGTH / 2}
 
 
-GRIDS = (72, 96, 144, 192)
+GRIDS = (72, 96, 120, 144, 192)
 SLOW = {"inflow_velocity": 0.2, "Tmax": 9.0, "areal_density": 20.0, "tintegral": 0.05}
 RIGID = {"wings": "rigid", "tintegral": 0.05, "Tmax": 3.5}
-EARLY = {"Tmax": 12.0}
-# name: keys of ini/turek-hron.ini that differ; in a short channel it ends 0.6 m behind the beam.
+# FSI2 swings up slowly: when the inflow has grown a transverse weight pushes the beam, for a third of a second.
+WEIGHT, BEGIN, RELEASE = "0.0 0.0 4.0", 2.0, 2.3
+EARLY, LATE = {"Tmax": 7.0}, {"Tmax": 10.0}
+# name: keys of ini/turek-hron.ini that differ
 CASES = {
     **{f"cfd1-{n}": {**grid(n), **SLOW, "wings": "rigid"} for n in GRIDS},
-    **{f"cfd2-{n}-short": {**short(n), **RIGID} for n in GRIDS},
-    "cfd2-96-short-eps": {**short(96), **RIGID, "eps": short(96)["eps"] / 4},
+    **{f"cfd2-{n}-short": {**short(n, 2), **RIGID} for n in GRIDS[1:]},
+    "cfd2-96-short-thick": {**short(96), **RIGID},
     **{f"fsi1-{n}": {**grid(n), **SLOW} for n in GRIDS},
     "fsi1-96-short": {**short(96), **SLOW},
-    "fsi1-96-viscous": {**grid(96), **SLOW, "load": "pressure_viscous"},
-    "fsi1-96-step": {**grid(96), **SLOW, "CFL_eta": 0.5},
-    **{f"fsi2-{n}": {**grid(n), **EARLY} for n in GRIDS[1:]},
-    **{f"fsi2-{n}-short": {**short(n), **EARLY} for n in GRIDS[1:]},
-    "fsi2-96-short-extrapolated": {**short(96), **EARLY, "coupling": "extrapolated"},
-    "fsi2-96-short-strong": {**short(96), **EARLY, "coupling": "strong"},
-    "fsi2-96-short-viscous": {**short(96), **EARLY, "load": "pressure_viscous"},
-    "fsi2-96-short-step": {**short(96), **EARLY, "CFL": 0.25},
+    "fsi1-96-short-viscous": {**short(96), **SLOW, "load": "pressure_viscous"},
+    "fsi1-96-short-step": {**short(96), **SLOW, "CFL_eta": 0.5},
+    **{f"fsi2-{n}": {**grid(n, 2), **EARLY} for n in GRIDS[1:]},
+    **{f"fsi2-{n}-short": {**short(n, 2), **EARLY} for n in GRIDS[1:]},
+    "fsi2-96-short-thick": {**short(96), "Tmax": 8.0},
+    # These go on from the end of fsi2-96-short.
+    "fsi2-96-short-extrapolated": {**short(96, 2), **LATE, "coupling": "extrapolated"},
+    "fsi2-96-short-strong": {**short(96, 2), **LATE, "coupling": "strong"},
+    "fsi2-96-short-viscous": {**short(96, 2), **LATE, "load": "pressure_viscous"},
+    "fsi2-96-short-step": {**short(96, 2), **LATE, "CFL_eta": 0.5},
 }
 
 
 def change(text, keys):
     """The input file with other values; keys that are not in it go to their section."""
-    homes = {"CFL_eta": "Time", "load_extrapolated": "Flexible_wing", "iDoBackup": "Saving", "load_distance": "Flexible_wing"}
+    homes = {"CFL_eta": "Time", "gravity": "Flexible_wing", "iDoBackup": "Saving"}
     for key, value in keys.items():
         new, count = re.subn(rf"(?m)^{key} = [^;]*;", f"{key} = {value};", text)
         text = new if count else text.replace(f"[{homes[key]}]", f"[{homes[key]}]\n{key} = {value};")
@@ -79,9 +85,21 @@ def change(text, keys):
 def run(program, folder, name):
     folder.mkdir(parents=True, exist_ok=True)
     text = (ROOT / "ini/turek-hron.ini").read_text().replace("../wings/", f"{ROOT}/wings/")
-    (folder / "run.ini").write_text(change(text, {**CASES[name], "iDoBackup": "no"}))
+    case = CASES[name]
+    parts, first = [case], folder.parent / "fsi2-96-short"
+    goes_on = case["Tmax"] == LATE["Tmax"]
+    if goes_on:
+        if not (first / "done").exists():
+            run(program, first, first.name)
+        for backup in first.glob("runtime_backup*.h5"):
+            shutil.copy(backup, folder)
+    elif name.startswith("fsi2"):
+        parts = [{**case, "Tmax": BEGIN}, {**case, "Tmax": RELEASE, "gravity": WEIGHT}, case]
     with open(folder / "log", "w") as log:
-        subprocess.run([program, "run.ini"], cwd=folder, stdout=log, stderr=log, check=True)
+        for i, keys in enumerate(parts):
+            (folder / "run.ini").write_text(change(text, keys))
+            command = [program, "run.ini"] + ["--restart"] * (goes_on or i > 0)
+            subprocess.run(command, cwd=folder, stdout=log, stderr=log, check=True)
     (folder / "done").touch()
 
 
@@ -165,13 +183,14 @@ def plot(root, picture):
     from _style import COLOURS, save, use_style
     use_style()
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), width_ratios=(2.2, 1))
-    names = [name for name in (f"fsi2-{n}" for n in GRIDS) if (root / name / "done").exists()]
+    names = [name for n in GRIDS for name in (f"fsi2-{n}", f"fsi2-{n}-short")
+             if (root / name / "done").exists()]
     middle, half, _ = PUBLISHED["fsi2"]["uy"]
     for value in (middle - half, middle + half):
         left.axhline(1e3 * value, color="black", lw=1.0, ls=":", label=None if value > middle else "published extremes")
     for name, colour in zip(names, COLOURS):
         d = read(root / name)
-        label = f"dx = {1e3 * HEIGHT / int(name[5:]):.3g} mm"
+        label = f"dx = {1e3 * HEIGHT / int(name.split('-')[1]):.3g} mm"
         left.plot(d["t"], 1e3 * d["uy"], color=colour, label=label)
         last = d["t"] >= rising(d["t"], d["uy"])[-2]
         right.plot(1e3 * d["ux"][last], 1e3 * d["uy"][last], color=colour, label=label)
