@@ -52,7 +52,7 @@ SLOW = {"inflow_velocity": 0.2, "Tmax": 9.0, "areal_density": 20.0, "tintegral":
 RIGID = {"wings": "rigid", "tintegral": 0.05, "Tmax": 3.5}
 # FSI2 swings up slowly: when the inflow has grown a transverse weight pushes the beam, for a third of a second.
 WEIGHT, BEGIN, RELEASE = "0.0 0.0 4.0", 2.0, 2.3
-EARLY, LATE = {"Tmax": 7.0}, {"Tmax": 10.0}
+EARLY, LATE = {"Tmax": 8.0}, {"Tmax": 11.0}
 # name: keys of ini/turek-hron.ini that differ
 CASES = {
     **{f"cfd1-{n}": {**grid(n), **SLOW, "wings": "rigid"} for n in GRIDS},
@@ -64,7 +64,7 @@ CASES = {
     "fsi1-96-short-step": {**short(96), **SLOW, "CFL_eta": 0.5},
     **{f"fsi2-{n}": {**grid(n, 2), **EARLY} for n in GRIDS[1:]},
     **{f"fsi2-{n}-short": {**short(n, 2), **EARLY} for n in GRIDS[1:]},
-    "fsi2-96-short-thick": {**short(96), "Tmax": 8.0},
+    "fsi2-96-short-thick": {**short(96), **EARLY},
     # These go on from the end of fsi2-96-short.
     "fsi2-96-short-extrapolated": {**short(96, 2), **LATE, "coupling": "extrapolated"},
     "fsi2-96-short-strong": {**short(96, 2), **LATE, "coupling": "strong"},
