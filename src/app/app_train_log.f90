@@ -79,7 +79,7 @@ contains
     else
       if (now - self%shown < merge(0.2_rp, self%interval, self%is_live)) return
       left = (now - self%begun)*evaluations_left/max(1_i8, evaluations - self%first_evaluations)
-      estimate = '  at most '//duration(left)//' left'
+      estimate = '  the search ends in at most '//duration(left)
     end if
     write (line, '(a,i6,a,i9,a,es11.4,a,es9.2,a,es9.2,a)') 'generation', generation, '  evaluations', evaluations, &
       '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, estimate

@@ -38,13 +38,28 @@ contains
     call membrane_note(p, note, is_soft)
     text = '; Stiffness of '//settings%setup%path//', trained on '//settings%measurement_path//NL// &
            '; by msm_train '//BUILD_VERSION//' ('//BUILD_COMMIT//').'//NL//';'//NL// &
-           outcome_lines(settings, space, trained, '; ')// &
+           outcome_lines(settings, space, trained, '; ')//free_note(space, trained)// &
            '; These values of E and joints belong to the '//note//'.'//NL// &
            '; [include] file = '//settings%result//NL//NL//wing_lines(p)// &
            instrument_lines(settings%experiment%instrument_at(trained%coordinates))
     call write_text(settings%result, text, ok)
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
   end subroutine write_fragment
+
+  !> Which values below are some that fit, and no more.
+  function free_note(space, trained) result(text)
+    type(search_space_t), intent(in) :: space
+    type(trained_t), intent(in) :: trained
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    if (.not. trained%has_intervals) return
+    do i = 1, size(trained%intervals)
+      if (trained%intervals(i)%has_lower .and. trained%intervals(i)%has_upper) cycle
+      text = text//', '//trim(space%names(i))
+    end do
+    if (text /= '') text = '; Not determined; their values below fit, and so do others: '//text(3:)//'.'//NL
+  end function free_note
 
   !> The outcome in sentences, each behind `prefix`.
   function outcome_lines(settings, space, trained, prefix) result(text)
@@ -58,6 +73,8 @@ contains
     n = settings%experiment%count_residuals(0)
     write (line, '(a,es11.4,a,es11.4,a,i0,a)') 'h = ', trained%h, ' m; chi^2 = ', trained%chi2, ' of ', n, ' residuals'
     text = prefix//trim(line)//NL
+    if (.not. trained%fits) text = text//prefix//'warning: this does not fit within the declared errors; how well '// &
+                                   'parameters are determined, as told below, holds for a fit only'//NL
     do i = 1, size(trained%values)
       if (trained%has_intervals) then
         text = text//prefix//interval_sentence(settings%experiment, space, trained, i)//NL

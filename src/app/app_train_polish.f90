@@ -45,6 +45,7 @@ module app_train_polish
     type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the cold solution
     real(rp) :: h = 0                        !< [m] of the cold solution
     real(rp) :: chi2 = 0
+    logical :: fits = .false.                !< within the declared errors: chi2 is no more than three sd too large
     real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solution
     integer :: n_evaluations = 0             !< points at which all loads were solved
   end type trained_t
@@ -100,7 +101,6 @@ contains
     real(rp), allocatable :: ends(:, :)
     real(rp) :: n_residuals
     integer :: i, n_evaluations
-    logical :: fits
     call problem%init(settings%experiment)
     problem%crew => crew
     unknowns = make_unknowns(settings, space)
@@ -113,8 +113,8 @@ contains
       n_evaluations = n_evaluations + one%n_evaluations
       if (i == 1 .or. is_better(one, trained)) trained = one
       if (one%is_solved) ends = reshape([ends, one%chi2, one%coordinates], [size(ends, 1), size(ends, 2) + 1])
-      fits = trained%is_solved .and. trained%chi2 <= n_residuals + 3*sqrt(2*n_residuals)
-      if (fits .and. n_evaluations*size(settings%experiment%loads) > objective%n_warm + objective%n_cold) exit
+      trained%fits = trained%is_solved .and. trained%chi2 <= n_residuals + 3*sqrt(2*n_residuals)
+      if (trained%fits .and. n_evaluations*size(settings%experiment%loads) > objective%n_warm + objective%n_cold) exit
     end do
     trained%ends = ends
     if (trained%is_polished .and. trained%is_solved) call compare_ends(space, trained, log)

@@ -13,7 +13,7 @@ module measurement_check
   private
   public :: check_measurement
 
-  real(rp), parameter :: MOST_SCALE = 100       !< extent of the grid over that of the wing, or the reverse
+  real(rp), parameter :: MOST_SCALE = 30        !< extent of the grid over that of the wing, or the reverse
   real(rp), parameter :: MOST_DEFORMATION = 2   !< of the wing's length
   !> [Pa] Young's modulus that a force and a deformation may mean. Veins at E of 0.1 to 100 GPa seem to have
   !> E/25 to E, so that a factor of 1000 is noticed for usual E.
