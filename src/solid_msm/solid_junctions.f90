@@ -50,7 +50,11 @@ contains
     capacity = size(wing%joints)
     do v = 1, size(wing%veins)
       capacity = capacity + 2*size(wing%veins(v)%nodes) + 2
-      used(wing%veins(v)%nodes) = used(wing%veins(v)%nodes) + 1
+      associate (nodes => wing%veins(v)%nodes)
+        do p = 1, size(nodes) ! a ring passes its first point twice
+          used(nodes(p)) = used(nodes(p)) + 1
+        end do
+      end associate
     end do
     allocate (plans(capacity), ghosts(3, 2*size(wing%veins)))
     n_plans = 0

@@ -24,6 +24,7 @@ program test_solid_junctions
   call test_clamped_segment()
   call test_branch()
   call test_crossing()
+  call test_ring()
   call t%finish()
 
 contains
@@ -139,4 +140,22 @@ contains
     call t%check('crossing veins keep their own hinges', hinge(2, 3, 4) > 0 .and. hinge(7, 3, 6) > 0)
     call t%check('and have one in common', size(plans) == 6 .and. count([hinge(2, 3, 6), hinge(4, 3, 7)] > 0) == 1)
   end subroutine test_crossing
+
+  !> A vein that ends where it begins bends at every point, that one too.
+  subroutine test_ring()
+    integer, parameter :: N = 8
+    integer :: i
+    wing = wing_t()
+    allocate (wing%points(3, N), source=0.0_rp)
+    do i = 1, N
+      wing%points(:2, i) = [cos(2*PI*i/N), sin(2*PI*i/N)]
+    end do
+    allocate (wing%triangles(3, 0), wing%joints(0), wing%veins(1), wing%root(0))
+    wing%veins(1)%name = 'ring'
+    wing%veins(1)%nodes = [(i, i=1, N), 1]
+    allocate (wing%veins(1)%diameters(N + 1), source=0.1_rp)
+    call plan_hinges(wing, plans, ghosts, stray)
+    call t%check('a ring has as many hinges as points', size(plans) == N)
+    call t%check('one of them where it closes', hinge(N, 1, 2) > 0)
+  end subroutine test_ring
 end program test_solid_junctions
