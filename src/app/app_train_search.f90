@@ -306,11 +306,6 @@ contains
     call self%best(has_best, best, u)
     call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; '// &
                  self%search%stop_sentence())
-    associate (state => self%search%run%state)
-      if (state%n_repairs + state%n_floored > 0) call log%say('search    the covariance was taken back '// &
-                       number_text(state%n_repairs)//' times and raised to its floor '//number_text(state%n_floored)// &
-                                                              ' times in the last run: some directions hardly matter')
-    end associate
     self%is_done = self%stage == settings%n_stages .or. .not. has_best
     if (self%is_done) return
     call log%say('stage 2   E is fixed, the other parameters are sought again')

@@ -8,6 +8,7 @@
 module cmaes_search
   use base_errors, only: require
   use base_kinds, only: rp, i8
+  use base_text, only: number_text
   use cmaes_archive, only: archive_t
   use cmaes_optimiser, only: cmaes_t
   use cmaes_options, only: cmaes_options_t
@@ -217,6 +218,11 @@ contains
     class(cmaes_search_t), intent(in) :: self
     character(:), allocatable :: text
     text = stop_text(merge(self%state%last_stop, self%state%stop_code, self%state%stop_code == RUNNING))
+    associate (state => self%run%state)
+      if (state%n_repairs + state%n_floored > 0) text = text//'; in the last run the covariance was taken back '// &
+                                                     number_text(state%n_repairs)//' times and raised to its floor '// &
+                                                        number_text(state%n_floored)//' times'
+    end associate
   end function search_stop_sentence
 
   !> Stores the search in an archive or continues the one that it holds; then `start` was called with the

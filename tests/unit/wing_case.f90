@@ -51,45 +51,54 @@ contains
     end do
   end subroutine case_accept
 
-  !> Closes the file that was made and expects exactly one message that contains `fragment`.
+  !> Closes the file that was made and expects exactly one message that begins with `fragment` behind the path.
   subroutine case_refuse(self, fragment)
     class(wing_case_t), intent(inout) :: self
     character(*), intent(in) :: fragment
     type(message_list_t) :: messages
-    type(wing_t) :: wing
-    integer :: i
     logical :: found
-    call self%close()
-    call read_wing(PATH, wing, messages)
+    call read_closed(self, messages)
     found = messages%count() == 1
     if (found) found = index(messages%text(1), PATH//': '//fragment) == 1
-    call self%check('refused: '//fragment, found)
-    if (found) return
-    do i = 1, messages%count()
-      write (*, '(a)') '      '//messages%text(i)
-    end do
+    call judge(self, fragment, found, messages)
   end subroutine case_refuse
 
-  !> As `refuse`, but there may be other messages.
+  !> As `refuse`, but there may be other messages, and `fragment` may stand anywhere.
   subroutine case_refuse_any(self, fragment)
     class(wing_case_t), intent(inout) :: self
     character(*), intent(in) :: fragment
     type(message_list_t) :: messages
-    type(wing_t) :: wing
     integer :: i
     logical :: found
-    call self%close()
-    call read_wing(PATH, wing, messages)
+    call read_closed(self, messages)
     found = .false.
     do i = 1, messages%count()
       found = found .or. index(messages%text(i), fragment) > 0
     end do
+    call judge(self, fragment, found, messages)
+  end subroutine case_refuse_any
+
+  subroutine read_closed(self, messages)
+    class(wing_case_t), intent(inout) :: self
+    type(message_list_t), intent(inout) :: messages
+    type(wing_t) :: wing
+    call self%close()
+    call read_wing(PATH, wing, messages)
+  end subroutine read_closed
+
+  !> Tells what was said instead if it was not `found`.
+  subroutine judge(self, fragment, found, messages)
+    class(wing_case_t), intent(inout) :: self
+    character(*), intent(in) :: fragment
+    logical, intent(in) :: found
+    type(message_list_t), intent(in) :: messages
+    integer :: i
     call self%check('refused: '//fragment, found)
     if (found) return
     do i = 1, messages%count()
       write (*, '(a)') '      '//messages%text(i)
     end do
-  end subroutine case_refuse_any
+  end subroutine judge
 
   !> The same for the file of the last `refuse`.
   subroutine case_refuse_open_any(self, fragment)
