@@ -7,7 +7,7 @@ module measurement_attributes
   use io_arrays, only: is_finite, read_attribute_integer, read_attribute_reals, read_text
   use io_attributes, only: ATTRIBUTE_INTEGER, attribute_class, attribute_names, get_attribute, has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
-  use io_suggest, only: suggestion_t
+  use solid_wing_datasets, only: report_unknown
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -22,22 +22,10 @@ contains
     character(*), intent(in) :: known(:)
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
-    type(suggestion_t) :: suggestion
     type(failure_t) :: failure
-    integer :: i, k
     call attribute_names(file, object, names, failure)
     if (failure%failed) call report%add(object, 'the list of attributes cannot be read')
-    call report%begin(object)
-    do i = 1, size(names)
-      if (any(known == names(i))) cycle
-      call suggestion%start(trim(names(i)))
-      do k = 1, size(known)
-        call suggestion%offer(trim(known(k)))
-      end do
-      call report%found('unknown attribute '//quoted(trim(names(i)))//suggestion%hint()// &
-                        '; data of your own belong into /extra')
-    end do
-    call report%finish()
+    call report_unknown('attribute', object, names, known, report)
   end subroutine check_names
 
   !> A real (or integer) attribute, at least `lowest`, or above it if `is_open`, and at most `highest`; if it is left

@@ -11,7 +11,7 @@ module solid_wing_datasets
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
+  public :: check_members, check_schema, report_unknown, read_names, read_real_dataset, read_index_dataset
 
   integer, parameter :: MOST_ROWS = 10000000 !< of any array: far beyond any wing, but it fits the memory
   integer, parameter :: MOST_NAMES = 10000   !< veins or joints
@@ -52,28 +52,35 @@ contains
     character(*), intent(in) :: known(:)
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
+    logical :: ok
+    call member_names(file, group, MOST_NAMES, names, ok)
+    if (.not. ok) call report%add(group, 'the list of contents cannot be read')
+    call report_unknown('object', group, names, known, report)
+  end subroutine check_members
+
+  !> Reports those of `names`, each a `kind` of thing in `object`, that are not among the words of `known`.
+  subroutine report_unknown(kind, object, names, known, report)
+    character(*), intent(in) :: kind, object, names(:), known(:)
+    type(wing_report_t), intent(inout) :: report
     character(:), allocatable :: valid
     type(suggestion_t) :: suggestion
-    logical :: ok
     integer :: i, k
     valid = ''
     do k = 1, size(known)
       valid = valid//', '//trim(known(k))
     end do
-    call member_names(file, group, MOST_NAMES, names, ok)
-    if (.not. ok) call report%add(group, 'the list of contents cannot be read')
-    call report%begin(group)
+    call report%begin(object)
     do i = 1, size(names)
       if (any(known == names(i))) cycle
       call suggestion%start(trim(names(i)))
       do k = 1, size(known)
         call suggestion%offer(trim(known(k)))
       end do
-      call report%found('unknown object '//quoted(trim(names(i)))//suggestion%hint()//'; valid: '//valid(3:)// &
+      call report%found('unknown '//kind//' '//quoted(trim(names(i)))//suggestion%hint()//'; valid: '//valid(3:)// &
                         '; data of your own belong into /extra')
     end do
     call report%finish()
-  end subroutine check_members
+  end subroutine report_unknown
 
   !> Names of the members of a group that may be missing.
   subroutine read_names(file, group, names, report)
