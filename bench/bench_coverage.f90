@@ -2,11 +2,11 @@
 !> How often 90 % intervals hold the truth: wings drawn at random, measured with white noise, fitted from near
 !> the truth, intervals by profile likelihood.
 !>
-!> Truths are log-uniform within a factor of ten of the defaults, the centre of the fit's priors. Random numbers are
-!>  the compiler's, of a seed for each wing; nothing of the optimiser draws them.
+!> Truths are log-uniform within a factor of ten of the defaults, the centre of the fit's priors. Every wing has a
+!> stream of random numbers of its own, the same with every compiler; nothing of the optimiser draws from it.
 module bench_coverage
-  use base_constants, only: PI
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
+  use base_random, only: random_stream_t
   use bench_twin, only: N_UNKNOWNS, twin_t
   use measurement_experiment, only: experiment_t
   use measurement_fit, only: fit, fit_options_t, fit_report_t
@@ -20,6 +20,7 @@ module bench_coverage
   private
   public :: cover
 
+  integer(i8), parameter :: SEED = 20261122_i8
   real(rp), parameter :: NOISE = 1.0e-5_rp !< [m] of every deformation
   real(rp), parameter :: RESOLVED = 1.0e-3_rp !< of the sum of squares, whose threshold is 2.7
   real(rp), parameter :: NEAR = 0.2_rp     !< sd of the start about the truth, of a logarithm
@@ -64,23 +65,31 @@ contains
     integer, intent(in) :: w
     type(tally_t), intent(inout) :: tally
     type(experiment_t), target :: experiment
-    real(rp) :: truth(N_UNKNOWNS), u(N_UNKNOWNS)
-    integer :: l
+    type(random_stream_t) :: stream
+    real(rp) :: truth(N_UNKNOWNS), start(N_UNKNOWNS)
+    real(rp), allocatable :: errors(:)
+    integer :: i, l
     logical :: is_done
-    call seed_numbers(w)
+    stream = random_stream_t(seed=SEED, stream=int(w, i8))
     do
-      call random_number(u)
-      truth = twin%defaults() + ONE_DECADE*(2*u - 1)
+      do i = 1, N_UNKNOWNS
+        truth(i) = 2*stream%uniform() - 1
+      end do
+      truth = twin%defaults() + ONE_DECADE*truth
       call twin%measure(truth, NOISE, experiment, is_done)
       if (is_done) exit
       tally%n_redrawn = tally%n_redrawn + 1
     end do
     do l = 1, size(experiment%comparisons)
       associate (measured => experiment%comparisons(l)%measured)
-        measured = measured + NOISE*normals(size(measured))
+        allocate (errors(size(measured)))
+        call stream%gaussians(errors)
+        measured = measured + NOISE*errors
+        deallocate (errors)
       end associate
     end do
-    call fit_wing(experiment, twin%defaults(), truth, truth + NEAR*normals(N_UNKNOWNS), tally)
+    call stream%gaussians(start)
+    call fit_wing(experiment, twin%defaults(), truth, truth + NEAR*start, tally)
   end subroutine cover_wing
 
   subroutine fit_wing(experiment, centre, truth, start, tally)
@@ -131,20 +140,4 @@ contains
     end do
     call problem%free()
   end subroutine fit_wing
-
-  !> A sequence for every wing.
-  subroutine seed_numbers(w)
-    integer, intent(in) :: w
-    integer :: n, i
-    call random_seed(size=n)
-    call random_seed(put=[(7919*w + 104729*i, i=1, n)])
-  end subroutine seed_numbers
-
-  !> n independent normal numbers (Box and Muller).
-  function normals(n) result(z)
-    integer, intent(in) :: n
-    real(rp) :: z(n), u(2, n)
-    call random_number(u)
-    z = sqrt(-2*log(1 - u(1, :)))*cos(2*PI*u(2, :))
-  end function normals
 end module bench_coverage
