@@ -32,16 +32,15 @@ module app_coupling_series
 
 contains
 
-  !> Opens one file for each wing; with `restart_time` >= 0 the records before it are kept. Collective.
-  subroutine series_open(self, world, wings, note, restart_time, failure)
+  !> Opens one file for each wing; with `restart_time` the records before it are kept. Collective.
+  subroutine series_open(self, world, wings, note, failure, restart_time)
     class(coupling_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: note !< second line of every file
-    real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
     character(40) :: columns(N_LOADS + 2)
-    character(:), allocatable :: path
     integer :: i, c
     columns(1) = 'time [T]'
     do c = 1, 3
@@ -52,12 +51,8 @@ contains
                    'factorisations', 'evaluations of the flow']
     allocate (self%wing(size(wings%surfaces)), self%loads(N_LOADS, size(wings%surfaces)))
     do i = 1, size(self%wing)
-      path = 'coupling_'//trim(wings%params%wings(i)%side)//'.t'
-      if (restart_time >= 0) then
-        call self%wing(i)%open(world, path, columns, failure, restart_time=restart_time, note=note)
-      else
-        call self%wing(i)%open(world, path, columns, failure, note=note)
-      end if
+      call self%wing(i)%open(world, 'coupling_'//trim(wings%params%wings(i)%side)//'.t', columns, failure, &
+                             restart_time=restart_time, note=note)
     end do
   end subroutine series_open
 

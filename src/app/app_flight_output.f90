@@ -34,25 +34,19 @@ module app_flight_output
 
 contains
 
-  !> Opens the indices of the run called `name`; with `restart_time` >= 0 earlier entries are kept. Collective.
-  subroutine output_init(self, world, wings, name, restart_time, failure)
+  !> Opens the indices of the run called `name`; with `restart_time` earlier entries are kept. Collective.
+  subroutine output_init(self, world, wings, name, failure, restart_time)
     class(flight_output_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: name
-    real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
-    character(:), allocatable :: path
+    real(rp), intent(in), optional :: restart_time
     integer :: i
     self%world = world
     allocate (self%index(size(wings%surfaces)))
     do i = 1, size(wings%surfaces)
-      path = name//'_'//trim(wings%params%wings(i)%side)//'.xmf'
-      if (restart_time >= 0) then
-        call self%index(i)%open(world, path, failure, restart_time=restart_time)
-      else
-        call self%index(i)%open(world, path, failure)
-      end if
+      call self%index(i)%open(world, name//'_'//trim(wings%params%wings(i)%side)//'.xmf', failure, restart_time)
     end do
   end subroutine output_init
 

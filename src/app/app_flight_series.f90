@@ -33,15 +33,15 @@ module app_flight_series
 
 contains
 
-  !> Opens all files; with `restart_time` >= 0 the records before it are kept. Collective.
-  subroutine series_open(self, world, wings, flexible, note, restart_time, failure)
+  !> Opens all files; with `restart_time` the records before it are kept. Collective.
+  subroutine series_open(self, world, wings, flexible, note, failure, restart_time)
     class(flight_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(in) :: wings
     logical, intent(in) :: flexible
     character(*), intent(in) :: note !< second line of every file
-    real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
     character(*), parameter :: T = 'time [T]', P = ' power [rho L^5/T^3]'
     integer :: i
     call open_one(self%kinematics, 'kinematics.t', kinematics_columns())
@@ -61,11 +61,7 @@ contains
     subroutine open_one(series, path, columns)
       type(series_t), intent(inout) :: series
       character(*), intent(in) :: path, columns(:)
-      if (restart_time >= 0) then
-        call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
-      else
-        call series%open(world, path, columns, failure, note=note)
-      end if
+      call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
     end subroutine open_one
   end subroutine series_open
 

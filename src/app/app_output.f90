@@ -39,31 +39,27 @@ module app_output
 
 contains
 
-  !> Opens the index of fields, `name`.xmf; with `restart_time` >= 0 earlier entries are kept. Collective.
-  subroutine output_init(self, world, params, fluid, name, note, restart_time, failure, wings)
+  !> Opens the index of fields, `name`.xmf; with `restart_time` earlier entries are kept. Collective.
+  subroutine output_init(self, world, params, fluid, name, note, failure, wings, restart_time)
     class(output_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(output_params_t), intent(in) :: params
     type(fluid_t), intent(in) :: fluid
     character(*), intent(in) :: name
     character(*), intent(in) :: note !< on the units, stored with every field and surface unless it is empty
-    real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
+    real(rp), intent(in), optional :: restart_time
     self%params = params
     self%note = note
-    if (present(wings)) call self%wings%init(world, wings, name, restart_time, failure)
+    if (present(wings)) call self%wings%init(world, wings, name, failure, restart_time)
     self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
       if (params%needs_fields() .or. params%pressure .or. params%mask .or. params%solid_velocity) &
         allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
     end associate
     if (.not. allocated(self%scratch)) return
-    if (restart_time >= 0) then
-      call self%index%open(world, name//'.xmf', failure, restart_time=restart_time)
-    else
-      call self%index%open(world, name//'.xmf', failure)
-    end if
+    call self%index%open(world, name//'.xmf', failure, restart_time)
   end subroutine output_init
 
   !> Decides what has to be written for the state of `fluid`, and what its next pass must provide.

@@ -21,13 +21,13 @@ module app_report
 
 contains
 
-  !> Version, grid, ranks, memory and dimensionless numbers. Root only; `restart_time` < 0 means a new run.
-  subroutine print_run_header(unit, settings, fluid, restart_time, coupler)
+  !> Version, grid, ranks, memory and dimensionless numbers. Root only. `restart_time` is absent in a new run.
+  subroutine print_run_header(unit, settings, fluid, coupler, restart_time)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
     type(fluid_t), intent(in) :: fluid
-    real(rp), intent(in) :: restart_time
     type(coupler_t), intent(in), optional :: coupler !< of flexible wings
+    real(rp), intent(in), optional :: restart_time
     real(rp) :: bytes
     bytes = fluid%memory_bytes()
     if (present(coupler)) bytes = bytes + coupler%memory_bytes()
@@ -40,7 +40,7 @@ contains
         ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
-      if (restart_time >= 0) then
+      if (present(restart_time)) then
         write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
       else
         write (unit, '(a,a)') 'start     ', p%inicond

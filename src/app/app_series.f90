@@ -39,17 +39,17 @@ module app_series
 
 contains
 
-  !> Opens all files; with `restart_time` >= 0 the records before it are kept. Moving wings must be placed.
+  !> Opens all files; with `restart_time` the records before it are kept. Moving wings must be placed.
   !> Collective.
-  subroutine series_open(self, world, fluid, note, restart_time, failure, wings, flexible)
+  subroutine series_open(self, world, fluid, note, failure, wings, flexible, restart_time)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_t), intent(in) :: fluid
     character(*), intent(in) :: note !< second line of every file
-    real(rp), intent(in) :: restart_time
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
     logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
+    real(rp), intent(in), optional :: restart_time
     character(*), parameter :: T = 'time [T]'
     character(40), allocatable :: forces(:), powers(:)
     character(16) :: name
@@ -94,8 +94,8 @@ contains
     end if
     self%has_wings = present(wings)
     if (.not. present(wings)) return
-    call self%flight%open(world, wings, flexible, note, restart_time, failure)
-    if (flexible) call self%coupling%open(world, wings, note, restart_time, failure)
+    call self%flight%open(world, wings, flexible, note, failure, restart_time)
+    if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
 
   contains
 
@@ -103,11 +103,7 @@ contains
       type(series_t), intent(inout) :: series
       character(*), intent(in) :: path, columns(:)
       ! After a failure the others are opened in name only, so that all of them can be closed.
-      if (restart_time >= 0) then
-        call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
-      else
-        call series%open(world, path, columns, failure, note=note)
-      end if
+      call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
     end subroutine open_one
   end subroutine series_open
 

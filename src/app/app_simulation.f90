@@ -68,7 +68,7 @@ contains
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
     type(command_t), intent(in) :: command
-    real(rp) :: restart_time
+    real(rp), allocatable :: restart_time ! in a new run it has none, and is absent where it is handed on
     logical :: restarts, found
 
     self%world = world
@@ -96,7 +96,6 @@ contains
     call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
 
     restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
-    restart_time = -1
     if (restarts .and. .not. self%failure%failed) then
       call self%restart(command)
       restart_time = self%fluid%rhs%state%time
@@ -115,16 +114,16 @@ contains
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                  settings%output%slices), 0.0_rp]
     call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, settings%units%note(), restart_time, self%failure, self%wings, &
-                          settings%flexible)
-    call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), restart_time, &
-                          self%failure, self%wings)
+    call self%series%open(world, self%fluid, settings%units%note(), self%failure, self%wings, settings%flexible, &
+                          restart_time)
+    call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), &
+                          self%failure, self%wings, restart_time)
     if (self%failure%failed) then
       call self%fail(EXIT_FAILURE)
       return
     end if
-    if (world%is_root) call print_run_header(output_unit, settings, self%fluid, restart_time, &
-                                             self%coupler)
+    if (world%is_root) call print_run_header(output_unit, settings, self%fluid, self%coupler, &
+                                             restart_time)
     call self%progress%init(world%is_root, settings%output%progress_seconds)
     call self%timers%stop(self%t_start)
   end subroutine simulation_init

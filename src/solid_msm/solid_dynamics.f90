@@ -31,8 +31,8 @@ module solid_dynamics
     !> A factorisation serves further iterations, which are not counted, if at the rate of the last one this many suffice,
     !> about what a factorisation costs; 0: none, a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
-    !> So many in a step; then tangents are inverted by iterations with the last factors. More only if these fail, and
-    !> in a step that is halved.
+    !> So many in a step with all its attempts; then tangents are inverted by iterations with the last factors. More
+    !> only if these fail, and after half of the halvings.
     integer :: factorisations = 3
   end type dynamic_options_t
 
@@ -103,33 +103,33 @@ contains
     type(dynamic_options_t) :: now
     integer :: halvings, done
     real(rp) :: part
-    logical :: converged
+    logical :: converged, has_factors
     call require(dt > 0, 'dynamics_t%step: the time step must be positive')
     call copy_state(state, self%saved)
     now = options
     halvings = 0
     done = 0
+    has_factors = .false.
     do
       part = dt/2**halvings
       if (present(guess) .and. halvings == 0) then
         call substep(self, model, inertia, motion%at(self%saved%time + part), force, part, now, state, report, &
-                     converged, guess)
+                     has_factors, converged, guess)
       else
         call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, now, state, &
-                     report, converged)
+                     report, has_factors, converged)
       end if
       if (converged) then
         done = done + 1
         report%substeps = report%substeps + 1
         if (done == 2**halvings) exit
-        now = options
-        now%factorisations = merge(huge(1), options%factorisations, halvings > 0)
+        now%worth_reuse = options%worth_reuse
       else if (now%worth_reuse > 0) then
         now%worth_reuse = 0
       else if (halvings < options%halvings) then
         now = options
-        now%factorisations = huge(1)
         halvings = halvings + 1
+        if (halvings > options%halvings/2) now%factorisations = huge(1)
         done = 2*done
       else
         call copy_state(self%saved, state)
@@ -141,7 +141,8 @@ contains
     report%converged = .true.
   end subroutine dynamics_step
 
-  subroutine substep(self, model, inertia, frame, force, h, options, state, report, converged, guess)
+  !> One attempt of a step h, with `has_factors` of a tangent that an earlier attempt left.
+  subroutine substep(self, model, inertia, frame, force, h, options, state, report, has_factors, converged, guess)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -150,12 +151,13 @@ contains
     type(dynamic_options_t), intent(in) :: options
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(inout) :: report
+    logical, intent(inout) :: has_factors
     logical, intent(out) :: converged
     real(rp), intent(in), optional :: guess(:, :)
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
     real(rp) :: r, c1, c2, q, scale, floor, noise, small, size_r, last_size, newton_sizes(2)
     integer :: iteration, n_newton
-    logical :: is_scarce, has_factors, was_iterated
+    logical :: is_scarce, was_iterated
 
     r = 0
     if (state%old_step > 0) r = h/state%old_step
@@ -177,7 +179,6 @@ contains
     converged = .false.
     n_newton = 0
     newton_sizes = 0
-    has_factors = .false.
     was_iterated = .false.
     do iteration = 0, 4*options%iterations
       self%v = q*(self%u - self%bu)
