@@ -143,6 +143,14 @@ contains
     call t%check('with iterations two suffice', most(2) <= 2)
     ! Residuals of 1e-8 of the forces, of which a tip of stiffness 3 E I/l^3 = 2.9 N/m makes 1e-8*4/2.9 m a step.
     call t%check_close('the same shape', maxval(abs(state(2)%u - state(1)%u)), 0.0_rp, atol=STEPS*1.4e-8_rp)
+    ! A longer step, with so few iterations that it has to be made in pieces.
+    options(1) = dynamic_options_t()
+    options(1)%iterations = 4
+    call state(1)%init(model, 0.0_rp)
+    call stepper%step(model, inertia, motion, force, 4*DT, options(1), state(1), report)
+    print '(a,2i4)', 'pieces, factorisations', report%substeps, report%factorisations
+    call t%check('a step in pieces', report%converged .and. report%substeps > 1)
+    call t%check('three suffice for it, too', report%factorisations <= 3)
     call stepper%free()
   end subroutine step_hard
 end program test_solid_krylov
