@@ -72,7 +72,8 @@ contains
     if (self%is_repeated) then
       self%guess = state%u
       call copy_state(self%begun, state)
-      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, self%guess)
+      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, self%guess, &
+                             before=self%factorisations)
     else
       call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report)
     end if

@@ -31,8 +31,8 @@ module solid_dynamics
     !> A factorisation serves further iterations, which are not counted, if at the rate of the last one this many suffice,
     !> about what a factorisation costs; 0: none, a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
-    !> So many in a step with all its attempts; then tangents are inverted by iterations with the last factors. More
-    !> only if these fail, and after half of the halvings.
+    !> So many in a step, its second attempt included; then tangents are inverted by iterations with the last factors.
+    !> More only if these fail and where a step is halved: iterations that begin with poor factors cost more than new ones.
     integer :: factorisations = 3
   end type dynamic_options_t
 
@@ -90,7 +90,10 @@ contains
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
   !> step, with the frame of `motion` at the new time. On failure the state is what it was.
-  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess)
+  !>
+  !> The same step, made again with another force or guess, uses the factors of the last time if it is told how many
+  !> factorisations have gone `before` into it.
+  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess, before)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -100,6 +103,7 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(out) :: report
     real(rp), intent(in), optional :: guess(:, :) !< (3, n_all) [m] of u at the end, instead of an extrapolated one
+    integer, intent(in), optional :: before
     type(dynamic_options_t) :: now
     integer :: halvings, done
     real(rp) :: part
@@ -110,6 +114,10 @@ contains
     halvings = 0
     done = 0
     has_factors = .false.
+    if (present(before)) then
+      has_factors = before > 0
+      now%factorisations = options%factorisations - before
+    end if
     do
       part = dt/2**halvings
       if (present(guess) .and. halvings == 0) then
@@ -123,13 +131,15 @@ contains
         done = done + 1
         report%substeps = report%substeps + 1
         if (done == 2**halvings) exit
-        now%worth_reuse = options%worth_reuse
+        now%worth_reuse = options%worth_reuse ! of the next piece
+        has_factors = .false.
       else if (now%worth_reuse > 0) then
         now%worth_reuse = 0
       else if (halvings < options%halvings) then
         now = options
+        now%factorisations = huge(1)
+        has_factors = .false.
         halvings = halvings + 1
-        if (halvings > options%halvings/2) now%factorisations = huge(1)
         done = 2*done
       else
         call copy_state(self%saved, state)
@@ -141,7 +151,7 @@ contains
     report%converged = .true.
   end subroutine dynamics_step
 
-  !> One attempt of a step h, with `has_factors` of a tangent that an earlier attempt left.
+  !> One attempt of a step h, or of a piece of it; `has_factors` tells whether an earlier one left some.
   subroutine substep(self, model, inertia, frame, force, h, options, state, report, has_factors, converged, guess)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -157,7 +167,7 @@ contains
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
     real(rp) :: r, c1, c2, q, scale, floor, noise, small, size_r, last_size, newton_sizes(2)
     integer :: iteration, n_newton
-    logical :: is_scarce, was_iterated
+    logical :: is_scarce, was_iterated, is_warm
 
     r = 0
     if (state%old_step > 0) r = h/state%old_step
@@ -180,6 +190,7 @@ contains
     n_newton = 0
     newton_sizes = 0
     was_iterated = .false.
+    is_warm = has_factors
     do iteration = 0, 4*options%iterations
       self%v = q*(self%u - self%bu)
       self%rate = q*(self%v - self%bv)
@@ -198,7 +209,7 @@ contains
       converged = size_r <= small
       if (converged .and. iteration > 0) exit
       converged = .false.
-      if (was_iterated .or. needs_new_tangent(options, iteration, size_r, last_size, small)) then
+      if (was_iterated .or. needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
         is_scarce = has_factors .and. report%factorisations >= options%factorisations - 1 ! an indefinite one takes two
         if (n_newton == options%iterations) exit
         if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
@@ -257,14 +268,17 @@ contains
 
   !> Whether the factors at hand are no good for the next iteration. The first two after a factorisation at the
   !> extrapolated shape take back what its springs were stretched by, for which they are good enough; later ones
-  !> should converge in fewer iterations than a factorisation costs.
-  pure logical function needs_new_tangent(options, iteration, size_r, last_size, small) result(is_needed)
+  !> should converge in fewer iterations than a factorisation costs. A step that is made again begins `is_warm`.
+  pure logical function needs_new_tangent(options, is_warm, iteration, size_r, last_size, small) result(is_needed)
     type(dynamic_options_t), intent(in) :: options
+    logical, intent(in) :: is_warm
     integer, intent(in) :: iteration
     real(rp), intent(in) :: size_r, last_size, small !< [N] residuals, now, before, and of the end
     integer, parameter :: STRETCHED = 3
     is_needed = .true.
-    if (iteration == 0 .or. .not. options%worth_reuse > 0) return
+    if (.not. options%worth_reuse > 0) return
+    if (iteration == 0) is_needed = .not. is_warm
+    if (iteration == 0) return
     if (iteration < STRETCHED) is_needed = size_r > last_size
     if (is_needed .and. size_r < last_size) &
       is_needed = log(size_r/small) > options%worth_reuse*log(last_size/size_r)

@@ -10,7 +10,7 @@ module solid_krylov
   private
   public :: krylov_t
 
-  integer, parameter :: MOST = 40
+  integer, parameter :: MOST = 16
 
   !> Work space; nothing is allocated after `init`.
   type :: krylov_t
