@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times the parts of the coupled steps of a run with flexible wings, after some steps that begin it. Prints one JSON
-!> object on its last line. Called through bench/coupling.
+!> Times the parts of the coupled steps of a run with flexible wings, after some steps that begin it, from rest or from
+!> a backup of flusi. Prints one JSON object on its last line. Called through bench/coupling.
 !>
 !> mask: placing and drawing the wings. load: what the fluid's one pass keeps of the pressure on its way, the lines
 !> where it does, the inverse transform and the sampling. solid: all wings over the step. checks: gaps between the
@@ -15,9 +15,12 @@ program bench_coupling
   use base_process, only: wall_seconds
   use bench_floor, only: floor_seconds
   use fluid_requests, only: request_t
+  use fluid_restart, only: load_fluid
   use fluid_solver, only: fluid_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_restart, only: load_wings
+  use io_checkpoint, only: checkpoint_reader_t
   use io_shared_text, only: read_shared_text
   use parallel_world, only: world_t
   implicit none
@@ -30,6 +33,7 @@ program bench_coupling
   type(coupler_t) :: coupler
   type(message_list_t) :: errors, notices
   type(failure_t) :: failure
+  type(checkpoint_reader_t) :: backup
   character(:), allocatable :: text, problem
   character(256) :: argument
   real(rp), allocatable :: times(:, :)
@@ -50,7 +54,16 @@ program bench_coupling
                   settings%coupler%needs_trials())
   call wings%init(settings%flight, settings%fluid%grid, fluid%transform%block)
   call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
-  call fluid%start(failure)
+  if (command_argument_count() > 3) then
+    call get_command_argument(4, argument)
+    call backup%open(world, trim(argument), failure)
+    call load_fluid(backup, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
+    if (.not. failure%failed) call load_wings(backup, wings, coupler, failure)
+    call backup%close(failure)
+    if (failure%failed) error stop 'bench_coupling: the backup is not one of this case'
+  else
+    call fluid%start(failure)
+  end if
   fluid%rhs%pressure%is_timed = .true.
   allocate (times(10, steps))
   do i = 1, begin_with
@@ -123,8 +136,8 @@ contains
     mask_time = times(MASK, :)
     share = (mask_time + load + times(SOLID, :) + times(CHECKS, :))/step
     ratio = median(times(FLOW, :) - mask_time - times(MARK, :) - times(KEEP, :))/least(1)
-    write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', &
-      world%size, ' ranks, ', steps, ' steps'
+    write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a,f0.4)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', &
+      world%size, ' ranks, ', steps, ' steps until t = ', fluid%rhs%state%time
     write (output_unit, '(a,4(f0.1,a))') 'a step takes ', MS*median(step), ' ms: mask ', MS*median(mask_time), &
       ' ms, load ', MS*median(load), ' ms, solid ', MS*median(times(SOLID, :)), ' ms'
     write (output_unit, '(a,4(f0.2,a))') 'of the load, finding the lines takes ', MS*median(times(MARK, :)), &
@@ -132,7 +145,8 @@ contains
       MS*median(times(LOOK, :)), ' ms; checks take ', MS*median(times(CHECKS, :)), ' ms'
     write (output_unit, '(2(a,f0.2),a)') 'solving a wing takes ', MS*median(times(SOLVE, :)), &
       ' ms of that; a rank waits at most ', MS*median(times(WAIT, :)), ' ms for the wing of another'
-    write (output_unit, '(a,i0,a)') 'at most ', nint(maxval(times(FACTORS, :))), ' factorisations per wing and step'
+    write (output_unit, '(a,i0,a,f0.2)') 'at most ', nint(maxval(times(FACTORS, :))), &
+      ' factorisations per wing and step, on average ', sum(times(FACTORS, :))/steps
     write (output_unit, '(a,f0.2,a)') 'the fluid takes ', ratio, ' times its floor'
     write (output_unit, '(a,2(f0.4,a))') 'the share of a step is between ', quantile(share, 0.1_rp), ' and ', &
       quantile(share, 0.9_rp), ' (first and last decile)'

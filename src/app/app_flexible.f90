@@ -125,6 +125,7 @@ contains
     logical, intent(in) :: units_given
     type(coupler_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors, notices
+    real(rp), allocatable :: span_chord(:, :)
     if (.not. units_given) then
       ! An incomplete [units] is reported elsewhere.
       if (.not. any([config%is_given('units', 'length'), config%is_given('units', 'frequency'), &
@@ -141,8 +142,10 @@ contains
     if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
     params%density = setup%material%vein_density
     params%units = units
-    params%added_mass = added_mass_ratio(setup%wing%points, setup%wing%triangles, setup%mass%nodal, &
-                                         units%mass/units%length**3)
+    ! A plane flow runs along the length of the sheet, whose width is the depth that has no end.
+    span_chord = setup%wing%points(:2, :)
+    if (grid%is_2d) span_chord = span_chord([2, 1], :)
+    params%added_mass = added_mass_ratio(span_chord, setup%wing%triangles, setup%mass%nodal, units%mass/units%length**3)
     params%light_layer = light_layer(setup%wing%points, setup%wing%triangles, setup%mass%nodal)
     params%gravity = config%get_reals(F, 'gravity')
     params%friction = config%get_word(F, 'load') == 'pressure_viscous'

@@ -113,21 +113,25 @@ contains
     type(settings_t), intent(in) :: settings
     real(rp), parameter :: UG = 1.0e9_rp, G = 1.0e3_rp
     character(:), allocatable :: note
-    real(rp) :: air, stiffness
+    real(rp) :: air, chord, stiffness
     logical :: is_soft
     associate (wing => settings%flight%wings(1), c => settings%coupler, p => settings%fluid)
-      air = settings%units%density*PI/4*wing%mean_chord()*c%units%length
+      chord = merge(wing%length(), wing%mean_chord(), p%grid%is_2d)*c%units%length
+      air = settings%units%density*PI/4*chord
       write (unit, '(a,i0,a,es10.3,a,f0.1,a,f0.2,a,f0.2,a)') 'bending   ', c%model%n_points, ' points, E = ', &
         c%model%params%young, ' Pa, mass ', UG*sum(c%inertia%mass), ' ug, membrane ', G*c%membrane, &
-        ' g/m^2, air that it accelerates ', G*air, ' g/m^2'
+        ' g/m^2, fluid that it accelerates ', G*air, ' g/m^2'
       call membrane_note(c%model%params, note, is_soft)
-      if (c%membrane > 0) write (unit, '(a,f0.2,a)') '          '//note//'; the membrane''s mass means ', &
-        1.0e6_rp*c%membrane/c%density, ' um'
+      if (c%membrane > 0 .and. c%density > settings%units%density) then
+        write (unit, '(a,f0.2,a)') '          '//note//'; the membrane''s mass means ', 1.0e6_rp*c%membrane/c%density, ' um'
+      else
+        write (unit, '(a)') '          '//note
+      end if
       write (unit, '(a,f0.2)') '          largest added-mass ratio over the wing ', c%added_mass
       stiffness = 0
       if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
                                          c%light_layer*step_over_c_eta(p)
-      if (c%added_mass > 1) write (unit, '(a)') '          the wing is lighter than the air that it moves: '// &
+      if (c%added_mass > 1) write (unit, '(a)') '          the wing is lighter than the fluid that it moves: '// &
         advice(c%coupling)
       if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') &
         '          (dt/C_eta) rho t/(mass per area of the lightest tenth) = ', stiffness, ' may exceed ', &

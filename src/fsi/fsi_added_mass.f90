@@ -20,7 +20,7 @@ contains
   !> for a flat wing in the x-y plane with its chords along y. A point's mass lies evenly on a third of the
   !> triangles about it. SI or any consistent units.
   pure real(rp) function added_mass_ratio(points, triangles, masses, density) result(largest)
-    real(rp), intent(in) :: points(:, :)   !< (3, n)
+    real(rp), intent(in) :: points(:, :)   !< (2 or more, n) along the span and along the chord
     integer, intent(in) :: triangles(:, :) !< (3, m)
     real(rp), intent(in) :: masses(:)      !< (at least n) of the points
     real(rp), intent(in) :: density        !< of the fluid
