@@ -83,10 +83,10 @@ contains
   !> case C3.5 of the International Workshop on High-Order CFD Methods (Wang et al. 2013,
   !> DOI 10.1002/fld.3767), which the finite-difference run of Dairay et al. 2017
   !> (DOI 10.1016/j.jcp.2017.02.035) matches to 8 digits of the energy and 5 of the dissipation.
-  !> Tolerances, at t = 1 to 4: up to t = 1 coarse grids resolve the flow to the digits of the reference. Then the modes
-  !> beyond their truncation fill. The enstrophy that is missing for that is 3e-5, 0.35 % and 4.5 % at t = 2, 3 and 4 with
-  !> 64^3 points, |k| < 21, and 1e-6, 0.06 % and 1.4 % with 96^3, |k| < 31. Energy falls too slowly by 2 nu times the time
-  !> integral of that: at t = 3 by 9e-6 and 1.4e-6, at t = 4 by 2.1e-4 and 5e-5.
+  !> Tolerances, at t = 1 to 4: up to t = 1 coarse grids resolve the flow to the digits of the reference. Then the
+  !> modes beyond their truncation fill. The enstrophy that is missing for that is 3e-5, 0.35 % and 4.5 % at t = 2, 3
+  !> and 4 with 64^3 points, |k| < 21, and 1e-6, 0.06 % and 1.4 % with 96^3, |k| < 31. Energy falls too slowly by 2 nu
+  !> times the time integral of that: at t = 3 by 9e-6 and 1.4e-6, at t = 4 by 2.1e-4 and 5e-5.
   subroutine transition(n, energy_tolerance, dissipation_tolerance)
     integer, intent(in) :: n
     real(rp), intent(in) :: energy_tolerance(4), dissipation_tolerance(4)
