@@ -10,10 +10,11 @@ string(REPLACE ";" "\n" FLUSI_TEST_ENVIRONMENT_LINES "${FLUSI_TEST_ENVIRONMENT}"
 file(WRITE ${CMAKE_BINARY_DIR}/test_environment "${FLUSI_TEST_ENVIRONMENT_LINES}\n")
 
 # add_mpi_test(<name> SOURCES t.f90 USES <layers> [RANKS 1 2 3 4] LABEL unit|verification|regression
-#              [TIMEOUT s] [ARGS ...])
-# With RANKS the test runs once under mpirun for every count; without, it runs as a plain process.
+#              [TIMEOUT s] [COST s] [ARGS ...])
+# With RANKS the test runs once under mpirun for every count; without, it runs as a plain process. COST: seconds on a quiet
+# machine, given where there are many of them, so that what takes long begins early in the first run of a build, too.
 function(add_mpi_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;USES;RANKS;ARGS" ${ARGN})
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;COST" "SOURCES;USES;RANKS;ARGS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   set_target_properties(${name} PROPERTIES
     RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests/bin
@@ -22,6 +23,9 @@ function(add_mpi_test name)
   target_link_libraries(${name} PRIVATE flusi_testkit ${ARG_USES})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
+  endif()
+  if(NOT ARG_COST)
+    set(ARG_COST 0)
   endif()
   if(ARG_RANKS)
     foreach(ranks ${ARG_RANKS})
@@ -32,30 +36,35 @@ function(add_mpi_test name)
                 $<TARGET_FILE:${name}> ${ARG_ARGS}
         WORKING_DIRECTORY ${workdir})
       set_tests_properties(${name}_${ranks} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
-        ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${ranks})
+        ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${ranks} COST ${ARG_COST})
     endforeach()
   else()
     set(workdir ${CMAKE_BINARY_DIR}/tests/runs/${name})
     file(MAKE_DIRECTORY ${workdir})
     add_test(NAME ${name} COMMAND ${name} ${ARG_ARGS} WORKING_DIRECTORY ${workdir})
     set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
-      ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}")
+      ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" COST ${ARG_COST})
   endif()
 endfunction()
 
-# add_script_test(<name> LABEL l COMMAND ... [TIMEOUT s] [PROCESSORS n]): whole-program tests
-# driven by a script; they get the same environment and a working directory of their own.
+# add_script_test(<name> LABEL l COMMAND ... [TIMEOUT s] [PROCESSORS n] [COST s]): whole-program tests
+# driven by a script; they get the same environment and a working directory of their own. PROCESSORS: what they keep busy on
+# average. It is 1 for scripts that start short runs of two ranks: these wait for their start, for each other and for what
+# looks at their files.
 function(add_script_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;PROCESSORS" "COMMAND" ${ARGN})
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;PROCESSORS;COST" "COMMAND" ${ARGN})
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
+    set(ARG_TIMEOUT 600)
   endif()
   if(NOT ARG_PROCESSORS)
     set(ARG_PROCESSORS 1)
+  endif()
+  if(NOT ARG_COST)
+    set(ARG_COST 0)
   endif()
   set(workdir ${CMAKE_BINARY_DIR}/tests/runs/${name})
   file(MAKE_DIRECTORY ${workdir})
   add_test(NAME ${name} COMMAND ${ARG_COMMAND} WORKING_DIRECTORY ${workdir})
   set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
-    PROCESSORS ${ARG_PROCESSORS} ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT};MPIEXEC=${MPIEXEC_EXECUTABLE}")
+    PROCESSORS ${ARG_PROCESSORS} COST ${ARG_COST} ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT};MPIEXEC=${MPIEXEC_EXECUTABLE}")
 endfunction()

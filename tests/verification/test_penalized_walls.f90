@@ -16,12 +16,14 @@ program test_penalized_walls
   call test%start(parallel=.true.)
   eta = LAYERS**2 ! viscosity 1
   do i = 1, 3
-    call channel_error(eta(i), 0.99_rp, errors(i), profile(i))
+    call channel_error(eta(i), 0.9_rp, errors(i), profile(i))
   end do
+  ! The channel flow settles in a time of 1/80 (k^2 with tan(k/2) = k/2), the flow between cylinders in 1/27. dt is less
+  ! than C_eta, the limit of stability of extrapolated penalization, at which alternating errors would last longer.
   ! The leading term of the error is the slip delta |u'|; the next one, delta^2, lowers the slope by 0.05.
   call test%check_order('channel flow converges with half order in C_eta', eta, errors, 0.5_rp, 0.06_rp)
 
-  ! At dt = C_eta the integrating factor shifts the steady layer by O((nu k^2 dt)^2), k = 1/delta: 8 % of
+  ! At dt near C_eta the integrating factor shifts the steady layer by O((nu k^2 dt)^2), k = 1/delta: 8 % of
   ! the slip. With dt = C_eta/5 that is 25 times less, and the grid's error remains: the
   ! sharp mask ends between two points, and a sixth of a cell moves the slip by 4 dy/6 = 2.6e-3.
   call channel_error(eta(1), 0.2_rp, errors(1), profile(1))
@@ -56,7 +58,7 @@ contains
     call make_fluid(test%world, '[Resolution]'//NL//'nx=1'//NL//'ny=512'//NL//'nz=4'//NL//'[Geometry]'//NL// &
                     'yl=2.0'//NL//'zl=1.0'//NL//'[InitialCondition]'//NL//'inicond=MeanFlow'//NL// &
                     '[ReynoldsNumber]'//NL//'nu=1.0'//NL//'[MeanFlow]'//NL// &
-                    'ux=0'//NL//'uy=0'//NL//'uz=1'//NL//'iMeanFlow_z=fixed'//NL//'[Time]'//NL//'Tmax=1.2'// &
+                    'ux=0'//NL//'uy=0'//NL//'uz=1'//NL//'iMeanFlow_z=fixed'//NL//'[Time]'//NL//'Tmax=0.2'// &
                     NL//'CFL=0.9'//NL//trim(text)//NL, fluid)
     call run_to_end(fluid)
     ! In the wall u = (slip - g eta) exp(-s/delta) + g eta, and the stress is continuous:
@@ -89,7 +91,7 @@ contains
     integer :: iy, iz
     write (text, '(a,es24.16)') 'eps=', c_eta
  call make_fluid(test%world, box_2d(N, L)//'r1=0.4'//NL//'r2=1.0'//NL//'[InitialCondition]'//NL//'inicond=quiescent'// &
-                    NL//'[ReynoldsNumber]'//NL//'nu=1.0'//NL//'[Time]'//NL//'Tmax=0.4'//NL//'CFL=0.5'//NL// &
+                    NL//'[ReynoldsNumber]'//NL//'nu=1.0'//NL//'[Time]'//NL//'Tmax=0.3'//NL//'CFL=0.5'//NL// &
                     '[MeanFlow]'//NL//'ux=0'//NL//'[Penalization]'//NL//'iPenalization=1'//NL//'iMask=couette'//NL// &
                     'omega=1.25'//NL//trim(text)//NL, fluid)
     call run_to_end(fluid)

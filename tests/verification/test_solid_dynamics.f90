@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Motion of wings in time against closed forms, orders of convergence, conservation.
 program test_solid_dynamics
-  use base_constants, only: PI, TWO_PI
+  use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use cantilever, only: make_cantilever
   use sample_wings, only: make_beam
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_inertia, only: inertia_t, momenta_t, measure_motion
@@ -25,28 +26,6 @@ program test_solid_dynamics
   call t%finish()
 
 contains
-
-  subroutine make_cantilever(n, ei, k, model, inertia)
-    integer, intent(in) :: n
-    real(rp), intent(in) :: ei, k
-    type(solid_model_t), intent(out) :: model
-    type(inertia_t), intent(out) :: inertia
-    type(wing_t) :: wing
-    type(solid_params_t) :: params
-    type(failure_t) :: failure
-    real(rp) :: masses(n + 1)
-    wing = make_beam(n, 1.0_rp, 1.0_rp, [1.0_rp, 0.0_rp, 0.0_rp])
-    params = default_params(wing)
-    params%young = max(ei, tiny(ei))*64/PI
-    if (.not. ei > 0) params%young = 1
-    if (.not. ei > 0) params%root_factor = 0
-    params%k_vein = k
-    call model%init(wing, params, failure)
-    call t%check('the beam is valid',.not. failure%failed)
-    masses = 1.0_rp/n
-    masses(n + 1) = 0.5_rp/n
-    call inertia%init(model, masses)
-  end subroutine make_cantilever
 
   !> A beam that swings widely from an initial velocity, with equal or unequal steps, up to time 1.
   subroutine swing(n_steps, uneven, u)

@@ -1,18 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Natural frequencies of cantilevers at rest and spinning.
 program test_solid_modes
-  use base_constants, only: PI, TWO_PI
+  use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use sample_wings, only: make_beam
+  use cantilever, only: make_cantilever
   use solid_equilibrium, only: equilibrium_t
   use solid_inertia, only: inertia_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_modes, only: natural_modes
-  use solid_params, only: solid_params_t, default_params
   use solid_statics, only: solve_static, static_options_t, static_report_t
-  use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: t
@@ -23,26 +21,6 @@ program test_solid_modes
   call t%finish()
 
 contains
-
-  subroutine make_cantilever(n, ei, k, model, inertia)
-    integer, intent(in) :: n
-    real(rp), intent(in) :: ei, k
-    type(solid_model_t), intent(out) :: model
-    type(inertia_t), intent(out) :: inertia
-    type(wing_t) :: wing
-    type(solid_params_t) :: params
-    type(failure_t) :: failure
-    real(rp) :: masses(n + 1)
-    wing = make_beam(n, 1.0_rp, 1.0_rp, [1.0_rp, 0.0_rp, 0.0_rp])
-    params = default_params(wing)
-    params%young = ei*64/PI
-    params%k_vein = k
-    call model%init(wing, params, failure)
-    call t%check('the beam is valid',.not. failure%failed)
-    masses = 1.0_rp/n
-    masses(n + 1) = 0.5_rp/n
-    call inertia%init(model, masses)
-  end subroutine make_cantilever
 
   subroutine test_beam_modes()
     real(rp), parameter :: EXACT(4) = [3.516015_rp, 22.034492_rp, 61.697214_rp, 120.901916_rp]

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The derivatives of the shape of a blowfly's wing, in the file that the first argument names, to every
-!> parameter equal central differences of equilibria under each of ten loads.
+!> parameter equal central differences of equilibria under ten loads: under each load those to every other parameter, so
+!> that every parameter meets five of the loads.
 program test_solid_sensitivities
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -48,7 +49,7 @@ program test_solid_sensitivities
     scale = maxval(abs(d(:, :, model%params%find('E'))))
     worst = 0
     worst_name = ''
-    do p = 1, n_parameters
+    do p = 1 + mod(l, 2), n_parameters, 2
       error = difference_error(p)
       parameter = model%params%describe(p)
       if (error > worst) worst_name = parameter%name

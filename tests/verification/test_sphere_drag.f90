@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Drag of a sphere at Re 20 and 100 against Schiller & Naumann, Cd = 24/Re (1 + 0.15 Re^0.687), which
-!> measured drag follows to 5 % (Clift, Grace & Weber 1978).
+!> Drag of a sphere at Re 20 and 40, or, with the argument `fine`, at Re 20 and 100 on finer grids, against Schiller &
+!> Naumann, Cd = 24/Re (1 + 0.15 Re^0.687), which measured drag follows to 5 % (Clift, Grace & Weber 1978).
 !>
 !> Two effects must be accounted for; both are computed, none is fitted.
 !> (1) The smoothed mask begins to hold the flow h = 1.5 dx outside of the nominal radius. The shift of
@@ -12,7 +12,8 @@
 !> F/(rho U)); both speed the outer flow up, to U (1 + a + Cd a/2) (Maskell 1963 for wakes). The correlation
 !> is taken at that speed. At a = 4 % this is worth 13 % of the drag at Re 20 and 9 % at Re 100.
 !> What remains must lie within the scatter of the correlation. At t = 8, where the run ends, the drag is 1 %
-!> above its steady value (a run to t = 20 tells).
+!> above its steady value (a run to t = 20 tells). The boundary layer, 1/sqrt(Re), has at least 1.6 cells;
+!> 1.7 and 3.4 % are found at Re 20 and 40, 1.4 and 2.1 % at Re 20 and 100 on the finer ones.
 program test_sphere_drag
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -22,22 +23,28 @@ program test_sphere_drag
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
-  real(rp), parameter :: C_ETA = 1.0e-2_rp
+  character(4) :: argument
 
   call test%start(parallel=.true.)
-  call drag_at(20.0_rp, 12)
-  call drag_at(100.0_rp, 16)
+  call get_command_argument(1, argument)
+  if (argument == 'fine') then
+    call drag_at(20.0_rp, 12, 1.0e-2_rp)
+    call drag_at(100.0_rp, 16, 1.0e-2_rp)
+  else
+    call drag_at(20.0_rp, 8, 2.0e-2_rp)
+    call drag_at(40.0_rp, 10, 2.0e-2_rp)
+  end if
   call test%finish()
 
 contains
 
-  subroutine drag_at(re, cells)
-    real(rp), intent(in) :: re
+  subroutine drag_at(re, cells, c_eta)
+    real(rp), intent(in) :: re, c_eta
     integer, intent(in) :: cells !< per diameter
     type(fluid_t) :: fluid
     character(160) :: text
     real(rp) :: force, expected, diameter, share, speed
-    write (text, '(a,es24.16,a,es24.16,3(a,i0),a,i0)') 'nu=', 1/re, NL//'[Penalization]'//NL//'eps=', C_ETA, &
+    write (text, '(a,es24.16,a,es24.16,3(a,i0),a,i0)') 'nu=', 1/re, NL//'[Penalization]'//NL//'eps=', c_eta, &
       NL//'[Resolution]'//NL//'nx=', 8*cells, NL//'ny=', 5*cells, NL//'nz=', 5*cells, &
       NL//'[Sponge]'//NL//'sponge_thickness=', cells
     call make_fluid(test%world, '[Geometry]'//NL// &
@@ -49,7 +56,7 @@ contains
                     trim(text)//NL, fluid)
     call run_to_end(fluid)
     force = fluid%sums%force(1, 1)
-    diameter = 1 + 2*wall_shift(1/re, C_ETA, 1.5_rp/cells)
+    diameter = 1 + 2*wall_shift(1/re, c_eta, 1.5_rp/cells)
     share = PI/4*diameter**2/25
     speed = 1 + share + drag_coefficient(re*diameter)*share/2
     expected = drag_coefficient(re*diameter*speed)*PI/8*diameter**2*speed**2
