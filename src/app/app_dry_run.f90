@@ -98,9 +98,13 @@ contains
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
       if (p%penalized .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
-      if (p%moving) write (unit, '(a)') '            kinematics.t aero_power.t wing_left.t wing_right.t'
-      if (p%moving) write (unit, '(a)') '  at the end summary.txt'
-      if (p%moving) write (unit, '(a)') '  surfaces  wing_left wing_right'
+      if (p%moving) then
+        write (unit, '(a)') '            kinematics.t aero_power.t'//of_sides(settings, 'wing', '.t')
+        if (settings%flexible) write (unit, '(a)') '           '//of_sides(settings, 'bending', '.t')// &
+          of_sides(settings, 'coupling', '.t')
+        write (unit, '(a)') '  at the end summary.txt'
+        write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing', '')
+      end if
       if (n > 0) then
         ! One save at the start, one at the end, and one at each multiple between.
         times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1
@@ -121,4 +125,16 @@ contains
       n = n + count
     end subroutine add
   end subroutine print_files
+
+  !> The names of such files of all wings, each after a blank.
+  function of_sides(settings, name, ending) result(names)
+    type(settings_t), intent(in) :: settings
+    character(*), intent(in) :: name, ending
+    character(:), allocatable :: names
+    integer :: i
+    names = ''
+    do i = 1, size(settings%flight%wings)
+      names = names//' '//name//'_'//trim(settings%flight%wings(i)%side)//ending
+    end do
+  end function of_sides
 end module app_dry_run

@@ -10,6 +10,7 @@ module app_flexible
   use fsi_added_mass, only: added_mass_ratio, light_layer
   use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
   use fsi_flight_params, only: flapping_wing_t, flight_params_t
+  use fsi_rotation, only: angle_t
   use fsi_wing_shape, only: SPAN, wing_shape_t
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -174,11 +175,27 @@ contains
     if (size(flight%wings) == 0) return
     if (size(flight%wings(1)%points) == 0) return
     call notice_sections(flight%wings(1), notices)
+    if (.not. params%release > 0) call notice_start(flight%wings, notices)
     if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
       call config%complain(errors, F, 'load_distance', &
                            'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
                            ': the pressure there is not that on the wing')
   end subroutine read_coupler
+
+  !> A remark on wings that have their full speed from the first step on, which they cannot survive unbent.
+  subroutine notice_start(wings, notices)
+    type(flapping_wing_t), intent(in) :: wings(:)
+    type(message_list_t), intent(inout) :: notices
+    type(angle_t) :: phi, alpha, theta
+    integer :: i
+    do i = 1, size(wings)
+      call wings(i)%motion%evaluate(0.0_rp, phi, alpha, theta)
+      if (.not. maxval(abs([phi%rate, alpha%rate, theta%rate])) > 0) cycle
+      call notices%add('[Insects] wing_ramp is 0, and the flexible wings move at t = 0: they begin with a jerk; '// &
+                       'a quarter of a beat starts them smoothly')
+      return
+    end do
+  end subroutine notice_start
 
   !> Remarks on sections that a wing does not have.
   subroutine notice_sections(wing, notices)

@@ -4,6 +4,7 @@
 
 usage: flusi_cases.py <flusi> <h5dump> [tests]
 """
+import math
 import re
 
 from whole_program import EXIT_USER, SOURCE, check, main
@@ -63,7 +64,8 @@ def number(text, pattern):
 
 def test_check(case):
     """No case has a mistake or an unused setting."""
-    names = ["wing.ini", "wing-rigid.ini", "wing-1024.ini", "revolving.ini", "plate.ini"]
+    names = ["wing.ini", "wing-rigid.ini", "wing-1024.ini", "revolving.ini", "plate.ini", "flag.ini",
+             "turek-hron.ini"]
     for name in names + [f"individuals/{n}.ini" for n in TABLE]:
         done = case.run(str(INI / name), "--check", ranks=0)
         check(done.err == "", f"{name} is checked without a remark:\n{done.err}")
@@ -109,6 +111,14 @@ def test_similarity(case):
     """Wings of all sizes weigh in proportion to R^3."""
     ratios = [number(header(case, f"individuals/{n}.ini"), "Pa, mass") / TABLE[n][0] ** 3 for n in (3, 6, 8)]
     check(max(ratios) - min(ratios) < 1e-3 * ratios[0], f"one mass ratio: {ratios}")  # four printed digits
+
+
+def test_plane_flow(case):
+    """Sheets in a plane flow: the chord is their length. Turek & Hron's beam, 0.35 long and 0.02 thick, ten times as dense
+    as the fluid, and a filament of length 1 and mass 1.5: pi/4 c^2 rho of fluid by the mass, of two decimals."""
+    for name, ratio in (("turek-hron.ini", math.pi / 4 * 0.35**2 / (10 * 0.02 * 0.35)), ("flag.ini", math.pi / 4 / 1.5)):
+        printed = number(header(case, name), "largest added-mass ratio over the wing")
+        check(abs(printed - ratio) < 0.006, f"{name}: the fluid weighs {printed} times the sheet, not {ratio}")
 
 
 def test_revolving(case):
