@@ -106,8 +106,8 @@ def mark_outcome(training, axes, factor, last):
 
 
 def draw_polish(training, axes):
-    """The sum of squares over the evaluations of least squares."""
-    n, data, prior = training.polish.T
+    """The sum of squares over the evaluations of least squares, and where a stage with smaller errors begins."""
+    n, data, prior, *errors = training.polish.T
     axes.plot(n, data + prior, "o-", color=COLOURS[1], ms=4.5, label="with the priors")
     axes.plot(n, data, ".", color=INK, ms=4, label="of the measurements")
     if (data + prior).max() > 5 * data.min():
@@ -116,6 +116,8 @@ def draw_polish(training, axes):
     axes.grid(axis="y", color="0.92", lw=0.6)
     axes.set_xlabel("evaluations of all loads")
     axes.set_ylabel(r"$\chi^2$")
+    for k in np.flatnonzero(np.diff(errors[0])) if errors else ():
+        axes.axvline(0.5 * (n[k] + n[k + 1]), color="0.45", lw=0.9, ls=(0, (4, 3)), zorder=0)
     axes.set_title("polish (least squares)", loc="left")
     axes.legend(loc="upper right")
 

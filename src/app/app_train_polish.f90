@@ -10,9 +10,10 @@ module app_train_polish
   use app_train_space, only: search_space_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use measurement_continuation, only: fit_by_continuation
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
-  use measurement_fit, only: fit, fit_report_t
+  use measurement_fit, only: fit_report_t
   use measurement_least_squares, only: unknowns_t
   use measurement_posterior, only: find_posterior, posterior_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
@@ -35,7 +36,7 @@ module app_train_polish
     logical :: is_cold = .false.             !< all solutions of the polish were cold
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
     character(:), allocatable :: reason      !< why least squares ended
-    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_report_t
+    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
     real(rp), allocatable :: ends(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
     logical :: has_intervals = .false.
@@ -161,6 +162,7 @@ contains
     type(trained_t), intent(out) :: trained
     real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ more are two shapes
     type(fit_report_t) :: report
+    real(rp), allocatable :: path(:, :)
     integer :: n_evaluations, is_cold_again
     logical :: is_cold
     n_evaluations = 0
@@ -172,15 +174,15 @@ contains
       trained%is_cold = is_cold
       trained%coordinates = start
       if (settings%polish) then
-        call fit(problem, unknowns, start, settings%fit, report)
+        call fit_by_continuation(problem, unknowns, start, settings%fit, report, path)
         if (problem%crew%is_stopped) return
         n_evaluations = n_evaluations + report%n_evaluations
         trained%reason = report%reason
-        trained%path = report%path
+        trained%path = path
         trained%is_polished = report%is_converged .or. report%n_accepted > 0
         call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
-                 number_text(report%n_accepted)//' steps'//trim(merge(', all cold; ', ';           ', is_cold))//' '// &
-                     report%reason)
+                     number_text(count_stages(path))//' stages'// &
+                     trim(merge(', all cold; ', ';           ', is_cold))//' '//report%reason)
       end if
       if (trained%is_polished) then
         trained%coordinates = report%p
@@ -200,6 +202,14 @@ contains
     end do
     trained%n_evaluations = n_evaluations
   end subroutine reach_outcome
+
+  !> Stages of a path, see fit_by_continuation.
+  pure integer function count_stages(path) result(n)
+    real(rp), intent(in) :: path(:, :)
+    integer :: last
+    last = size(path, 2)
+    n = min(1, last) + count(path(4, 2:) < path(4, :last - 1))
+  end function count_stages
 
   !> The final point without any warm start.
   subroutine solve_cold(problem, trained)

@@ -100,11 +100,14 @@ def rows_of(contents, name, width):
 
 
 def check_details(contents):
-    """The path of least squares goes down and ends at the outcome; profiles pass the threshold where intervals end."""
-    path = rows_of(contents, "path", 3)
-    sums = [chi2 + prior for _, chi2, prior in path]
+    """The path of least squares goes down in every stage and ends at the outcome; profiles pass the threshold where intervals end."""
+    path = rows_of(contents, "path", 4)
     check(len(path) > 2 and all(a[0] < b[0] for a, b in zip(path, path[1:])), f"evaluations are counted: {path}")
-    check(sums == sorted(sums, reverse=True), f"the path goes down: {sums}")
+    errors = [row[3] for row in path]
+    check(errors == sorted(errors, reverse=True) and errors[0] > 10 and errors[-1] == 1, f"errors fall to 1: {errors}")
+    for stage in set(errors):
+        sums = [chi2 / stage**2 + prior for _, chi2, prior, one in path if one == stage]
+        check(sums == sorted(sums, reverse=True), f"the path goes down in every stage: {sums}")
     # The cold solution is another by 1e-12 m at most, of errors of 1e-7 m declared: 1e-5 of a residual, in each of n.
     n, chi2 = (float(next(v[0] for k, v in contents.items() if k.split("/")[-1] == name))
                for name in ("residuals", "chi2"))
