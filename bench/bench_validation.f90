@@ -201,7 +201,7 @@ contains
     real(rp), intent(out) :: h
     real(rp), allocatable :: path(:, :)
     problem%is_start = .false.
-    call fit_by_continuation(problem, unknowns, start, fit_options_t(), report, path)
+    call fit_by_continuation(problem, unknowns, start, fit_options_t(), .true., report, path)
     n_evaluations = n_evaluations + report%n_evaluations
     h = huge(h)
     if (size(path) == 0) return

@@ -8,9 +8,10 @@
 !> such data could resolve as long as others are wrong stays at its prior until they are right; with the declared errors it
 !> is driven far away, often to a bound, by misfits that are not its own, and does not come back.
 !>
-!> s begins as the root mean square of r at the start, which are the errors that the start would fit (the discrepancy
-!> principle of Morozov, turned round), and follows the misfit down, by a factor of STEP at least. The last stage is s = 1, solved to
-!> the full tolerances: stages decide which of several minima is found, never where it lies. (Iterated regularisation:
+!> s begins as |r| at the start, so that all data together first weigh as much as one prior: the misfit of a start far away
+!> is no scatter, of which n residuals tell more than one, but one mistake that all of them share. It then follows |r| down,
+!> by a factor of STEP at least, until the residuals are within the declared errors. The last stage is s = 1, solved to the
+!> full tolerances: stages decide which of several minima is found, never where it lies. (Iterated regularisation:
 !> Kaltenbacher, Neubauer and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
 module measurement_continuation
   use base_kinds, only: rp
@@ -28,39 +29,45 @@ contains
 
   !> As `fit`, of which `report` is that of the last stage, but for n_evaluations, which counts all, and for its path,
   !> whose evaluations do. path(4, :) has every point accepted in any stage: evaluations so far, chi^2 and the priors'
-  !> chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' falls. A start that is not valid, or fits within
-  !> the declared errors, has no stage but the last.
-  subroutine fit_by_continuation(problem, unknowns, start, options, report, path)
+  !> chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' falls. A start that fits within the declared
+  !> errors has no stage but the last; one that is not valid has none.
+  subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
     type(fit_options_t), intent(in) :: options
+    logical, intent(in) :: has_stages !< otherwise there is but the last
     type(fit_report_t), intent(out) :: report
     real(rp), allocatable, intent(out) :: path(:, :)
     type(unknowns_t) :: narrowed
     type(fit_options_t) :: rough
     real(rp), allocatable :: from(:)
-    real(rp) :: s, misfit
+    real(rp) :: s
     integer :: n_evaluations
     allocate (path(4, 0))
+    n_evaluations = 0
+    report%p = start
+    s = 1
     rough = options
+    if (has_stages) then
+      rough%most_iterations = 0
+      call fit(problem, unknowns, start, rough, report) ! the start alone
+      n_evaluations = report%n_evaluations
+      if (size(report%path) == 0) return
+      s = sqrt(report%chi2)
+    end if
+    rough%most_iterations = options%most_iterations
     rough%reduction_tolerance = max(options%reduction_tolerance, STAGE_REDUCTION)
     rough%step_tolerance = max(options%step_tolerance, STAGE_STEP)
-    rough%most_iterations = 0
-    call fit(problem, unknowns, start, rough, report) ! the start alone
-    n_evaluations = report%n_evaluations
-    if (size(report%path) == 0) return
-    rough%most_iterations = options%most_iterations
     narrowed = unknowns
-    s = root_mean_square(report)
     do while (s > 1)
+      if (report%chi2 <= size(report%residuals)) exit
       narrowed%prior_sd = unknowns%prior_sd/s
       from = report%p
       call fit(problem, narrowed, from, rough, report)
       call add_stage(s)
       if (size(report%path) == 0) return
-      misfit = root_mean_square(report)
-      s = min(s/STEP, misfit)
+      s = min(s/STEP, sqrt(report%chi2))
     end do
     from = report%p
     call fit(problem, unknowns, from, options, report)
@@ -82,10 +89,4 @@ contains
     end subroutine add_stage
 
   end subroutine fit_by_continuation
-
-  !> Of the residuals, in units of the declared errors.
-  pure real(rp) function root_mean_square(report) result(misfit)
-    type(fit_report_t), intent(in) :: report
-    misfit = sqrt(report%chi2/max(1, size(report%residuals)))
-  end function root_mean_square
 end module measurement_continuation

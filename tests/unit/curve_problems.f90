@@ -37,7 +37,7 @@ module curve_problems
     procedure :: evaluate => compliance_evaluate
   end type compliance_t
 
-  !> p^2 was read as 1 with some error: p is 1 or -1. Valid where |p| < 10.
+  !> p^2 was read as 1, as often as there are residuals, with some error: p is 1 or -1. Valid where |p| < 10.
   type, extends(least_squares_t) :: two_wells_t
     real(rp) :: error = 1
     integer :: n_evaluations = 0

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Continuation leads out of a wrong minimum, and ends where the declared problem does: on a problem with two minima,
-!> p^2 = 1 with p = 0.8 thought before, which errors as large as the misfit of the start make convex.
+!> p^2 = 1 with p = 0.8 thought before, which becomes convex when the data together weigh as much as the prior.
 program test_continuation
   use base_kinds, only: rp
   use curve_problems, only: two_wells_t
@@ -10,6 +10,7 @@ program test_continuation
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: PRIOR = 0.8_rp, PRIOR_SD = 0.5_rp, ERROR = 1.0e-3_rp
+  integer, parameter :: M = 4 !< readings
   real(rp), parameter :: ROUND_OFF = 1.0e-12_rp
   type(testkit_t) :: t
 
@@ -28,8 +29,8 @@ contains
     unknowns%prior_sd = PRIOR_SD
   end function some_unknowns
 
-  !> With errors of s e = |p0^2 - 1| the second derivative of the sum of squares, (12 p^2 - 4)/(s e)^2 + 2/sd^2, is positive
-  !> everywhere if (s e)^2 > 2 sd^2 = 0.5: from p0 = -3 to -1.4 there is one minimum, and it lies at positive p.
+  !> The first sum of squares is ((p^2 - 1)/(p0^2 - 1))^2 + ((p - 0.8)/sd)^2. Its second derivative, (12 p^2 - 4)/(p0^2 - 1)^2 +
+  !> 2/sd^2, is positive everywhere if (p0^2 - 1)^2 > 2 sd^2 = 0.5: the starts have one minimum, and it lies at positive p.
   subroutine leave_wrong_minimum()
     real(rp), parameter :: STARTS(4) = [-3.0_rp, -2.0_rp, -1.4_rp, 2.5_rp]
     type(two_wells_t) :: problem
@@ -37,28 +38,28 @@ contains
     type(fit_options_t) :: options
     real(rp), allocatable :: path(:, :)
     integer :: i
-    problem%n_residuals = 1
+    problem%n_residuals = M
     problem%error = ERROR
     call fit(problem, some_unknowns(), [STARTS(2)], options, plain)
     call t%check('least squares alone end in the minimum next to the start', &
                  plain%is_converged .and. plain%p(1) < -0.99_rp)
     do i = 1, size(STARTS)
       problem%n_evaluations = 0
-      call fit_by_continuation(problem, some_unknowns(), [STARTS(i)], options, report, path)
+      call fit_by_continuation(problem, some_unknowns(), [STARTS(i)], options, .true., report, path)
       ! The sum of squares, 0.16, is left to 1e-12 of it: p to 2e-10.
       call t%check_close('continuation ends where both data and prior say', report%p(1), best(), atol=1.0e-9_rp)
       call t%check('  and says so: '//report%reason, report%is_converged)
       call t%check('  all evaluations are counted', report%n_evaluations == problem%n_evaluations)
-      call check_path(path, report, abs(STARTS(i)**2 - 1)/ERROR)
+      call check_path(path, report, sqrt(real(M, rp))*abs(STARTS(i)**2 - 1)/ERROR)
     end do
   end subroutine leave_wrong_minimum
 
-  !> Newton's method for the slope of ((p^2 - 1)/e)^2 + ((p - prior)/sd)^2, from p = 1.
+  !> Newton's method for the slope of M ((p^2 - 1)/e)^2 + ((p - prior)/sd)^2, from p = 1.
   pure real(rp) function best() result(p)
     integer :: i
     p = 1
     do i = 1, 20
-      p = p - (4*p*(p**2 - 1)/ERROR**2 + 2*(p - PRIOR)/PRIOR_SD**2)/((12*p**2 - 4)/ERROR**2 + 2/PRIOR_SD**2)
+      p = p - (4*M*p*(p**2 - 1)/ERROR**2 + 2*(p - PRIOR)/PRIOR_SD**2)/(M*(12*p**2 - 4)/ERROR**2 + 2/PRIOR_SD**2)
     end do
   end function best
 
@@ -96,20 +97,24 @@ contains
     type(fit_report_t) :: report, plain
     type(fit_options_t) :: options
     real(rp), allocatable :: path(:, :)
-    problem%n_residuals = 1
+    problem%n_residuals = M
     problem%error = ERROR
     call fit(problem, some_unknowns(), [1.0_rp + 0.4_rp*ERROR], options, plain)
-    call fit_by_continuation(problem, some_unknowns(), [1.0_rp + 0.4_rp*ERROR], options, report, path)
+    call fit_by_continuation(problem, some_unknowns(), [1.0_rp + 0.4_rp*ERROR], options, .true., report, path)
     call t%check('a start that fits has one stage',.not. any(abs(path(4, :) - 1) > 0))
     call t%check('  which is least squares to the bit',.not. abs(report%p(1) - plain%p(1)) > 0)
+    call fit(problem, some_unknowns(), [-2.0_rp], options, plain)
+    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .false., report, path)
+    call t%check('so has any if stages are not wanted',.not. any(abs(path(4, :) - 1) > 0) .and. &
+                 .not. abs(report%p(1) - plain%p(1)) > 0 .and. report%n_evaluations == plain%n_evaluations)
   end subroutine keep_declared_problem
 
   subroutine keep_report_of_failure()
     type(two_wells_t) :: problem
     type(fit_report_t) :: report
     real(rp), allocatable :: path(:, :)
-    problem%n_residuals = 1
-    call fit_by_continuation(problem, some_unknowns(), [11.0_rp], fit_options_t(), report, path)
+    problem%n_residuals = M
+    call fit_by_continuation(problem, some_unknowns(), [11.0_rp], fit_options_t(), .true., report, path)
     call t%check('an invalid start is a failure: '//report%reason,.not. report%is_converged .and. size(path, 2) == 0 &
                  .and. report%n_accepted == 0 .and. report%n_evaluations == 1)
   end subroutine keep_report_of_failure
