@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> One start of the paper's validation: a noise-free twin, E and ten joints unknown, the start random in the whole box.
-!> Generations of CMA-ES find where least squares can begin; the priors of the polish are first strong, then
-!> weak, so that joints which are seen only when the others are right wait until they are.
+!> Generations of CMA-ES find where least squares can begin; the polish is that of msm_train.
 module bench_validation
   use base_kinds, only: i8, rp
   use bench_twin, only: N_JOINTS, N_UNKNOWNS, twin_t
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
   use cmaes_stop, only: RUNNING
+  use measurement_continuation, only: fit_by_continuation
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_fit, only: fit, fit_options_t, fit_report_t
+  use measurement_fit, only: fit_options_t, fit_report_t
   use measurement_least_squares, only: unknowns_t
   use measurement_posterior, only: find_posterior, posterior_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
@@ -28,8 +28,6 @@ module bench_validation
   real(rp), parameter :: SOFTENED(N_JOINTS) = [0.5_rp, 0.2_rp, 0.8_rp, 0.3_rp, 0.6_rp, 0.1_rp, 0.4_rp, 0.7_rp, &
                                                0.25_rp, 0.9_rp]
   integer, parameter :: GENERATIONS = 1 !< of the search before each attempt to polish
-  !> sd of the priors over that of the last stage; the last are a decade.
-  real(rp), parameter :: STAGES(3) = [1.0e-4_rp, 1.0e-2_rp, 1.0_rp]
 
 contains
 
@@ -193,7 +191,7 @@ contains
     h = sqrt(h)
   end subroutine judge
 
-  !> Least squares from `start`; h [m] of the point where it ends, huge if the start is not valid.
+  !> The polish of msm_train from `start`; h [m] of the point where it ends, huge if the start is not valid.
   subroutine polish(problem, unknowns, start, n_evaluations, report, h)
     type(wing_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -201,30 +199,15 @@ contains
     integer, intent(inout) :: n_evaluations
     type(fit_report_t), intent(out) :: report
     real(rp), intent(out) :: h
-    type(unknowns_t) :: stage
-    type(fit_options_t) :: options
-    real(rp) :: from(size(start))
-    integer :: s
-    from = start
+    real(rp), allocatable :: path(:, :)
     problem%is_start = .false.
-    do s = 1, size(STAGES)
-      stage = unknowns
-      stage%prior_sd = unknowns%prior_sd*STAGES(s)
-      options = fit_options_t()
-      options%most_iterations = 30
-      if (s < size(STAGES)) then ! only a better start of the next
-        options%reduction_tolerance = 1.0e-3_rp
-        options%step_tolerance = 1.0e-2_rp
-      end if
-      call fit(problem, stage, from, options, report)
-      n_evaluations = n_evaluations + report%n_evaluations
-      from = report%p
-      h = huge(h)
-      if (report%n_accepted == 0 .and. .not. report%is_converged) return
-      h = problem%experiment%cost(report%residuals*NOISE)
-      write (output_unit, '(a,i0,a,i0,a,es9.2,a)') '  stage ', s, ': ', report%n_evaluations, ' evaluations, h ', h, &
-        ' m; '//report%reason
-      flush (output_unit)
-    end do
+    call fit_by_continuation(problem, unknowns, start, fit_options_t(), .true., report, path)
+    n_evaluations = n_evaluations + report%n_evaluations
+    h = huge(h)
+    if (size(path) == 0) return
+    h = problem%experiment%cost(report%residuals*NOISE)
+    write (output_unit, '(a,i0,a,es8.1,a,es9.2,a)') '  polish: ', report%n_evaluations, &
+      ' evaluations, errors at first', path(4, 1), ' times as declared, h ', h, ' m; '//report%reason
+    flush (output_unit)
   end subroutine polish
 end module bench_validation

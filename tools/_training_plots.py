@@ -44,13 +44,15 @@ def draw_convergence(training):
     for k, part in enumerate(runs):
         x = count[part]
         first = k == 0
-        panels[0].plot(x, factor * g["generation_median"][part], color="0.72", lw=1.0,
+        alone = "o" if len(x) == 1 else None  # a line through one point is not seen
+        panels[0].plot(x, factor * g["generation_median"][part], color="0.72", lw=1.0, marker=alone, ms=4,
                        label="median of a generation" if first else None)
         panels[0].plot(x, factor * g["generation_best"][part], ".", color=COLOURS[5], ms=4,
                        label="best of a generation" if first else None)
-        panels[0].plot(x, factor * g["best"][part], color=COLOURS[0], lw=2.0, label="best so far" if first else None)
-        panels[1].plot(x, g["sigma"][part], color=COLOURS[2])
-        panels[2].plot(x, g["condition"][part], color=COLOURS[3])
+        panels[0].plot(x, factor * g["best"][part], color=COLOURS[0], lw=2.0, marker=alone, ms=6, zorder=1.9,
+                       label="best so far" if first else None)
+        panels[1].plot(x, g["sigma"][part], color=COLOURS[2], marker=alone)
+        panels[2].plot(x, g["condition"][part], color=COLOURS[3], marker=alone)
         if not first:
             mark_restart(panels, g, part, runs[k - 1], count)
     panels[3].bar(count, 100 * g["infeasible"] / g["lambda"], width=-g["lambda"], align="edge", color=COLOURS[4],
@@ -106,8 +108,8 @@ def mark_outcome(training, axes, factor, last):
 
 
 def draw_polish(training, axes):
-    """The sum of squares over the evaluations of least squares."""
-    n, data, prior = training.polish.T
+    """The sum of squares over the evaluations of least squares, and where a stage with smaller errors begins."""
+    n, data, prior, *errors = training.polish.T
     axes.plot(n, data + prior, "o-", color=COLOURS[1], ms=4.5, label="with the priors")
     axes.plot(n, data, ".", color=INK, ms=4, label="of the measurements")
     if (data + prior).max() > 5 * data.min():
@@ -116,8 +118,11 @@ def draw_polish(training, axes):
     axes.grid(axis="y", color="0.92", lw=0.6)
     axes.set_xlabel("evaluations of all loads")
     axes.set_ylabel(r"$\chi^2$")
+    for k in np.flatnonzero(np.diff(errors[0])) if errors else ():
+        axes.axvline(0.5 * (n[k] + n[k + 1]), color="0.45", lw=0.9, ls=(0, (4, 3)), zorder=0,
+                     label="next stage" if k == np.flatnonzero(np.diff(errors[0]))[0] else None)
     axes.set_title("polish (least squares)", loc="left")
-    axes.legend(loc="upper right")
+    axes.legend(loc="upper right", frameon=True, facecolor="white", edgecolor="none", framealpha=1)
 
 
 # ---- parameters ----------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ contains
     call put_attribute(file, '/outcome', 'is_polished', merge(1, 0, trained%is_polished), failure)
     if (allocated(trained%reason)) call put_attribute(file, '/outcome', 'polish_ended', trained%reason, failure)
     if (allocated(trained%path)) then
-      call put_table(file, '/outcome/path', trained%path, 'evaluations chi2 prior_chi2', failure)
+      call put_table(file, '/outcome/path', trained%path, 'evaluations chi2 prior_chi2 stage_errors', failure)
     end if
     if (allocated(trained%ends)) call write_ends(file, space, trained%ends, failure)
     if (trained%has_intervals) then

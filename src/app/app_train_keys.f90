@@ -120,7 +120,7 @@ contains
     call r%add_integer('Polish', 'starts', 3, &
                      'candidates from which it begins, one after another: until one end fits within the errors and '// &
                        'polishing has cost as much as the search; ends that differ are told', min=1, max=1000)
-    call r%add_integer('Polish', 'iterations', 100, 'steps tried at most', min=1, max=10000)
+    call r%add_integer('Polish', 'iterations', 100, 'steps tried at most in every stage', min=1, max=10000)
   end subroutine register_polish
 
   subroutine register_solver(r)

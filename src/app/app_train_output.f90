@@ -19,7 +19,7 @@ module app_train_output
   use solid_params, only: membrane_note, solid_params_t
   implicit none
   private
-  public :: write_fragment, write_history, outcome_lines
+  public :: write_fragment, write_history, outcome_lines, free_note
 
   character(*), parameter :: NL = new_line('a')
 
@@ -46,7 +46,7 @@ contains
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
   end subroutine write_fragment
 
-  !> Which values below are some that fit, and no more.
+  !> Which values of a fragment are some that fit, and no more: a line, empty if there is none.
   function free_note(space, trained) result(text)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained

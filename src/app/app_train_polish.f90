@@ -10,9 +10,10 @@ module app_train_polish
   use app_train_space, only: search_space_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use measurement_continuation, only: fit_by_continuation
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
-  use measurement_fit, only: fit, fit_report_t
+  use measurement_fit, only: fit_report_t
   use measurement_least_squares, only: unknowns_t
   use measurement_posterior, only: find_posterior, posterior_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
@@ -35,7 +36,7 @@ module app_train_polish
     logical :: is_cold = .false.             !< all solutions of the polish were cold
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
     character(:), allocatable :: reason      !< why least squares ended
-    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_report_t
+    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
     real(rp), allocatable :: ends(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
     logical :: has_intervals = .false.
@@ -84,9 +85,10 @@ contains
   end function make_unknowns
 
   !> From points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome.
-  !> Others than the first are tried as long as what was found does not fit within the errors, and while polishing
-  !> has cost fewer evaluations than the search; ends that differ are told. If the crew is stopped afterwards the
-  !> outcome is not complete.
+  !> The first is polished by continuation, which leads to one point from nearly all starts. Others are tried as long as
+  !> what was found does not fit within the errors, and while polishing has cost fewer evaluations than the search;
+  !> with the declared errors at once, so that they may end elsewhere, which is told. If the crew is stopped afterwards
+  !> the outcome is not complete.
   subroutine polish_points(settings, crew, space, objective, starts, log, trained)
     type(train_settings_t), intent(in), target :: settings
     type(train_crew_t), intent(inout), target :: crew
@@ -108,7 +110,7 @@ contains
     n_evaluations = 0
     allocate (ends(1 + size(starts, 1), 0))
     do i = 1, merge(size(starts, 2), 1, settings%polish)
-      call reach_outcome(settings, problem, unknowns, objective, starts(:, i), log, one)
+      call reach_outcome(settings, problem, unknowns, objective, starts(:, i), i == 1, trained%fits, log, one)
       if (crew%is_stopped) return
       n_evaluations = n_evaluations + one%n_evaluations
       if (i == 1 .or. is_better(one, trained)) trained = one
@@ -149,43 +151,35 @@ contains
     is_better = one%is_solved .and. (.not. other%is_solved .or. one%chi2 < other%chi2)
   end function is_better
 
-  !> From one point to an outcome. A wing that snaps has several shapes, of which warm solutions may follow a wrong
-  !> one: if the cold solution of the end is another shape, the fit is repeated with every solution cold.
-  subroutine reach_outcome(settings, problem, unknowns, objective, start, log, trained)
+  !> From one point to an outcome, by continuation if `has_stages`. A wing that snaps has several shapes, of which warm
+  !> solutions may follow a wrong one: if the cold solution of the end is another shape, the fit goes on from there; if
+  !> that ends in the same way, it is repeated with every solution cold. Not so a start that `is_check` only.
+  subroutine reach_outcome(settings, problem, unknowns, objective, start, has_stages, is_check, log, trained)
     type(train_settings_t), intent(in) :: settings
     type(crew_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: start(:)
+    logical, intent(in) :: has_stages, is_check
     type(train_log_t), intent(inout) :: log
     type(trained_t), intent(out) :: trained
     real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ more are two shapes
-    type(fit_report_t) :: report
-    integer :: n_evaluations, is_cold_again
-    logical :: is_cold
+    integer, parameter :: LAST = 3
+    real(rp), allocatable :: from(:)
+    integer :: n_evaluations, attempt
     n_evaluations = 0
-    do is_cold_again = 0, merge(1, 0, settings%polish)
-      is_cold = is_cold_again == 1
-      problem%is_cold = is_cold
+    do attempt = 1, LAST
+      from = start
+      if (attempt == 2) from = trained%coordinates
+      problem%is_cold = attempt == LAST
       problem%is_start = .false.
       trained = trained_t()
-      trained%is_cold = is_cold
-      trained%coordinates = start
-      if (settings%polish) then
-        call fit(problem, unknowns, start, settings%fit, report)
-        if (problem%crew%is_stopped) return
-        n_evaluations = n_evaluations + report%n_evaluations
-        trained%reason = report%reason
-        trained%path = report%path
-        trained%is_polished = report%is_converged .or. report%n_accepted > 0
-        call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
-                 number_text(report%n_accepted)//' steps'//trim(merge(', all cold; ', ';           ', is_cold))//' '// &
-                     report%reason)
-      end if
-      if (trained%is_polished) then
-        trained%coordinates = report%p
-        trained%posterior = find_posterior(unknowns, report)
-      else ! the search's own solution, warm from its mean
+      trained%is_cold = problem%is_cold
+      trained%coordinates = from
+      if (settings%polish) call polish_once(settings, problem, unknowns, from, has_stages .and. attempt /= 2, log, &
+                                            trained)
+      if (problem%crew%is_stopped) return
+      if (.not. trained%is_polished) then ! the search's own solution, warm from its mean
         problem%shapes = objective%shapes
         problem%is_start = objective%is_start
         call problem%solve(trained%coordinates)
@@ -193,13 +187,47 @@ contains
       end if
       call solve_cold(problem, trained)
       if (problem%crew%is_stopped) return
-      n_evaluations = n_evaluations + 1
+      n_evaluations = n_evaluations + trained%n_evaluations + 1
+      if (is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
-      if (settings%polish .and. .not. is_cold) &
-        call log%say('          its cold solution is another shape: the wing snaps. All loads are now solved cold')
+      call log%say('          its cold solution is another shape: the wing snaps. '// &
+                   trim(merge('It goes on from there        ', 'All loads are now solved cold', attempt == 1)))
     end do
     trained%n_evaluations = n_evaluations
   end subroutine reach_outcome
+
+  !> One fit from a point, and what it tells, in `trained`.
+  subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained)
+    type(train_settings_t), intent(in) :: settings
+    type(crew_problem_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    real(rp), intent(in) :: from(:)
+    logical, intent(in) :: has_stages
+    type(train_log_t), intent(inout) :: log
+    type(trained_t), intent(inout) :: trained
+    type(fit_report_t) :: report
+    real(rp), allocatable :: path(:, :)
+    call fit_by_continuation(problem, unknowns, from, settings%fit, has_stages, report, path)
+    if (problem%crew%is_stopped) return
+    trained%n_evaluations = report%n_evaluations
+    trained%reason = report%reason
+    trained%path = path
+    trained%is_polished = report%is_converged .or. report%n_accepted > 0
+    call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
+                 number_text(count_stages(path))//' stages'// &
+                 trim(merge(', all cold; ', ';           ', trained%is_cold))//' '//report%reason)
+    if (.not. trained%is_polished) return
+    trained%coordinates = report%p
+    trained%posterior = find_posterior(unknowns, report)
+  end subroutine polish_once
+
+  !> Stages of a path, see fit_by_continuation.
+  pure integer function count_stages(path) result(n)
+    real(rp), intent(in) :: path(:, :)
+    integer :: last
+    last = size(path, 2)
+    n = min(1, last) + count(path(4, 2:) < path(4, :last - 1))
+  end function count_stages
 
   !> The final point without any warm start.
   subroutine solve_cold(problem, trained)

@@ -226,10 +226,11 @@ contains
   end function search_stop_sentence
 
   !> Stores the search in an archive or continues the one that it holds; then `start` was called with the
-  !> same options, and nothing but archive%failure is defined if that is set.
+  !> same options but for budgets and tolerances, and nothing but archive%failure is defined if that is set.
   subroutine search_visit(self, archive)
     class(cmaes_search_t), intent(inout) :: self
     type(archive_t), intent(inout) :: archive
+    integer(i8) :: left
     integer :: has_best
     associate (state => self%state)
       call archive%visit_default_integer('search_restart', state%restart)
@@ -253,7 +254,13 @@ contains
       call archive%visit_real('search_f_scale', state%f_scale)
     end associate
     if (archive%failure%failed) return
-    if (archive%is_reading) call begin_run(self)
+    if (archive%is_reading) then
+      ! What is left of the budget of today; small runs have one of their own besides.
+      left = self%options%max_evaluations - self%state%evaluations
+      if (self%state%regime == SMALL_RUN) left = min(left, self%state%run_limit)
+      self%state%run_limit = left
+      call begin_run(self)
+    end if
     call self%run%state%visit(archive)
     if (archive%is_reading .and. .not. archive%failure%failed) call self%run%restored()
   end subroutine search_visit

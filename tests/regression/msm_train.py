@@ -80,6 +80,7 @@ def test_recovers(case):
     check("not measured" in text and "D = 2e-7; N m" in text and "cross_springs = no" in text, "D is quoted with E")
     h = number(r"; h = +(\S+) m", text)
     check(h < 1e-10, f"nothing is left: {h}")
+    check("does not fit" not in done.out + text, f"and no difference is told:\n{done.out}")
     check(number(r"differs from the warm one by at most +(\S+) m", done.out) < 1e-12, "warm and cold are the same")
     check((case.folder / "train.log").read_text().count("generation") >= 5, "the log tells the generations")
     check(re.search(r"polish +\d of \d starts end at this point", done.out), f"several starts agree:\n{done.out}")
@@ -100,11 +101,14 @@ def rows_of(contents, name, width):
 
 
 def check_details(contents):
-    """The path of least squares goes down and ends at the outcome; profiles pass the threshold where intervals end."""
-    path = rows_of(contents, "path", 3)
-    sums = [chi2 + prior for _, chi2, prior in path]
+    """The path of least squares goes down in every stage and ends at the outcome; profiles pass the threshold where intervals end."""
+    path = rows_of(contents, "path", 4)
     check(len(path) > 2 and all(a[0] < b[0] for a, b in zip(path, path[1:])), f"evaluations are counted: {path}")
-    check(sums == sorted(sums, reverse=True), f"the path goes down: {sums}")
+    errors = [row[3] for row in path]
+    check(errors == sorted(errors, reverse=True) and errors[0] > 10 and errors[-1] == 1, f"errors fall to 1: {errors}")
+    for stage in set(errors):
+        sums = [chi2 / stage**2 + prior for _, chi2, prior, one in path if one == stage]
+        check(sums == sorted(sums, reverse=True), f"the path goes down in every stage: {sums}")
     # The cold solution is another by 1e-12 m at most, of errors of 1e-7 m declared: 1e-5 of a residual, in each of n.
     n, chi2 = (float(next(v[0] for k, v in contents.items() if k.split("/")[-1] == name))
                for name in ("residuals", "chi2"))
@@ -157,7 +161,10 @@ def test_kill(case):
     for one in (whole, killed):
         twin(one)
         one.write("train.ini", ini)
-    whole.run("train.ini", ranks=0)
+    done = whole.run("train.ini", ranks=0)
+    # No candidate of so short a search meets heights to the declared 0.1 um.
+    for text in (done.out, (whole.folder / "trained.ini").read_text()):
+        check("warning: this does not fit within the declared errors" in text, f"what does not fit is told:\n{text}")
     first = random.randint(2, 5)  # the backup of generation 1 is written then
     second = random.randint(first + 2, 8)
     print(f"killed after generation {first} or a little later, stopped after {second}")

@@ -82,7 +82,8 @@ def write_outcome(file, n_loads, intervals, readings):
     r = np.eye(len(sd))
     r[0, 1] = r[1, 0] = -0.97
     table(group, "covariance", r * np.outer(sd, sd), "as unknowns")
-    table(group, "path", [[1, 900, 4], [2, 700, 3], [4, 610, 2]], "evaluations chi2 prior_chi2")
+    table(group, "path", [[1, 900, 4, 30], [2, 700, 3, 30], [4, 640, 2, 3], [7, 610, 2, 1]],
+          "evaluations chi2 prior_chi2 stage_errors")
     if intervals:
         table(group, "intervals", INTERVALS, "lower best upper has_lower has_upper")
         for name, (low, best, high, *_), is_log in zip(NAMES, INTERVALS, LOWER > 0):

@@ -5,7 +5,7 @@ module curve_problems
   use measurement_least_squares, only: least_squares_t
   implicit none
   private
-  public :: linear_t, misra1a_t, mgh09_t, compliance_t
+  public :: linear_t, misra1a_t, mgh09_t, compliance_t, two_wells_t
 
   !> residuals = a p - b
   type, extends(least_squares_t) :: linear_t
@@ -36,6 +36,14 @@ module curve_problems
   contains
     procedure :: evaluate => compliance_evaluate
   end type compliance_t
+
+  !> p^2 was read as 1, as often as there are residuals, with some error: p is 1 or -1. Valid where |p| < 10.
+  type, extends(least_squares_t) :: two_wells_t
+    real(rp) :: error = 1
+    integer :: n_evaluations = 0
+  contains
+    procedure :: evaluate => two_wells_evaluate
+  end type two_wells_t
 
 contains
 
@@ -108,4 +116,15 @@ contains
     residuals = (exp(-p(1)) - self%measured)/self%noise
     jacobian = -exp(-p(1))/self%noise
   end subroutine compliance_evaluate
+
+  subroutine two_wells_evaluate(self, p, residuals, jacobian, is_valid)
+    class(two_wells_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    self%n_evaluations = self%n_evaluations + 1
+    is_valid = abs(p(1)) < 10
+    residuals = (p(1)**2 - 1)/self%error
+    jacobian = 2*p(1)/self%error
+  end subroutine two_wells_evaluate
 end module curve_problems

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A search that is stored and restored at any generation continues to the last bit; archives that do
-!> not fit are refused with the name of what is wrong.
+!> not fit are refused with the name of what is wrong. Budgets may change on the way.
 program test_cmaes_resume
   use base_kinds, only: rp, i8
   use cmaes_archive, only: archive_t
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
-  use cmaes_stop, only: RUNNING
+  use cmaes_stop, only: MAXFEVALS, RUNNING
   use search_functions, only: value_of
   use testkit, only: testkit_t
   implicit none
@@ -16,6 +16,7 @@ program test_cmaes_resume
   call test_resume(3, 260, 'ipop')
   call test_resume(3, 260, 'bipop')
   call test_resume(101, 20, 'none') ! where C is decomposed in some generations only
+  call test_budget()
   call test_misfits()
   call t%finish()
 
@@ -50,16 +51,41 @@ contains
     if (restarts /= 'none') call t%check('through a restart', most_restarts > 0)
   end subroutine test_resume
 
-  subroutine begin(n, restarts, search)
+  !> A search goes on with the budget with which it is continued, smaller or larger than the one it began with.
+  subroutine test_budget()
+    integer(i8), parameter :: BEFORE(2) = [10000_i8, 30_i8], AFTER(2) = [40_i8, 70_i8]
+    type(cmaes_search_t) :: search, next
+    type(archive_t) :: stored
+    integer :: i
+    do i = 1, 2
+      stored = archive_t()
+      call begin(3, 'none', search, BEFORE(i))
+      call advance(search)
+      call advance(search)
+      call search%visit(stored)
+      stored%is_reading = .true.
+      call begin(3, 'none', next, AFTER(i))
+      call next%visit(stored)
+      do while (next%state%stop_code == RUNNING)
+        call advance(next)
+      end do
+      call t%check('the new budget is spent, and no more', next%state%stop_code == MAXFEVALS .and. &
+                   next%evaluations() <= AFTER(i) .and. next%evaluations() > AFTER(i) - next%state%lambda)
+    end do
+  end subroutine test_budget
+
+  subroutine begin(n, restarts, search, budget)
     integer, intent(in) :: n
     character(*), intent(in) :: restarts
     type(cmaes_search_t), intent(out) :: search
+    integer(i8), intent(in), optional :: budget
     type(cmaes_options_t) :: options
     type(start_region_t) :: region
     options%seed = 12
     options%sigma0 = 0.2_rp
     options%tolfun = 1.0e-6_rp
     options%tolfunhist = 1.0e-6_rp
+    if (present(budget)) options%max_evaluations = budget
     region%is_box = .true.
     allocate (region%lower(n), region%upper(n))
     region%lower = 0

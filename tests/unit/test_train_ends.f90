@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What is said about ends of a polish: equal ones, higher minima, and others that fit as well; and about intervals that
-!> are from some of the loads only.
+!> What is said about ends of a polish: equal ones, higher minima, and others that fit as well; about intervals that are
+!> from some of the loads only; and about an outcome: what does not fit, and what the data do not determine.
 program test_train_ends
   use app_train_ends, only: end_lines, END_LENGTH
+  use app_train_output, only: free_note, outcome_lines
   use app_train_polish, only: interval_sentence, trained_t
+  use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
@@ -18,6 +20,7 @@ program test_train_ends
   call test_equal()
   call test_others()
   call test_left_out()
+  call test_outcome()
   call t%finish()
 
 contains
@@ -52,6 +55,53 @@ contains
     call t%check('and so is an end at a jump', index(second, 'the upper end is where shapes jump') > 0 .and. &
                  index(second, 'the lower end') == 0)
   end subroutine test_left_out
+
+  !> E has an interval, the joint only a lower end, or nothing at all; its value, 1.234E-4, must not be read as a result.
+  subroutine test_outcome()
+    real(rp), parameter :: JOINT = log(1.234e-4_rp)
+    type(train_settings_t) :: settings
+    type(search_space_t) :: space
+    type(trained_t) :: trained
+    character(:), allocatable :: text
+    allocate (settings%experiment%comparisons(1), settings%experiment%measurement%loads(1), trained%intervals(2), &
+              trained%is_left_out(1, 2))
+    settings%experiment%comparisons%n = 50
+    allocate (space%names(2), space%units(2), space%is_log(2))
+    space%names = NAMES
+    space%units = [character(16) :: 'Pa', 'N m/rad']
+    space%is_log = .true.
+    trained%values = exp([BEST(1), JOINT])
+    trained%chi2 = CHI2
+    trained%is_polished = .true.
+    trained%posterior%sd = SD
+    trained%is_left_out = .false.
+    trained%has_intervals = .true.
+    trained%intervals%best = [BEST(1), JOINT]
+    trained%intervals%lower = [BEST(1) - SD(1), log(3.0e-6_rp)]
+    trained%intervals%upper = [BEST(1) + SD(1), log(1.0e-2_rp)]
+    trained%intervals%has_lower = .true.
+    trained%intervals(1)%has_upper = .true.
+    trained%intervals%is_complete = .true.
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('what does not fit is said', index(text, 'warning: this does not fit within the declared errors') > 0)
+    trained%fits = .true.
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('and nothing of what fits', index(text, 'warning') == 0 .and. index(text, 'of 50 residuals') > 0)
+    call t%check('a joint with one end has no value: '//text, index(text, '1.23') == 0 .and. &
+                 index(text, 'joint:a: not determined by these data; only > 3.000E-06 N m/rad can be said') > 0)
+    text = free_note(space, trained)
+    call t%check('the fragment names it as well: '//text, &
+                 index(text, 'Not determined; their values below fit, and so do others: joint:a.') > 0)
+    trained%intervals(2)%has_lower = .false.
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('nor has one with none', index(text, '1.23') == 0 .and. &
+                 index(text, 'joint:a: not determined by these data; every value from') > 0)
+    trained%intervals(2)%has_lower = .true.
+    trained%intervals(2)%has_upper = .true.
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('one that is determined has a value', index(text, 'joint:a: 1.234') > 0 .and. &
+                 free_note(space, trained) == '')
+  end subroutine test_outcome
 
   subroutine test_alone()
     character(END_LENGTH), allocatable :: lines(:)

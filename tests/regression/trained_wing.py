@@ -1,0 +1,172 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shipped case of training, ini/train.json and ini/train.ini, on the small wing and three of its loads: the measurement of
+a program that shares nothing with the solver fits, and trained.ini is the same wing in flusi, msm_train and msm_diagnose.
+
+usage: trained_wing.py <msm_train> <h5dump> <flusi> <msm_diagnose> [tests]
+"""
+import json
+import math
+import re
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+from whole_program import EXIT_OK, SOURCE, Case, check, main, no_crash
+
+sys.path.insert(0, str(SOURCE / "tools"))
+from _measurement_scan import scan  # noqa: E402
+
+FLUSI, MSM_DIAGNOSE = sys.argv.pop(3), sys.argv.pop(3)
+WING = SOURCE / "wings/calliphora_small.h5"
+LOADS = (2, 3, 6)  # of ten; they leave some joints open
+SHIPPED = json.loads((SOURCE / "ini/train.json").read_text())
+VERDICTS = (0, 10, 11, 12)
+STATIC = """[include]
+file = trained.ini;
+[Wing]
+file = {wing};
+[Loads]
+forces = (/ {forces} /);
+[Saving]
+name = static;
+shapes = yes;
+"""
+DIAGNOSE = """[include]
+file = trained.ini;
+[Wing]
+file = {wing};
+[Measurement]
+file = measurement.h5;
+[Diagnose]
+parameters = E;
+observations = 20000;
+refine = no;
+noise = declared;
+starts = 1;
+draws = 1000;
+refits = 1;
+validation = no;
+intervals = no;
+"""
+
+
+def changed(text, **lines):
+    """`text` with other values of the keys `lines`, each of which must be there once."""
+    for key, value in lines.items():
+        text, n = re.subn(rf"^{key} = [^;]*;", f"{key} = {value};", text, flags=re.M)
+        check(n == 1, f"ini/train.ini has the key {key} once")
+    return text
+
+
+def measure(case):
+    """measurement.h5 from the shipped description."""
+    loads = [SHIPPED["loads"][k] for k in LOADS]
+    # The path of the wing is seen from the folder of the description.
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", SOURCE / "ini/train.json", "-o",
+                    "measurement.h5", "--set", f"wing={WING}", "--set", f"loads={loads}", "--set", "spacing=5e-4"],
+                   cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
+
+
+def train(case):
+    """The shipped training with one generation of search, and without intervals."""
+    text = (SOURCE / "ini/train.ini").read_text()
+    check("file = ../wings/calliphora.h5;" in text, "ini/train.ini names the wing of the blowfly")
+    text = text.replace("file = ../wings/calliphora.h5;", f"file = {WING};")
+    text = changed(text, restarts="none; \nmax_generations = 1", intervals="no")
+    case.write("train.ini", text)
+    return case.run("train.ini", ranks=0, timeout=300)
+
+
+def number(pattern, text):
+    found = re.search(pattern, text)
+    check(found is not None, f"'{pattern}' is told:\n{text}")
+    return float(found.group(1))
+
+
+def told_by_training(case):
+    """h [m], chi^2, E and its sd (ln), and for every load x, y, measured and computed deformation [m]."""
+    with h5py.File(case.folder / "train_history.h5") as file:
+        outcome = file["outcome"].attrs
+        loads = {name: (np.ravel(made.attrs["point"]), float(np.ravel(made.attrs["force"])[0]), made[:])
+                 for name, made in sorted(file["loads"].items())}
+        return (*(float(np.ravel(outcome[key])[0]) for key in ("h", "chi2", "values", "sd")), loads)
+
+
+def heights_of_static(case, loads):
+    """Deformations [m] at the places of the heights, from the shapes of flusi --static."""
+    with h5py.File(case.folder / "measurement.h5") as file:
+        x, y = file["reference/x"][:], file["reference/y"][:]
+    forces = "\n".join(" ".join(repr(float(v)) for v in (*point, force)) for point, force, _ in loads.values())
+    case.write("static.ini", STATIC.format(wing=WING, forces=forces))
+    flusi = Case(FLUSI, case.h5dump, case.folder / "static")
+    for name in ("static.ini", "trained.ini"):
+        (flusi.folder / name).write_text((case.folder / name).read_text())
+    flusi.run("--static", "static.ini", ranks=0)
+    found = []
+    for number_of_load, (_, _, rows) in enumerate(loads.values(), 1):
+        with h5py.File(flusi.folder / f"static_{number_of_load:02d}.h5") as file:
+            points, u, triangles = file["points"][:], file["displacement"][:], file["triangles"][:]
+        model = scan(points, triangles, x, y) - scan(points - u, triangles, x, y)
+        i, j = (np.abs(axis[None, :] - rows[:, k:k + 1]).argmin(1) for k, axis in enumerate((x, y)))
+        found.append(model[j, i])
+    return found
+
+
+def squares_with_shared_scan(case, loads):
+    """chi^2 of what msm_train leaves if the unloaded scan of every place, with the sd of the others, is subtracted from all
+    loads: of n differences r of one place the covariance is sigma^2 (1 + ones)."""
+    with h5py.File(case.folder / "measurement.h5") as file:
+        sigma = float(np.ravel(file["accuracy"].attrs["height"])[0])
+    places = {}
+    for _, _, rows in loads.values():
+        for x, y, measured, computed in rows:
+            places.setdefault((x, y), []).append(computed - measured)
+    return sum(r @ np.linalg.solve(sigma**2 * (np.eye(len(r)) + 1), r) for r in map(np.array, places.values()))
+
+
+def test_shipped(case):
+    """Data of other mechanics under the same law fit within their errors, and every program sees the trained wing."""
+    measure(case)
+    done = train(case)
+    h, chi2, young, sd, loads = told_by_training(case)
+    n = sum(len(rows) for _, _, rows in loads.values())
+    check(len(loads) == len(LOADS) and n > 300, f"{n} heights")
+    # chi^2 has the mean n and the variance 2 n; 11 parameters take at most 11 of it.
+    check(abs(chi2 - n) < 3 * math.sqrt(2 * n) + 11, f"it fits: chi^2 = {chi2} of {n}")
+    check("does not fit" not in done.out, f"and that is not denied:\n{done.out}")
+    truth = SHIPPED["stiffness"]["E"]
+    check(abs(math.log(young / truth)) < 4 * sd < 0.1, f"E is {truth} within its errors, not {young}, {sd}")
+
+    # flusi solves the same equations on the same path, from numbers with all their digits: rounding, which the path may
+    # multiply by the condition of its tangents, 1e7 at most.
+    worst, squares = 0, 0
+    for (_, _, rows), model in zip(loads.values(), heights_of_static(case, loads)):
+        worst = max(worst, np.abs(model - rows[:, 3]).max() / np.abs(rows[:, 3]).max())
+        squares += ((model - rows[:, 2])**2).mean()
+    print(f"heights of flusi --static differ by {worst:.1e} of the largest")
+    check(worst < 1e-9, f"flusi --static has the heights of msm_train: {worst}")
+    check(abs(math.sqrt(squares) / h - 1) < 1e-9, f"and its h: {math.sqrt(squares)}, {h}")
+
+    # msm_diagnose begins at the trained wing and seeks E alone. It also knows that all loads share the errors of the one
+    # unloaded scan, for which the trained E is not quite the best: the sum of squares falls by that of one parameter, by more
+    # than 10.8 in one of a thousand cases.
+    shared = squares_with_shared_scan(case, loads)
+    case.write("diagnose.ini", DIAGNOSE.format(wing=WING))
+    diagnose = Case(MSM_DIAGNOSE, case.h5dump, case.folder / "diagnose")
+    for name in ("diagnose.ini", "trained.ini", "measurement.h5"):
+        (diagnose.folder / name).write_bytes((case.folder / name).read_bytes())
+    seen = diagnose.flusi("diagnose.ini", timeout=300)
+    no_crash(seen)
+    check(seen.code in VERDICTS, seen.err)
+    baseline = json.loads((diagnose.folder / "diagnosis.json").read_text())["baseline"]
+    check(baseline["observations"] == n, f"it counts the same {n} heights, not {baseline['observations']}")
+    gain = shared - baseline["chi2"] - baseline["prior_chi2"]
+    print(f"chi^2 of msm_train {chi2}, {shared} with one unloaded scan; of msm_diagnose {baseline['chi2']}")
+    check(-1e-6 * shared < gain < 10.8, f"msm_diagnose begins where msm_train ends: {gain}")
+    values = {one["name"]: one["value"] for one in baseline["parameters"]}
+    check(abs(math.log(values["E"] / young)) < 4 * sd, f"with its E: {values['E']}, {young}")
+
+
+main(globals())
