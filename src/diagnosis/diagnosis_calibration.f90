@@ -49,15 +49,20 @@ module diagnosis_calibration
 contains
 
   !> All statistics of z(k). `rest` is the sum of squares beside it: if the scale of the noise is not known, z is
-  !> measured by it, and tests are those of F.
-  subroutine find_statistics(design, n_effects, is_scale_known, z, rest, statistics)
+  !> measured by it, and tests are those of F. `only_best`: p of a variant is not found where another one of its effect with
+  !> as many directions has a larger square.
+  subroutine find_statistics(design, n_effects, is_scale_known, z, rest, statistics, only_best)
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects
     logical, intent(in) :: is_scale_known
     real(rp), intent(in) :: z(:), rest
     type(statistics_t), intent(out) :: statistics
+    logical, intent(in), optional :: only_best
     real(rp) :: scale
     integer :: c, f
+    logical :: is_brief
+    is_brief = .false.
+    if (present(only_best)) is_brief = only_best
     scale = 1
     if (.not. is_scale_known) scale = rest/design%n_rest
     associate (s => statistics)
@@ -68,6 +73,10 @@ contains
         associate (one => design%candidates(c))
           if (one%df == 0) cycle
           s%squares(c) = sum(matmul(z, one%basis)**2)/scale
+          if (is_brief .and. s%best(one%effect) > 0) then
+            if (design%candidates(s%best(one%effect))%df == one%df .and. &
+                s%squares(c) <= s%squares(s%best(one%effect))) cycle
+          end if
           if (is_scale_known) then
             s%log_p(c) = log_chi2_tail(s%squares(c), one%df)
           else
@@ -135,7 +144,7 @@ contains
       stream = random_stream_t(seed=seed, stream=SCALE_STREAM, position=int(d, i8)*200000_i8)
       call draw_chi2(stream, design%n_rest, rest)
     end if
-    call find_statistics(design, n_effects, is_scale_known, z, rest, statistics)
+    call find_statistics(design, n_effects, is_scale_known, z, rest, statistics, only_best=.true.)
   end subroutine draw_null
 
   !> Number n of independent tests of which the smallest p is exp(log_p) with probability `level`.

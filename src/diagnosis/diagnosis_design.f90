@@ -71,6 +71,8 @@ module diagnosis_design
     type(family_t), allocatable :: families(:)
     real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
     real(rp), allocatable, private :: q_base(:, :), q_all(:, :)
+    integer, allocatable, private :: columns(:)  !< of the tangents
+    real(rp), allocatable, dimension(:, :), private :: tangents, nuisances, patterns !< as the simulator gave them
   contains
     procedure :: compress => design_compress
     procedure :: by_surface => design_by_surface
@@ -80,32 +82,31 @@ module diagnosis_design
 contains
 
   !> The design of a simulator at q. Candidates whose data are missing, and finer variants, are left out. Fails if the simulator has no
-  !> result at q.
-  subroutine build_design(simulator, q, design, failure)
+  !> result at q. `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing.
+  subroutine build_design(simulator, q, design, failure, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(design_t), intent(out) :: design
     type(failure_t), intent(out) :: failure
-    real(rp), allocatable :: residuals(:), tangents(:, :), nuisances(:, :), patterns(:, :), all(:, :), r(:, :)
+    type(design_t), intent(in), optional :: known
+    real(rp), allocatable :: tangents(:, :), patterns(:, :), all(:, :), r(:, :)
     integer, allocatable :: columns(:)
     logical :: is_valid
     integer :: i, n, b
     n = simulator%n_observations
     b = simulator%n_baseline
     columns = [(i, i=1, b), effect_columns(simulator)]
-    allocate (residuals(n), tangents(n, size(columns)), nuisances(n, simulator%n_nuisances), &
-              patterns(n, simulator%n_patterns))
     design%q = q
-    call simulator%evaluate(q, columns, residuals, tangents, is_valid)
-    if (is_valid) call simulator%accept()
-    if (is_valid) call simulator%directions(q, nuisances, patterns, is_valid)
+    call take_tangents(simulator, q, columns, design, is_valid, known)
     if (.not. is_valid) then
       call failure%raise('the simulator has no result at the best fit of the baseline')
       return
     end if
     call design%whitener%init(simulator, [(i, i=1, n)], failure)
     if (failure%failed) return
-    call design%whitener%add_directions(nuisances)
+    call design%whitener%add_directions(design%nuisances)
+    tangents = design%tangents
+    patterns = design%patterns
     call design%whitener%apply(tangents)
     call design%whitener%apply(patterns)
     design%prior = simulator%quantities(:b)%null
@@ -132,6 +133,41 @@ contains
                          beside_baseline(tangents, b), design)
     call make_families(simulator, r(:, size(columns) - b + 1:), design)
   end subroutine build_design
+
+  !> All that the simulator has to tell at q. What `known` has is not asked for again.
+  subroutine take_tangents(simulator, q, columns, design, is_valid, known)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    type(design_t), intent(inout) :: design
+    logical, intent(out) :: is_valid
+    type(design_t), intent(in), optional :: known
+    real(rp), allocatable :: residuals(:), fresh(:, :)
+    integer, allocatable :: missing(:)
+    integer :: i, n
+    n = simulator%n_observations
+    design%columns = columns
+    missing = columns
+    if (present(known)) missing = pack(columns, [(all(known%columns /= columns(i)), i=1, size(columns))])
+    allocate (residuals(n), fresh(n, size(missing)), design%tangents(n, size(columns)))
+    call simulator%evaluate(q, missing, residuals, fresh, is_valid)
+    if (.not. is_valid) return
+    call simulator%accept()
+    do i = 1, size(columns)
+      if (any(missing == columns(i))) then
+        design%tangents(:, i) = fresh(:, findloc_integer(missing, columns(i)))
+      else
+        design%tangents(:, i) = known%tangents(:, findloc_integer(known%columns, columns(i)))
+      end if
+    end do
+    if (present(known)) then
+      design%nuisances = known%nuisances
+      design%patterns = known%patterns
+    else
+      allocate (design%nuisances(n, simulator%n_nuisances), design%patterns(n, simulator%n_patterns))
+      call simulator%directions(q, design%nuisances, design%patterns, is_valid)
+    end if
+  end subroutine take_tangents
 
   !> Columns b + 1, .. of the tangents without what the first b imitate, whatever priors say.
   function beside_baseline(tangents, b) result(beside)

@@ -5,8 +5,8 @@ module diagnosis_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
-  use diagnosis_decision, only: decide, decision_t, rank_effects, LEVEL, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, &
-                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, VERDICT_ADEQUATE, &
+                                VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
   use diagnosis_distributions, only: detectable_noncentrality
   use diagnosis_exchange, only: find_exchange
@@ -83,6 +83,7 @@ contains
     integer :: n_effects
     real(rp), allocatable :: again(:), best(:, :)
     logical :: is_scale_known, has_finer, is_new
+    type(design_t) :: finer
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
     call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure)
@@ -113,7 +114,8 @@ contains
     end if
     call add_finer(simulator, d, has_finer)
     if (has_finer) then
-      call build_design(simulator, d%baseline%q, d%design, failure)
+      call build_design(simulator, d%baseline%q, finer, failure, d%design)
+      d%design = finer
       if (.not. failure%failed) call judge(simulator, options, is_scale_known, d, failure)
       if (failure%failed) return
     end if
@@ -343,14 +345,13 @@ contains
     if (size(d%decision%causes) == 0) return
     call fit_extended(simulator, options, d, d%decision%causes, d%extended)
     if (.not. d%extended%is_found) then
-      if (d%decision%verdict == VERDICT_NAMED) d%decision%verdict = VERDICT_SET
+      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision)
       return
     end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
     ! Whatever the causes explain, most of the misfit is something else.
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
-      d%decision%verdict = VERDICT_UNKNOWN
-      d%decision%probability = 1 - LEVEL
+      call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
     if (options%finds_intervals) call find_intervals(simulator, options, d)
     if (options%validates) then
@@ -360,8 +361,8 @@ contains
       d%has_gain = ok
     end if
     if (d%decision%verdict /= VERDICT_NAMED) return
-    if (options%finds_intervals .and. .not. d%is_null_excluded) d%decision%verdict = VERDICT_SET
-    if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) d%decision%verdict = VERDICT_SET
+    if (options%finds_intervals .and. .not. d%is_null_excluded .or. options%validates .and. &
+        .not. (d%has_gain .and. d%gain > d%gain_error)) call take_back_name(d%decision)
   end subroutine confirm
 
   !> 90 % intervals of the parameters of the causes by profile likelihood, in units of the noise as it is estimated.
@@ -380,7 +381,9 @@ contains
     allocate (d%intervals(n - first + 1))
     fits = options%fit
     fits%most_rejections = 3
-    fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/d%extended%cost())
+    ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
+    fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/ &
+                                   (d%extended%cost() + THRESHOLD_90*d%scale))
     d%is_null_excluded = .false.
     do i = first, n
       associate (interval => d%intervals(i - first + 1))
