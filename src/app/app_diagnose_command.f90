@@ -27,7 +27,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(arguments_t) :: arguments
     character(12), parameter :: FLAGS(5) = [character(12) :: '--refine', '--refine=yes', '--refine=fit', &
-                                            '--refine=no', '--no-refine']
+                                                                                           '--refine=no', '--no-refine']
     character(3), parameter :: CHOICES(5) = [character(3) :: 'yes', 'yes', 'fit', 'no', 'no']
     integer :: i
     call parse_arguments(ACTIONS, FLAGS, .false., arguments, errors)

@@ -13,10 +13,10 @@ module diagnosis_calibration
   use base_random, only: fill_gaussians, random_stream_t
   use base_sort, only: sort_reals
   use diagnosis_design, only: design_t
-  use diagnosis_distributions, only: draw_chi2, log_chi2_tail, log_f_tail
+  use diagnosis_distributions, only: detectable_noncentrality, draw_chi2, log_chi2_tail, log_f_tail
   implicit none
   private
-  public :: calibration_t, statistics_t, find_statistics
+  public :: calibration_t, statistics_t, find_detectable, find_statistics
 
   real(rp), parameter, public :: EFFECTS_SHARE = 0.8_rp !< of the level, the rest is for unknown causes
   integer(i8), parameter :: NOISE_STREAM = 1, SCALE_STREAM = 2
@@ -258,4 +258,23 @@ contains
     ! Solves log_any_of(log_p, n) = wanted.
     log_p = log_one_minus(log_one_minus(min(wanted, -1.0e-6_rp))/self%n_tests(e))
   end function calibration_local_level
+
+  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global `level`,
+  !> for its variant of the fewest directions; huge if the baseline absorbs it.
+  subroutine find_detectable(design, calibration, n_effects, level, snr)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer, intent(in) :: n_effects
+    real(rp), intent(in) :: level
+    real(rp), allocatable, intent(out) :: snr(:)
+    integer :: c
+    allocate (snr(n_effects), source=huge(1.0_rp))
+    do c = 1, size(design%candidates)
+      associate (one => design%candidates(c))
+        if (one%df == 0) cycle
+        if (snr(one%effect) < huge(1.0_rp)) cycle
+        snr(one%effect) = sqrt(detectable_noncentrality(calibration%local_level(one%effect, level), one%df, 0.9_rp))
+      end associate
+    end do
+  end subroutine find_detectable
 end module diagnosis_calibration

@@ -11,6 +11,7 @@ module diagnosis_design
   use base_kinds, only: rp
   use diagnosis_lapack, only: decompose, orthogonalise
   use diagnosis_simulator, only: quantity_t, simulator_t
+  use diagnosis_strengths, only: strength, strengths_t
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
@@ -22,18 +23,6 @@ module diagnosis_design
   real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
   real(rp), parameter :: FAINT = 0.5_rp         !< sd that the farthest value in reach makes; a million prior sd is far
   real(rp), parameter :: FARTHEST = 1.0e6_rp    !< [prior sd], for parameters without bounds
-  integer, parameter :: N_SCALES = 13
-  real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
-
-  !> Strengths over which unknown ones are averaged, uniform in their logarithm.
-  type :: strengths_t
-    real(rp), allocatable :: gain(:, :)   !< (m, N_SCALES) half of tau s^2/(1 + tau s^2)
-    real(rp), allocatable :: offset(:)    !< (N_SCALES) half of the sum of log(1 + tau s^2)
-  contains
-    procedure :: init => strengths_init
-    procedure :: log_evidence => strengths_log_evidence
-    procedure :: log_likelihood => strengths_log_likelihood
-  end type strengths_t
 
   !> One variant of one effect.
   type :: candidate_t
@@ -317,38 +306,6 @@ contains
     end do
   end subroutine make_families
 
-  !> s(m): sd of the directions for unit strength.
-  subroutine strengths_init(self, s)
-    class(strengths_t), intent(out) :: self
-    real(rp), intent(in) :: s(:)
-    real(rp) :: tau
-    integer :: i
-    allocate (self%gain(size(s), N_SCALES), self%offset(N_SCALES))
-    do i = 1, N_SCALES
-      tau = strength(i)
-      self%gain(:, i) = 0.5_rp*tau*s**2/(1 + tau*s**2)
-      self%offset(i) = 0.5_rp*sum(log(1 + tau*s**2))
-    end do
-  end subroutine strengths_init
-
-  !> Logarithm of the probability density of projections w(m) on the directions, over that without a signal, averaged
-  !> over strengths.
-  pure real(rp) function strengths_log_evidence(self, w) result(log_evidence)
-    class(strengths_t), intent(in) :: self
-    real(rp), intent(in) :: w(:)
-    real(rp) :: terms(N_SCALES), most
-    terms = matmul(w**2, self%gain) - self%offset
-    most = maxval(terms)
-    log_evidence = most + log(sum(exp(max(-700.0_rp, terms - most)))/N_SCALES)
-  end function strengths_log_evidence
-
-  !> The same at the most likely strength, at least 0.
-  pure real(rp) function strengths_log_likelihood(self, w) result(log_likelihood)
-    class(strengths_t), intent(in) :: self
-    real(rp), intent(in) :: w(:)
-    log_likelihood = max(0.0_rp, maxval(matmul(w**2, self%gain) - self%offset))
-  end function strengths_log_likelihood
-
   !> Posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
   subroutine family_map(self, z, mean, sd)
     class(family_t), intent(in) :: self
@@ -367,12 +324,6 @@ contains
       sd(i) = sqrt(max(0.0_rp, tau/largest**2 - resolved))
     end do
   end subroutine family_map
-
-  !> Variance number i of those that are averaged.
-  pure real(rp) function strength(i)
-    integer, intent(in) :: i
-    strength = LARGEST_SCALE**(real(i - 1, rp)/(N_SCALES - 1))
-  end function strength
 
   !> z(k) and the sum of squares of what lies beside baseline and z, of residuals(n) of the simulator where its baseline
   !> unknowns have the values p(:).

@@ -4,11 +4,10 @@
 module diagnosis_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
-  use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
+  use diagnosis_calibration, only: calibration_t, find_detectable, find_statistics, statistics_t
   use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, VERDICT_ADEQUATE, &
                                 VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
-  use diagnosis_distributions, only: detectable_noncentrality
   use diagnosis_exchange, only: find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
   use diagnosis_noise_share, only: find_share
@@ -20,15 +19,15 @@ module diagnosis_engine
   use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
   implicit none
   private
-  public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis, find_detectable
+  public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
 
   real(rp), parameter :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
 
   integer, parameter :: FEWEST_REST = 30    !< degrees of freedom from which the size of the noise is estimated
 
   type :: diagnosis_options_t
-    !> Sums of squares are wanted to a few thousandths.
-    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=2.0e-6_rp, most_rejections=4)
+    !> Of a sum of squares of about a thousand, to a hundredth: log evidences are compared in units of one.
+    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=1.0e-5_rp, most_rejections=4)
     integer :: n_draws = 4000            !< of the bootstrap
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< leaders that are fitted in full
@@ -105,7 +104,7 @@ contains
       return
     end if
     call d%calibration%init(d%design, n_effects, is_scale_known, options%n_draws, options%seed)
-    call find_detectable(d%design, d%calibration, n_effects, d%detectable_snr)
+    call find_detectable(d%design, d%calibration, n_effects, LEVEL, d%detectable_snr)
     call judge(simulator, options, is_scale_known, d, failure)
     if (failure%failed) return
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
@@ -186,24 +185,6 @@ contains
     end if
     call design%compress(residuals, q(:simulator%n_baseline), z, rest)
   end subroutine compress_at
-
-  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global level,
-  !> for its variant of the fewest directions; huge if the baseline absorbs it.
-  subroutine find_detectable(design, calibration, n_effects, snr)
-    type(design_t), intent(in) :: design
-    type(calibration_t), intent(in) :: calibration
-    integer, intent(in) :: n_effects
-    real(rp), allocatable, intent(out) :: snr(:)
-    integer :: c
-    allocate (snr(n_effects), source=huge(1.0_rp))
-    do c = 1, size(design%candidates)
-      associate (one => design%candidates(c))
-        if (one%df == 0) cycle
-        if (snr(one%effect) < huge(1.0_rp)) cycle
-        snr(one%effect) = sqrt(detectable_noncentrality(calibration%local_level(one%effect, LEVEL), one%df, 0.9_rp))
-      end associate
-    end do
-  end subroutine find_detectable
 
   !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew.
   subroutine refit_leaders(simulator, options, d)

@@ -171,7 +171,7 @@ contains
     has_directions = .false.
     do s = 1, size(starts, 2)
       if (.not. has_directions) call take_directions(simulator, starts(:, s), whitener, &
-                                                           has_directions, .false.)
+                                                     has_directions, .false.)
       if (.not. has_directions) cycle
       call fit_nested(simulator, whitener, active, starts(:, s), roughly(options), one)
       if (.not. one%is_found) cycle

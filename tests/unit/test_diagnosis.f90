@@ -9,7 +9,7 @@ program test_diagnosis
   use base_kinds, only: i8, rp
   use diagnosis_battery, only: question_residuals, question_t
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_GAIN, E_HARD, E_MEMBRANE, E_OFFSET, E_ONE_WAY, E_ROOT, &
-                            E_SCALE, E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
+                     E_SCALE, E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
                             P_SOFT, P_SPAN, P_TORSION
   use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
   use diagnosis_decision, only: decide, decision_t, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
@@ -156,7 +156,7 @@ contains
       case (VERDICT_NAMED)
         least = max(0.9_rp, merge(v%posterior_together, least, v%is_together))
       end select
-      is_coherent = abs(sum(v%posterior) + v%posterior_none + v%posterior_together + v%posterior_unknown - 1) < ROUNDING &
+    is_coherent = abs(sum(v%posterior) + v%posterior_none + v%posterior_together + v%posterior_unknown - 1) < ROUNDING &
                     .and. v%probability > least - ROUNDING .and. v%probability < most + ROUNDING .and. &
                     (size(v%set) > 0 .eqv. any(v%verdict == [VERDICT_NAMED, VERDICT_SET]))
     end associate
@@ -353,7 +353,7 @@ contains
     beam%effects(E_SOFT)%variants(2:n:2)%is_finer = .true.
     call beam%observe(point_of(P_SOFT + HIDDEN - 1, 12.0_rp, 0), beam%sigma, 700003)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
-    call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), 'a soft place beside the scanned ones is found')
+   call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), 'a soft place beside the scanned ones is found')
     if (size(d%decision%causes) > 0) call check(d%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
                                                 'and moved to where it is')
   end subroutine test_places
