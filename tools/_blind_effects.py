@@ -106,7 +106,7 @@ def orthotropy(rng, wing, case):
 
 
 def pretension(rng, wing, case):
-    return plain("pretension", stiffness, 1e-3, 1.0, 1.0)
+    return plain("pretension", stiffness, 1.0, 10.0, 1.0)
 
 
 def vein_torsion(rng, wing, case):

@@ -26,16 +26,17 @@ contains
     type(diagnose_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
     type(arguments_t) :: arguments
-    character(12), parameter :: FLAGS(5) = [character(12) :: '--refine', '--refine=yes', '--refine=fit', &
-                                                                                           '--refine=no', '--no-refine']
-    character(3), parameter :: CHOICES(5) = [character(3) :: 'yes', 'yes', 'fit', 'no', 'no']
+    integer, parameter :: N = 5
+    character(12), parameter :: FLAGS(N) = [ &
+                                '--refine    ', '--refine=yes', '--refine=fit', '--refine=no ', '--no-refine ']
+    character(3), parameter :: CHOICES(N) = [character(3) :: 'yes', 'yes', 'fit', 'no', 'no']
     integer :: i
     call parse_arguments(ACTIONS, FLAGS, .false., arguments, errors)
     command%action = DIAGNOSE_RUN + arguments%action
     command%refine = ''
     command%ini = arguments%file
     if (arguments%is_final) return
-    do i = 1, size(FLAGS)
+    do i = 1, N
       if (.not. arguments%has_flag(i)) cycle
       if (command%refine /= '' .and. command%refine /= CHOICES(i)) &
         call errors%add('"'//trim(FLAGS(i))//'" contradicts refine = '//command%refine)

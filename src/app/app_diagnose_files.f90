@@ -60,7 +60,8 @@ contains
     end if
     call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
-                  wing_lines(params)//instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
+                    wing_lines(params)// &
+                    instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment
 

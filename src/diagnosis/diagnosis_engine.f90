@@ -5,10 +5,10 @@ module diagnosis_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use diagnosis_calibration, only: calibration_t, find_detectable, find_statistics, statistics_t
-  use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, VERDICT_ADEQUATE, &
-                                VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, &
+                                VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
-  use diagnosis_exchange, only: find_exchange
+  use diagnosis_exchange, only: add_finer, find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
   use diagnosis_noise_share, only: find_share
   use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
@@ -111,7 +111,7 @@ contains
       if (options%validates) call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
       return
     end if
-    call add_finer(simulator, d, has_finer)
+    call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
     if (has_finer) then
       call build_design(simulator, d%baseline%q, finer, failure, d%design)
       d%design = finer
@@ -142,30 +142,6 @@ contains
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear)
     d%decision = d%linear
   end subroutine judge
-
-  !> Makes the finer variants about the best place of each scan usual ones. The calibration stays that of the scan: they
-  !> sharpen what was found, and find nothing themselves.
-  subroutine add_finer(simulator, d, has_finer)
-    class(simulator_t), intent(inout) :: simulator
-    type(diagnosis_t), intent(in) :: d
-    logical, intent(out) :: has_finer
-    integer, parameter :: MOST = 60
-    real(rp), allocatable :: distance(:)
-    integer :: e, k, best
-    has_finer = .false.
-    do e = 1, size(simulator%effects)
-      if (d%hypotheses%best(e) == 0) cycle
-      best = d%design%candidates(d%hypotheses%best(e))%variant
-      associate (variants => simulator%effects(e)%variants)
-        distance = [(norm2(variants(k)%place - variants(best)%place), k=1, size(variants))]
-        do k = 1, MOST
-          if (.not. any(variants%is_finer)) exit
-          variants(minloc(distance, 1, mask=variants%is_finer))%is_finer = .false.
-          has_finer = .true.
-        end do
-      end associate
-    end do
-  end subroutine add_finer
 
   !> z and rest of the data at the point q.
   subroutine compress_at(simulator, q, design, z, rest, failure)
@@ -334,7 +310,11 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    if (options%finds_intervals) call find_intervals(simulator, options, d)
+    if (options%finds_intervals) then
+      call find_intervals(simulator, options, d)
+      call move_to_better(simulator, options, d, ok)
+      if (ok) call find_intervals(simulator, options, d)
+    end if
     if (options%validates) then
       call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
       call validate(simulator, d%extended%active, d%extended%q, options%fit, d%validated_extended)
@@ -359,6 +339,7 @@ contains
     n = size(d%extended%active)
     first = size(d%baseline%active) + 1
     call problem%init(simulator, d%whitener, d%extended%active, d%extended%q)
+    if (allocated(d%intervals)) deallocate (d%intervals)
     allocate (d%intervals(n - first + 1))
     fits = options%fit
     fits%most_rejections = 3
@@ -380,4 +361,26 @@ contains
       end associate
     end do
   end subroutine find_intervals
+
+  !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes
+  !> are fitted again from there.
+  subroutine move_to_better(simulator, options, d, is_better)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout), target :: d
+    logical, intent(out) :: is_better
+    type(nested_fit_t) :: other
+    integer :: columns(size(d%intervals))
+    real(rp) :: q(size(d%extended%q))
+    columns = d%extended%active(size(d%baseline%active) + 1:)
+    q = d%extended%q
+    is_better = any((d%intervals%has_lower .and. q(columns) < d%intervals%lower) .or. &
+                    (d%intervals%has_upper .and. q(columns) > d%intervals%upper))
+    if (.not. is_better) return
+    q(columns) = d%intervals%best
+    call fit_nested(simulator, d%whitener, d%extended%active, q, options%fit, other)
+    is_better = other%is_found
+    if (is_better) is_better = other%cost() < d%extended%cost()
+    if (is_better) d%extended = other
+  end subroutine move_to_better
 end module diagnosis_engine
