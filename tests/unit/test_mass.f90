@@ -139,7 +139,8 @@ contains
     call t%check('a point for every edge', size(fine%points, 2) == n + 4*5*2 + 4**2 .and. &
                  all(shape(parents) == [2, n + 56]))
     call t%check('every point lies between its parents', &
-                maxval(abs(2*fine%points - wing%points(:, parents(1, :)) - wing%points(:, parents(2, :)))) < 2.0e-18_rp)
+                 maxval(abs(2*fine%points - wing%points(:, parents(1, :)) - &
+                            wing%points(:, parents(2, :)))) < 2.0e-18_rp)
     call t%check('old points are their own parents', all(parents(:, :n) == spread([(i, i=1, n)], 1, 2)))
     call t%check('no two points have the same ones', &
                  all([((any(parents(:, i) /= parents(:, k)), k=i + 1, size(parents, 2)), i=1, size(parents, 2))]))
