@@ -135,29 +135,14 @@ class Turns:
         for which, e, f, area in self._groups(u):
             jets = variables(np.concatenate([e, f] + ([] if area is None else [area]), 1), with_hessian)
             out = self._law(which, jets[:3], jets[3:6], self._normal(which, None if area is None else jets[6:]))
-            m = len(which)
-            basis = np.zeros((m, out.g.shape[1], n, 3), u.dtype)  # d(e, f, A)/d(local nodes)
+            basis = np.zeros((len(which), out.g.shape[1], n, 3), u.dtype)  # d(e, f, A)/d(local nodes)
             for k in range(3):
                 basis[:, k, 0, k], basis[:, k, 1, k] = -1, 1
                 basis[:, 3 + k, 1, k], basis[:, 3 + k, 2, k] = -1, 1
-            if area is not None:
-                corners = x[which]
-                for k in range(3):
-                    opposite = corners[:, :, (k + 2) % 3] - corners[:, :, (k + 1) % 3]
-                    basis[:, 6:9, 3 + k::3] += _cross_matrix(opposite).transpose(0, 2, 1, 3)
-            flat = basis.reshape(m, -1, 3 * n)
-            g[which] = np.matmul(out.g[:, None, :], flat).reshape(m, n, 3)
-            if not with_hessian:
-                continue
-            full = np.matmul(flat.transpose(0, 2, 1), np.matmul(out.h, flat)).reshape(m, n, 3, n, 3)
-            if area is not None:
-                twist = _cross_matrix(out.g[:, None, 6:9])[:, 0]
-                for t in range(4):
-                    for k in range(3):
-                        i, j = 3 + 3 * t + k, 3 + 3 * t + (k + 1) % 3
-                        full[:, i, :, j, :] -= twist
-                        full[:, j, :, i, :] += twist
-            h[which] = full
+            areas = () if area is None else [(slice(6, 9), x[which, t], 3 + 3 * t) for t in range(4)]
+            g[which], part = gather(out, basis, areas, with_hessian)
+            if with_hessian:
+                h[which] = part
         return g, h
 
     def add_gradient(self, u, g):
@@ -167,6 +152,28 @@ class Turns:
     def hessian(self, u):
         _, h = self.derivatives(u)
         return h.transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
+
+
+def gather(out, basis, areas, with_hessian=True):
+    """Gradient (elements, n, 3) and Hessian (elements, n, 3, n, 3) by the positions of n nodes of jets `out` of some
+    vectors. basis (elements, variables, n, 3) are the vectors' derivatives, to which those of area vectors are added:
+    (rows of the variables, corners (elements, 3, 3) of a triangle, place of the first one among the nodes)."""
+    m, _, n, _ = basis.shape
+    for rows, x, first in areas:
+        for k in range(3):
+            basis[:, rows, first + k] += _cross_matrix(x[:, (k + 2) % 3] - x[:, (k + 1) % 3])
+    flat = basis.reshape(m, -1, 3 * n)
+    g = np.matmul(out.g[:, None, :], flat).reshape(m, n, 3)
+    if not with_hessian:
+        return g, None
+    h = np.matmul(flat.transpose(0, 2, 1), np.matmul(out.h, flat)).reshape(m, n, 3, n, 3)
+    for rows, _, first in areas:  # areas are quadratic in the positions
+        twist = _cross_matrix(out.g[:, rows])
+        for k in range(3):
+            i, j = first + k, first + (k + 1) % 3
+            h[:, i, :, j, :] -= twist
+            h[:, j, :, i, :] += twist
+    return g, h
 
 
 def _cross_matrix(v):

@@ -9,6 +9,7 @@ from scipy import sparse
 
 from _bending_camber import Camber, heights
 from _bending_elements import Plate, Springs, Turns
+from _bending_membrane import Film, Twists
 from _bending_mesh import find_edges, locate, plan_hinges
 from _flusi_io import InputError
 from _wing_file import Wing
@@ -35,6 +36,9 @@ class Stiffness:
     E_gradient: float = 0.0           # E exp(g (x/R - 1/2)), x from the root, R the wing's length
     E_wave: tuple = ()                # (vein, a, length [m]): E (1 + a sin(2 pi s/length)), s from the vein's beginning
     camber: tuple = (0.0, 0.0, 0.0)   # [m] arch, bend and twist of the unloaded wing; see _bending_camber
+    orthotropy: float = 0.0           # k_membrane (1 + a cos 2 phi), phi the angle of the spring to x
+    pretension: float = 0.0           # [N/m] of the membrane in the unloaded wing
+    torsion: float = 0.0              # GJ/EI of veins and joints
     D_wave: tuple = ()                # (a, x length, y length [m]): D (1 + a sin(2 pi (x/lx + y/ly))); 0: no wave along it
     joint_hardening: float = 0.0      # [1/rad^2] M = k Theta (1 + h Theta^2) in the joints
     cuticle_hardening: float = 0.0    # [m^2] M = E I kappa (1 + c kappa^2) in all other hinges of veins
@@ -70,6 +74,7 @@ class Model:
         d = self._plate_stiffness(self.positions[triangles].mean(1)) if len(triangles) else np.zeros(0)
         self.plate = Plate(stiffness.plate, self.positions, triangles, edges, n, d, stiffness.poisson)
         self.n_nodes = n + self.plate.n_slopes
+        self.extras = self._extras(hinges, edges)
         self.bending = self.plate if self.is_flat else Camber(self.plate, self.positions, triangles,
                                                               self._rest_heights(flat, n))
         moves = np.ones(self.n_nodes, bool)
@@ -98,6 +103,22 @@ class Model:
             d = d * (1 + a * np.sin(2 * pi * waves))
         return d
 
+    def _extras(self, hinges, edges):
+        s, families = self.stiffness, []
+        if s.pretension:
+            families.append(Film(self.positions, self.triangles, s.pretension))
+        if s.torsion:
+            beside = [(edges.triangles_at(*h.nodes[:2]), edges.triangles_at(*h.nodes[1:])) for h in hinges]
+            shown = [k for k, (one, two) in enumerate(beside) if one and two]
+            corners = np.zeros((len(shown), 2, 2, 3), int)
+            for row, k in enumerate(shown):
+                corners[row] = hinges[k].nodes[0]
+                for side in range(2):
+                    for place, t in enumerate(beside[k][side]):
+                        corners[row, side, place] = self.triangles[t]
+            families.append(Twists(self.positions, self.turns.nodes[shown], corners, s.torsion * self.turns.k[shown]))
+        return families
+
     def _rest_heights(self, flat, first_slope):
         """z0 of the points and, as the plate's unknowns, its slopes across the middles of the edges."""
         a, b = (flat.points[self.edges.ends[:, k], :2] for k in range(2))
@@ -122,7 +143,8 @@ class Model:
         for pair in edges.number:
             if pair not in in_vein:
                 ends.append(pair)
-                k.append(s.k_membrane)
+                along = self.positions[pair[1]] - self.positions[pair[0]]
+                k.append(s.k_membrane * (1 + s.orthotropy * np.cos(2 * np.arctan2(along[1], along[0]))))
         if s.cross_springs:
             for (a, b), (one, two) in zip(edges.ends, edges.sides):
                 if two >= 0:
@@ -185,19 +207,22 @@ class Model:
     # ---- energy and its derivatives -------------------------------------------------------------
 
     def energy(self, u):
-        return self.springs.energy(u) + self.turns.energy(u) + self.bending.energy(u)
+        return self.springs.energy(u) + self.turns.energy(u) + self.bending.energy(u) + \
+            sum(family.energy(u) for family in self.extras)
 
     def gradient(self, u):
         g = np.zeros(u.shape, u.dtype)
         self.springs.add_gradient(u, g)
         self.turns.add_gradient(u, g)
-        self.bending.add_gradient(u, g)
+        for family in (self.bending, *self.extras):
+            family.add_gradient(u, g)
         return g
 
     def _pattern(self):
         """The places of all element blocks in one symmetric matrix over the moving nodes."""
         number = np.cumsum(self.moves) - 1
-        pairs = np.concatenate([self.springs.pairs, self.turns.pairs, self.plate.pairs])
+        changing = [self.springs.pairs, self.turns.pairs, *(family.pairs for family in self.extras)]
+        pairs = np.concatenate([*changing, self.plate.pairs])
         kept = self.moves[pairs].all(1)
         self.n_moving = int(self.moves.sum())
         key = number[pairs[kept, 0]] * self.n_moving + number[pairs[kept, 1]]
@@ -210,14 +235,14 @@ class Model:
         first = np.searchsorted(rows, np.arange(self.n_moving + 1))
         order = sparse.bsr_matrix((np.arange(1, 9 * len(unique) + 1.0).reshape(-1, 3, 3), columns, first)).tocsc()
         self._order, self._indices, self._starts = order.data.astype(int) - 1, order.indices, order.indptr
-        n_springs, n_turns = len(self.springs.pairs), len(self.turns.pairs)
-        self._constant = self._block_of[:, n_springs + n_turns:] @ self.plate.hessian().reshape(-1, 9)
-        self._changing = self._block_of[:, :n_springs + n_turns].tocsr() if self.is_flat else self._block_of
+        n_changing = sum(map(len, changing))
+        self._constant = self._block_of[:, n_changing:] @ self.plate.hessian().reshape(-1, 9)
+        self._changing = self._block_of[:, :n_changing].tocsr() if self.is_flat else self._block_of
 
     def tangent(self, u, axial, shift=0.0):
         """Hessian over the moving nodes as a sparse matrix, with the springs' axial forces [N] in its geometric part,
         plus `shift` [N/m] on the diagonal."""
-        parts = [self.springs.hessian(u, axial), self.turns.hessian(u)]
+        parts = [self.springs.hessian(u, axial), self.turns.hessian(u), *(family.hessian(u) for family in self.extras)]
         if not self.is_flat:
             parts.append(self.bending.hessian(u))
         blocks = np.concatenate(parts).reshape(-1, 9)
@@ -290,6 +315,10 @@ def check_stiffness(wing, s):
         raise InputError(f"plate is morley or edges, not {s.plate}")
     if any(s.camber) and s.plate != "morley":
         raise InputError("camber needs plate = morley")
+    if any(s.camber) and (s.pretension or s.torsion):
+        raise InputError("pretension and torsion are those of a flat wing, without camber")
+    if s.pretension < 0 or s.torsion < 0 or not abs(s.orthotropy) < 1:
+        raise InputError("pretension and torsion must not be negative, orthotropy is between -1 and 1")
     if len(s.camber) != 3:
         raise InputError("camber is three numbers")
     for name in ("E", "D", "root", "k_vein", "k_membrane", "k_cross"):

@@ -101,6 +101,18 @@ def soft_place(rng, wing, case):
                   lambda s: {}, 0.1, 300.0, place=tuple(map(float, wing.points[node][:2])))
 
 
+def orthotropy(rng, wing, case):
+    return plain("orthotropy", stiffness, 0.02, 0.9, sign_of(rng))
+
+
+def pretension(rng, wing, case):
+    return plain("pretension", stiffness, 1.0, 10.0, 1.0)
+
+
+def vein_torsion(rng, wing, case):
+    return of(plain("torsion", stiffness, 0.02, 5.0, 1.0), "vein_torsion", "torsion")
+
+
 def joint_hardening(rng, wing, case):
     return plain("joint_hardening", stiffness, 0.5, 3000.0, 1.0)
 
@@ -212,7 +224,8 @@ def fringe(rng, wing, case):
     return Effect("fringe", lambda case, s: hidden(case, fringe=(s, length, angle)), lambda s: {}, 1e-6, 2e-4, False)
 
 
-KNOWN = (E_gradient, E_per_vein, taper, root_compliance, soft_place, joint_hardening, cuticle,
+KNOWN = (E_gradient, E_per_vein, taper, root_compliance, soft_place, orthotropy, pretension, vein_torsion,
+         joint_hardening, cuticle,
          one_way_joint, damage, camber, membrane_bending, force_gain, force_offset, force_direction, drift,
          load_position, height_scale, registration, scan_plane)
 OUTSIDE = (E_wave, D_wave, memory, bow, fringe)

@@ -11,6 +11,8 @@ def flat_verdict(data):
     verdict = data["verdict"]
     named = {"named": [{"names": [cause["effect"]]} for cause in verdict["causes"]],
              "consistent_with_set": [{"names": list(verdict["set"])}]}
+    if verdict.get("is_together"):  # not a choice: each of them, with the others
+        named["consistent_with_set"] = named["named"]
     flat = {"verdict": verdict["word"], "probability": verdict["probability"],
             "causes": named.get(verdict["word"], []),
             "catalogue": [effect["name"] for effect in data["effects"] if effect["status"] != "not_testable"],
@@ -54,9 +56,11 @@ def effect_lines(truth):
             wing.append(("soft", 1 / (1 + cause["strength"])))
         elif name == "membrane_bending":
             sections["D"] = repr(values["D"])
-        elif name in ("E_gradient", "E_per_vein", "taper", "root_compliance", "joint_hardening", "cuticle",
-                      "one_way_joint"):
+        elif name in ("E_gradient", "E_per_vein", "taper", "root_compliance", "orthotropy", "pretension",
+                      "vein_torsion", "joint_hardening", "cuticle", "one_way_joint"):
             wing += values.items()
+            if name == "vein_torsion":
+                sections["sided_veins"] = "yes"
             if name == "one_way_joint":
                 sections["sided_joints"] = "yes"
         else:

@@ -52,8 +52,7 @@ contains
     type(world_t), intent(in) :: world
     type(message_list_t) :: errors, notices
     self%world = world
-    call load_diagnose_settings(command%ini, world, self%settings, errors, notices)
-    self%settings%refines = (self%settings%refines .or. command%refine) .and. .not. command%no_refine
+    call load_diagnose_settings(command%ini, command%refine, world, self%settings, errors, notices)
     if (errors%count() > 0) self%code = EXIT_USER
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')
@@ -75,7 +74,7 @@ contains
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
       if (s%options%is_scale_known) self%simulator%noise%factor = 1
-      self%has_band = s%refines .and. command%action /= DIAGNOSE_PLAN
+      self%has_band = s%finds_band .and. command%action /= DIAGNOSE_PLAN
     end associate
     if (.not. self%has_band) return
     call self%band%init(self%world, self%settings, failure)
@@ -141,7 +140,7 @@ contains
     end if
   end subroutine ask
 
-  !> The values of [Wing], then points about them.
+  !> The values of [Wing], or where a fit for the band has come from there; then points about the values of [Wing].
   function starts(self) result(points)
     class(diagnose_t), intent(in) :: self
     real(rp), allocatable :: points(:, :)
@@ -150,6 +149,7 @@ contains
     allocate (points(size(self%simulator%quantities), self%settings%n_starts))
     do s = 1, size(points, 2)
       points(:, s) = self%simulator%null_point()
+      if (s == 1 .and. allocated(self%band%start)) points(:, s) = self%band%start
       if (s == 1) cycle
       do i = 1, self%settings%catalogue%n_baseline
         if (.not. self%simulator%quantities(i)%is_log) cycle

@@ -16,7 +16,7 @@ module app_diagnose_command
   type :: diagnose_command_t
     integer :: action = DIAGNOSE_RUN
     character(:), allocatable :: ini !< parameter file
-    logical :: refine = .false., no_refine = .false. !< instead of [Diagnose] refine
+    character(:), allocatable :: refine !< yes, fit or no, instead of [Diagnose] refine; empty if not given
   end type diagnose_command_t
 
 contains
@@ -26,13 +26,22 @@ contains
     type(diagnose_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
     type(arguments_t) :: arguments
-    call parse_arguments(ACTIONS, [character(11) :: '--refine', '--no-refine'], .false., arguments, errors)
+    integer, parameter :: N = 5
+    character(12), parameter :: FLAGS(N) = [ &
+                                '--refine    ', '--refine=yes', '--refine=fit', '--refine=no ', '--no-refine ']
+    character(3), parameter :: CHOICES(N) = [character(3) :: 'yes', 'yes', 'fit', 'no', 'no']
+    integer :: i
+    call parse_arguments(ACTIONS, FLAGS, .false., arguments, errors)
     command%action = DIAGNOSE_RUN + arguments%action
-    command%refine = arguments%has_flag(1)
-    command%no_refine = arguments%has_flag(2)
+    command%refine = ''
     command%ini = arguments%file
     if (arguments%is_final) return
-    if (command%refine .and. command%no_refine) call errors%add('--no-refine contradicts --refine')
+    do i = 1, N
+      if (.not. arguments%has_flag(i)) cycle
+      if (command%refine /= '' .and. command%refine /= CHOICES(i)) &
+        call errors%add('"'//trim(FLAGS(i))//'" contradicts refine = '//command%refine)
+      command%refine = trim(CHOICES(i))
+    end do
     if (arguments%n_files > 1) call errors%add('too many file names')
     if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
   end subroutine parse_diagnose_command
@@ -40,12 +49,14 @@ contains
   !> Writes how the program is called.
   subroutine print_diagnose_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(16) = [character(84) :: &
+    character(*), parameter :: LINES(18) = [character(84) :: &
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
                                             '  --plan              what the loads of the measurement could show', &
-                                  '  --refine            count what the mesh does as an error (also on a finer mesh)', &
+                                            '  --refine            count what the mesh does as an error', &
+                                            '  --refine=fit        and fit everything on a mesh of half the size', &
+                                            '  --refine=no, or', &
                                             '  --no-refine         the data come from the same mesh', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &

@@ -17,6 +17,7 @@ module app_diagnose_files
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
   use solid_params, only: solid_params_t
+  use solid_wing_refine, only: coarsen_params
   implicit none
   private
   public :: write_fragments, write_maps
@@ -25,7 +26,8 @@ module app_diagnose_files
 
 contains
 
-  !> Writes NAME_baseline.ini and, if a cause was found, NAME_extended.ini.
+  !> Writes NAME_baseline.ini and, if a cause was found, NAME_extended.ini. They are for the wing of the file: fitted on a
+  !> finer mesh, the same wing differs from them by what the mesh does.
   subroutine write_fragments(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -48,11 +50,18 @@ contains
     type(failure_t), intent(inout) :: failure
     type(setup_t) :: setup
     type(solid_params_t) :: params
+    character(:), allocatable :: mesh
     logical :: ok
     call setup_params(s%experiment, s%setup%wing, s%catalogue%kinds, q, setup, params)
+    mesh = ''
+    if (s%fits_finer) then
+      params = coarsen_params(params)
+      mesh = '; fitted on a mesh of half the size'//NL
+    end if
     call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
-                    BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//'; [include] file = '//path//NL//NL// &
-                  wing_lines(params)//instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
+                    BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
+                    wing_lines(params)// &
+                    instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment
 
@@ -100,7 +109,7 @@ contains
     call file%publish(s%name//'.h5', .false., failure)
   end subroutine write_maps
 
-  !> Posterior means of pattern strengths over their largest prior sd, of what the causes leave.
+  !> Posterior means of pattern strengths over their largest prior sd, of the whole misfit of the baseline.
   subroutine write_unknown(file, simulator, d, failure)
     type(hdf5_file_t), intent(in) :: file
     type(wing_simulator_t), intent(in) :: simulator

@@ -54,9 +54,10 @@ contains
     call r%add_real('Diagnose', 'membrane_sd', 0.1_rp, &
                     'sd of log D that is no discovery: meshes change the effective D by '// &
                     '5 to 15 % (docs/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
-    call r%add_switch('Diagnose', 'refine', .true., 'fit the baseline on a mesh of half the size too, and count '// &
-                      'the difference as an error; no: the data come from the same mesh, as those of a computed '// &
-                      'wing may; --refine and --no-refine go before it')
+    call r%add_word('Diagnose', 'refine', 'yes', 'yes|fit|no', 'fit the baseline on a mesh of half the size too, '// &
+                    'and count the difference as an error; fit: and make the whole diagnosis on that mesh, which '// &
+                    'takes several times as long; no: the data come from the same mesh, as those of a computed '// &
+                    'wing may; --refine, --refine=fit and --no-refine go before it')
     call r%add_integer('Diagnose', 'starts', 3, &
                        'points from which the baseline is fitted: the values of [Wing], then '// &
                        'random ones', min=1, max=100)

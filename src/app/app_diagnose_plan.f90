@@ -6,9 +6,9 @@ module app_diagnose_plan
   use app_diagnose_settings, only: diagnose_settings_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_calibration, only: calibration_t
+  use diagnosis_calibration, only: calibration_t, find_detectable
+  use diagnosis_decision, only: LEVEL
   use diagnosis_design, only: build_design, design_t
-  use diagnosis_engine, only: find_detectable
   use diagnosis_wing_simulator, only: wing_simulator_t
   implicit none
   private
@@ -30,7 +30,7 @@ contains
     call build_design(simulator, simulator%null_point(), design, failure)
     if (failure%failed) return
     call calibration%init(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed)
-    call find_detectable(design, calibration, size(s%catalogue%effects), snr)
+    call find_detectable(design, calibration, size(s%catalogue%effects), LEVEL, snr)
     write (unit, '(a)') &
       'effect                parameter          found with 90 % from  at                          '// &
       'seen beside baseline'

@@ -23,7 +23,11 @@ module app_diagnose_settings
   use measurement_instrument, only: instrument_t
   use measurement_share, only: load_measurement
   use parallel_world, only: world_t
+  use solid_mass, only: lump_mass
+  use solid_params, only: solid_params_t
   use solid_statics, only: static_options_t
+  use solid_wing, only: wing_t
+  use solid_wing_refine, only: refine_params, refine_wing
   implicit none
   private
   public :: diagnose_settings_t, load_diagnose_settings
@@ -43,16 +47,19 @@ module app_diagnose_settings
     type(noise_estimate_t) :: noise
     type(diagnosis_options_t) :: options
     integer :: n_starts = 1
-    logical :: refines = .false.            !< the mesh, to see what it does
+    logical :: finds_band = .false.         !< what another mesh changes counts as an error
+    logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
+    type(wing_t) :: file_wing               !< as in the file and the input, where `setup` has the finer one
+    type(solid_params_t) :: file_asked
     character(:), allocatable :: name       !< first part of the names of the files to write
   end type diagnose_settings_t
 
 contains
 
   !> Reads the ini file `path` and what it names on all ranks; all mistakes go to `errors`, remarks to `notices`.
-  !> Collective.
-  subroutine load_diagnose_settings(path, world, s, errors, notices)
-    character(*), intent(in) :: path
+  !> `refine` goes before [Diagnose] refine unless it is empty. Collective.
+  subroutine load_diagnose_settings(path, refine, world, s, errors, notices)
+    character(*), intent(in) :: path, refine
     type(world_t), intent(in) :: world
     type(diagnose_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -66,7 +73,7 @@ contains
       return
     end if
     call s%config%load_text(text, path, registry, errors, notices, .false., world)
-    call read_options(s, errors)
+    call read_options(s, refine, errors)
     call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
     if (.not. found) return
     if (s%config%is_given('Measurement', 'file')) then
@@ -85,15 +92,32 @@ contains
     if (size(s%sought%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
                                                'the baseline seeks parameters of the wing only, not of the measurement')
     if (errors%count() > 0) return
+    if (s%fits_finer) call take_finer(s)
     call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
 
-  subroutine read_options(s, errors)
+  !> The finer wing takes the place of that of the file.
+  subroutine take_finer(s)
     type(diagnose_settings_t), intent(inout) :: s
+    type(message_list_t) :: messages
+    s%file_wing = s%setup%wing
+    s%file_asked = s%setup%asked
+    call refine_wing(s%file_wing, s%setup%wing)
+    s%setup%asked = refine_params(s%file_asked)
+    if (s%setup%has_mass) call lump_mass(s%setup%wing, s%setup%material, s%setup%mass, messages)
+  end subroutine take_finer
+
+  subroutine read_options(s, refine, errors)
+    type(diagnose_settings_t), intent(inout) :: s
+    character(*), intent(in) :: refine
     type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: choice
     associate (c => s%config, o => s%options)
       s%membrane_sd = c%get_real('Diagnose', 'membrane_sd')
-      s%refines = c%get_switch('Diagnose', 'refine')
+      choice = c%get_word('Diagnose', 'refine')
+      if (refine /= '') choice = refine
+      s%finds_band = choice /= 'no'
+      s%fits_finer = choice == 'fit'
       s%n_starts = c%get_integer('Diagnose', 'starts')
       o%is_scale_known = c%get_word('Diagnose', 'noise') == 'declared'
       o%n_draws = c%get_integer('Diagnose', 'draws')

@@ -29,6 +29,7 @@ contains
     if (band%is_found) then
       write (line, '(a,f0.2,a,f0.1,a,i0,a)') 'mesh      changes heights by ', 1.0e6_rp*band%rms, &
         ' um rms after a refit, as a signal-to-noise ratio of ', band%snr, ' (', band%n_points, ' points)'
+      if (s%fits_finer) line = line(:len_trim(line) - 1)//', on which all is fitted)'
       write (unit, '(a)') trim(line)
     end if
     write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%baseline%chi2, ' of ', s%bins%n, &
@@ -135,6 +136,13 @@ contains
         text = text//' '//s%catalogue%effects(d%decision%set(i))%title
         if (i < size(d%decision%set)) text = text//';'
       end do
+      if (d%decision%is_together) then
+        text = 'consistent with'
+        do i = 1, size(d%decision%causes)
+          text = text//' '//cause_name(s, d, i)//trim(merge(' and', '    ', i < size(d%decision%causes)))
+        end do
+        text = text//' together; other causes are not excluded'
+      end if
       if (size(d%decision%set) == 1) text = 'consistent with '//s%catalogue%effects(d%decision%set(1))%title// &
                                             '; other causes are not excluded'
     case (VERDICT_UNKNOWN)

@@ -35,8 +35,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     type(zeros_t), intent(out) :: zeros
     type(nested_fit_t) :: found
-    real(rp), allocatable :: jacobian(:, :), rows(:, :), basis(:, :), r(:, :), inverse(:, :), c(:, :)
-    real(rp) :: residuals(simulator%n_observations)
+    real(rp), allocatable :: r(:, :), inverse(:, :), c(:, :)
     integer, allocatable :: same(:), columns(:)
     integer :: i, k, n
     logical :: is_valid
@@ -45,23 +44,18 @@ contains
     if (size(same) < 2) return
     found = d%baseline
     if (d%extended%is_found) found = d%extended
+    call find_triangle(simulator, d, found, r, is_valid)
+    if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may do nothing
+      found = d%baseline
+      call find_triangle(simulator, d, found, r, is_valid)
+    end if
+    if (.not. is_valid) return ! what the data do not determine has no sd
     n = size(found%active)
-    allocate (jacobian(simulator%n_observations, n), rows(simulator%n_observations + n, n), inverse(n, n), columns(0))
-    call simulator%evaluate(found%q, found%active, residuals, jacobian, is_valid)
-    if (.not. is_valid) return
-    call d%whitener%apply(jacobian)
-    rows = 0
-    rows(:size(jacobian, 1), :) = jacobian
-    inverse = 0
+    allocate (columns(0))
+    allocate (inverse(n, n), source=0.0_rp)
     do i = 1, n
-      associate (sd => simulator%quantities(found%active(i))%prior_sd)
-        if (sd > 0) rows(size(jacobian, 1) + i, i) = 1/sd
-      end associate
       inverse(i, i) = 1
     end do
-    call orthogonalise(rows, basis, r)
-    if (size(r, 1) < n) return
-    if (.not. all([(abs(r(i, i)) > 1.0e-12_rp*norm2(r(:, i)), i=1, n)])) return ! what the data do not determine has no sd
     call solve_lower(transpose(r), inverse)
     c = d%scale*matmul(transpose(inverse), inverse)
     do i = 1, size(same)
@@ -78,6 +72,34 @@ contains
                              2*c(columns(i), columns(1)))), i=1, size(columns))]
     call test_equality(c(columns, columns), zeros)
   end subroutine compare_zeros
+
+  !> r of the factorisation of all tangents at a fit, with priors; is_valid: they determine all that was fitted.
+  subroutine find_triangle(simulator, d, found, r, is_valid)
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    type(nested_fit_t), intent(in) :: found
+    real(rp), allocatable, intent(out) :: r(:, :)
+    logical, intent(out) :: is_valid
+    real(rp) :: residuals(simulator%n_observations), jacobian(simulator%n_observations, size(found%active))
+    real(rp) :: rows(simulator%n_observations + size(found%active), size(found%active))
+    real(rp), allocatable :: basis(:, :)
+    integer :: i, m, n
+    m = size(jacobian, 1)
+    n = size(jacobian, 2)
+    call simulator%evaluate(found%q, found%active, residuals, jacobian, is_valid)
+    if (.not. is_valid) return
+    call d%whitener%apply(jacobian)
+    rows = 0
+    rows(:m, :) = jacobian
+    do i = 1, n
+      associate (sd => simulator%quantities(found%active(i))%prior_sd)
+        if (sd > 0) rows(m + i, i) = 1/sd
+      end associate
+    end do
+    call orthogonalise(rows, basis, r)
+    is_valid = size(r, 1) == n
+    if (is_valid) is_valid = all([(abs(r(i, i)) > 1.0e-12_rp*norm2(r(:, i)), i=1, n)])
+  end subroutine find_triangle
 
   !> chi^2 of the differences with covariance c(:, :) of the values.
   subroutine test_equality(c, zeros)

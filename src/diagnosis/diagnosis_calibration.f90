@@ -13,10 +13,10 @@ module diagnosis_calibration
   use base_random, only: fill_gaussians, random_stream_t
   use base_sort, only: sort_reals
   use diagnosis_design, only: design_t
-  use diagnosis_distributions, only: draw_chi2, log_chi2_tail, log_f_tail
+  use diagnosis_distributions, only: detectable_noncentrality, draw_chi2, log_chi2_tail, log_f_tail
   implicit none
   private
-  public :: calibration_t, statistics_t, find_statistics
+  public :: calibration_t, statistics_t, find_detectable, find_statistics
 
   real(rp), parameter, public :: EFFECTS_SHARE = 0.8_rp !< of the level, the rest is for unknown causes
   integer(i8), parameter :: NOISE_STREAM = 1, SCALE_STREAM = 2
@@ -49,15 +49,20 @@ module diagnosis_calibration
 contains
 
   !> All statistics of z(k). `rest` is the sum of squares beside it: if the scale of the noise is not known, z is
-  !> measured by it, and tests are those of F.
-  subroutine find_statistics(design, n_effects, is_scale_known, z, rest, statistics)
+  !> measured by it, and tests are those of F. `only_best`: p of a variant is not found where another one of its effect with
+  !> as many directions has a larger square.
+  subroutine find_statistics(design, n_effects, is_scale_known, z, rest, statistics, only_best)
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects
     logical, intent(in) :: is_scale_known
     real(rp), intent(in) :: z(:), rest
     type(statistics_t), intent(out) :: statistics
+    logical, intent(in), optional :: only_best
     real(rp) :: scale
     integer :: c, f
+    logical :: is_brief
+    is_brief = .false.
+    if (present(only_best)) is_brief = only_best
     scale = 1
     if (.not. is_scale_known) scale = rest/design%n_rest
     associate (s => statistics)
@@ -68,6 +73,10 @@ contains
         associate (one => design%candidates(c))
           if (one%df == 0) cycle
           s%squares(c) = sum(matmul(z, one%basis)**2)/scale
+          if (is_brief .and. s%best(one%effect) > 0) then
+            if (design%candidates(s%best(one%effect))%df == one%df .and. &
+                s%squares(c) <= s%squares(s%best(one%effect))) cycle
+          end if
           if (is_scale_known) then
             s%log_p(c) = log_chi2_tail(s%squares(c), one%df)
           else
@@ -135,7 +144,7 @@ contains
       stream = random_stream_t(seed=seed, stream=SCALE_STREAM, position=int(d, i8)*200000_i8)
       call draw_chi2(stream, design%n_rest, rest)
     end if
-    call find_statistics(design, n_effects, is_scale_known, z, rest, statistics)
+    call find_statistics(design, n_effects, is_scale_known, z, rest, statistics, only_best=.true.)
   end subroutine draw_null
 
   !> Number n of independent tests of which the smallest p is exp(log_p) with probability `level`.
@@ -249,4 +258,23 @@ contains
     ! Solves log_any_of(log_p, n) = wanted.
     log_p = log_one_minus(log_one_minus(min(wanted, -1.0e-6_rp))/self%n_tests(e))
   end function calibration_local_level
+
+  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global `level`,
+  !> for its variant of the fewest directions; huge if the baseline absorbs it.
+  subroutine find_detectable(design, calibration, n_effects, level, snr)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer, intent(in) :: n_effects
+    real(rp), intent(in) :: level
+    real(rp), allocatable, intent(out) :: snr(:)
+    integer :: c
+    allocate (snr(n_effects), source=huge(1.0_rp))
+    do c = 1, size(design%candidates)
+      associate (one => design%candidates(c))
+        if (one%df == 0) cycle
+        if (snr(one%effect) < huge(1.0_rp)) cycle
+        snr(one%effect) = sqrt(detectable_noncentrality(calibration%local_level(one%effect, level), one%df, 0.9_rp))
+      end associate
+    end do
+  end subroutine find_detectable
 end module diagnosis_calibration

@@ -20,7 +20,7 @@ module diagnosis_decision
                                   IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   implicit none
   private
-  public :: decision_t, decide, rank_effects, verdict_word
+  public :: decision_t, decide, rank_effects, reject_catalogue, take_back_name, verdict_word
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
@@ -34,13 +34,18 @@ module diagnosis_decision
   type :: decision_t
     integer :: verdict = VERDICT_INSUFFICIENT
     real(rp) :: log_p_global = 0
-    real(rp) :: probability = 0             !< posterior, of what the verdict says
+    !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, or exactly these together; set, one
+    !> at least of these is a cause; unknown, a cause that is not in the catalogue.
+    real(rp) :: probability = 0
     integer, allocatable :: causes(:)       !< candidates of the best explanation
-    integer, allocatable :: set(:)          !< effects that explain the data alone as well, best first
+    !> Effects of which one at least is a cause: those that explain the data alone as well, best first, or all of the causes.
+    integer, allocatable :: set(:)
+    logical :: is_together = .false.        !< the set is no choice: its members explain the data together
+    logical :: has_further = .false.        !< the best explanation by several causes has one of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
     real(rp) :: name_power = 0              !< see above; 0 where it was not asked
     real(rp) :: snr = 0                     !< |signal| of the causes in units of the noise
-    real(rp), allocatable :: posterior(:)   !< (effects) each alone
+    real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1
     real(rp) :: posterior_none = 0, posterior_together = 0, posterior_unknown = 0
   end type decision_t
 
@@ -118,23 +123,44 @@ contains
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
         decision%posterior_together <= SECOND_ODDS*decision%posterior(first)) then
       call find_set(design, hypotheses, order, z, decision)
-      if (decision%posterior_unknown > sum(decision%posterior(decision%set))) return
-      call grade(design, calibration, one, seed, decision)
-      ! A second cause beside it would not make the first one wrong.
-      if (any(together%members == one%members(1)) .and. decision%posterior_together <= decision%posterior(first)) &
-        call add_probability(decision)
+      if (decision%posterior_unknown > sum(decision%posterior(decision%set))) then
+        decision%set = [integer ::]
+        return
+      end if
+      call grade(design, calibration, one, seed, design%candidates(together%members)%effect, decision)
     else if (size(together%members) > 1) then
       decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
-      decision%probability = rejected_probability(decision)
-      if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) return
-      decision%probability = decision%posterior_unknown
+      if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) then
+        call reject_catalogue(decision, rejected_probability(decision))
+        return
+      end if
       if (decision%posterior_together < decision%posterior_unknown) return
       decision%causes = together%members
       decision%snr = sqrt(together%square)
       decision%set = design%candidates(together%members)%effect
-      call grade(design, calibration, together, seed, decision)
+      decision%is_together = .true.
+      call grade(design, calibration, together, seed, decision%set, decision)
+    else
+      call reject_catalogue(decision, rejected_probability(decision))
     end if
   end subroutine decide
+
+  !> The verdict is an unknown cause, with this probability; what is left of 1 is shared as before.
+  pure subroutine reject_catalogue(decision, probability)
+    type(decision_t), intent(inout) :: decision
+    real(rp), intent(in) :: probability
+    real(rp) :: factor
+    factor = 0
+    if (decision%posterior_unknown < 1) factor = (1 - probability)/(1 - decision%posterior_unknown)
+    decision%posterior = factor*decision%posterior
+    decision%posterior_none = factor*decision%posterior_none
+    decision%posterior_together = factor*decision%posterior_together
+    decision%posterior_unknown = probability
+    decision%probability = probability
+    decision%verdict = VERDICT_UNKNOWN
+    decision%is_together = .false.
+    decision%set = [integer ::]
+  end subroutine reject_catalogue
 
   !> Posterior probability of an unknown cause where the catalogue's best explanation leaves a remainder of this p. A small p
   !> is evidence of 1/(-e p ln p) against an explanation at most (Sellke, Bayarri and Berger 2001,
@@ -256,34 +282,38 @@ contains
 
   end subroutine find_set
 
-  !> A name or a set, and its probability.
-  subroutine grade(design, calibration, one, seed, decision)
+  !> A name or a set, and its probability. `together` are the effects of the best explanation by several.
+  subroutine grade(design, calibration, one, seed, together, decision)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
     type(explained_t), intent(in) :: one
     integer(i8), intent(in) :: seed
+    integer, intent(in) :: together(:)
     type(decision_t), intent(inout) :: decision
-    logical :: is_one
+    logical :: is_name
+    integer :: i
     decision%name_power = name_power(design, calibration, one%basis, decision%snr, log(LEVEL), POWER_DRAWS, seed)
-    is_one = size(decision%set) == 1
-    decision%probability = sum(decision%posterior(decision%set))
-    if (size(one%members) > 1) then
-      is_one = .true.
+    decision%has_further = any([(any(together == decision%set(i)), i=1, size(decision%set))])
+    if (decision%is_together) then
+      is_name = .true.
       decision%probability = decision%posterior_together
+    else
+      is_name = size(decision%set) == 1
+      decision%probability = sum(decision%posterior(decision%set))
+      ! A second cause beside it would not make the first one wrong.
+      if (is_name .and. decision%has_further .and. decision%posterior_together <= decision%posterior(decision%set(1))) &
+        decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
     end if
-    call choose(decision, is_one)
+    decision%verdict = VERDICT_NAMED
+    if (is_name .and. decision%name_power >= POWER .and. decision%probability >= NAME_PROBABILITY) return
+    call take_back_name(decision)
   end subroutine grade
 
-  subroutine choose(decision, is_one)
+  !> A set in place of a name.
+  pure subroutine take_back_name(decision)
     type(decision_t), intent(inout) :: decision
-    logical, intent(in) :: is_one
-    decision%verdict = merge(VERDICT_NAMED, VERDICT_SET, is_one .and. decision%name_power >= POWER .and. &
-                             decision%probability >= NAME_PROBABILITY)
-  end subroutine choose
-
-  subroutine add_probability(decision)
-    type(decision_t), intent(inout) :: decision
-    decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
-    call choose(decision, size(decision%set) == 1)
-  end subroutine add_probability
+    decision%verdict = VERDICT_SET
+    decision%probability = sum(decision%posterior(decision%set))
+    if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
+  end subroutine take_back_name
 end module diagnosis_decision

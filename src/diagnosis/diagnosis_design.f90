@@ -11,6 +11,7 @@ module diagnosis_design
   use base_kinds, only: rp
   use diagnosis_lapack, only: decompose, orthogonalise
   use diagnosis_simulator, only: quantity_t, simulator_t
+  use diagnosis_strengths, only: strength, strengths_t
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
@@ -22,18 +23,6 @@ module diagnosis_design
   real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
   real(rp), parameter :: FAINT = 0.5_rp         !< sd that the farthest value in reach makes; a million prior sd is far
   real(rp), parameter :: FARTHEST = 1.0e6_rp    !< [prior sd], for parameters without bounds
-  integer, parameter :: N_SCALES = 13
-  real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
-
-  !> Strengths over which unknown ones are averaged, uniform in their logarithm.
-  type :: strengths_t
-    real(rp), allocatable :: gain(:, :)   !< (m, N_SCALES) half of tau s^2/(1 + tau s^2)
-    real(rp), allocatable :: offset(:)    !< (N_SCALES) half of the sum of log(1 + tau s^2)
-  contains
-    procedure :: init => strengths_init
-    procedure :: log_evidence => strengths_log_evidence
-    procedure :: log_likelihood => strengths_log_likelihood
-  end type strengths_t
 
   !> One variant of one effect.
   type :: candidate_t
@@ -71,6 +60,8 @@ module diagnosis_design
     type(family_t), allocatable :: families(:)
     real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
     real(rp), allocatable, private :: q_base(:, :), q_all(:, :)
+    integer, allocatable, private :: columns(:)  !< of the tangents
+    real(rp), allocatable, dimension(:, :), private :: tangents, nuisances, patterns !< as the simulator gave them
   contains
     procedure :: compress => design_compress
     procedure :: by_surface => design_by_surface
@@ -80,32 +71,31 @@ module diagnosis_design
 contains
 
   !> The design of a simulator at q. Candidates whose data are missing, and finer variants, are left out. Fails if the simulator has no
-  !> result at q.
-  subroutine build_design(simulator, q, design, failure)
+  !> result at q. `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing.
+  subroutine build_design(simulator, q, design, failure, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(design_t), intent(out) :: design
     type(failure_t), intent(out) :: failure
-    real(rp), allocatable :: residuals(:), tangents(:, :), nuisances(:, :), patterns(:, :), all(:, :), r(:, :)
+    type(design_t), intent(in), optional :: known
+    real(rp), allocatable :: tangents(:, :), patterns(:, :), all(:, :), r(:, :)
     integer, allocatable :: columns(:)
     logical :: is_valid
     integer :: i, n, b
     n = simulator%n_observations
     b = simulator%n_baseline
     columns = [(i, i=1, b), effect_columns(simulator)]
-    allocate (residuals(n), tangents(n, size(columns)), nuisances(n, simulator%n_nuisances), &
-              patterns(n, simulator%n_patterns))
     design%q = q
-    call simulator%evaluate(q, columns, residuals, tangents, is_valid)
-    if (is_valid) call simulator%accept()
-    if (is_valid) call simulator%directions(q, nuisances, patterns, is_valid)
+    call take_tangents(simulator, q, columns, design, is_valid, known)
     if (.not. is_valid) then
       call failure%raise('the simulator has no result at the best fit of the baseline')
       return
     end if
     call design%whitener%init(simulator, [(i, i=1, n)], failure)
     if (failure%failed) return
-    call design%whitener%add_directions(nuisances)
+    call design%whitener%add_directions(design%nuisances)
+    tangents = design%tangents
+    patterns = design%patterns
     call design%whitener%apply(tangents)
     call design%whitener%apply(patterns)
     design%prior = simulator%quantities(:b)%null
@@ -132,6 +122,41 @@ contains
                          beside_baseline(tangents, b), design)
     call make_families(simulator, r(:, size(columns) - b + 1:), design)
   end subroutine build_design
+
+  !> All that the simulator has to tell at q. What `known` has is not asked for again.
+  subroutine take_tangents(simulator, q, columns, design, is_valid, known)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    type(design_t), intent(inout) :: design
+    logical, intent(out) :: is_valid
+    type(design_t), intent(in), optional :: known
+    real(rp), allocatable :: residuals(:), fresh(:, :)
+    integer, allocatable :: missing(:)
+    integer :: i, n
+    n = simulator%n_observations
+    design%columns = columns
+    missing = columns
+    if (present(known)) missing = pack(columns, [(all(known%columns /= columns(i)), i=1, size(columns))])
+    allocate (residuals(n), fresh(n, size(missing)), design%tangents(n, size(columns)))
+    call simulator%evaluate(q, missing, residuals, fresh, is_valid)
+    if (.not. is_valid) return
+    call simulator%accept()
+    do i = 1, size(columns)
+      if (any(missing == columns(i))) then
+        design%tangents(:, i) = fresh(:, findloc_integer(missing, columns(i)))
+      else
+        design%tangents(:, i) = known%tangents(:, findloc_integer(known%columns, columns(i)))
+      end if
+    end do
+    if (present(known)) then
+      design%nuisances = known%nuisances
+      design%patterns = known%patterns
+    else
+      allocate (design%nuisances(n, simulator%n_nuisances), design%patterns(n, simulator%n_patterns))
+      call simulator%directions(q, design%nuisances, design%patterns, is_valid)
+    end if
+  end subroutine take_tangents
 
   !> Columns b + 1, .. of the tangents without what the first b imitate, whatever priors say.
   function beside_baseline(tangents, b) result(beside)
@@ -281,38 +306,6 @@ contains
     end do
   end subroutine make_families
 
-  !> s(m): sd of the directions for unit strength.
-  subroutine strengths_init(self, s)
-    class(strengths_t), intent(out) :: self
-    real(rp), intent(in) :: s(:)
-    real(rp) :: tau
-    integer :: i
-    allocate (self%gain(size(s), N_SCALES), self%offset(N_SCALES))
-    do i = 1, N_SCALES
-      tau = strength(i)
-      self%gain(:, i) = 0.5_rp*tau*s**2/(1 + tau*s**2)
-      self%offset(i) = 0.5_rp*sum(log(1 + tau*s**2))
-    end do
-  end subroutine strengths_init
-
-  !> Logarithm of the probability density of projections w(m) on the directions, over that without a signal, averaged
-  !> over strengths.
-  pure real(rp) function strengths_log_evidence(self, w) result(log_evidence)
-    class(strengths_t), intent(in) :: self
-    real(rp), intent(in) :: w(:)
-    real(rp) :: terms(N_SCALES), most
-    terms = matmul(w**2, self%gain) - self%offset
-    most = maxval(terms)
-    log_evidence = most + log(sum(exp(max(-700.0_rp, terms - most)))/N_SCALES)
-  end function strengths_log_evidence
-
-  !> The same at the most likely strength, at least 0.
-  pure real(rp) function strengths_log_likelihood(self, w) result(log_likelihood)
-    class(strengths_t), intent(in) :: self
-    real(rp), intent(in) :: w(:)
-    log_likelihood = max(0.0_rp, maxval(matmul(w**2, self%gain) - self%offset))
-  end function strengths_log_likelihood
-
   !> Posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
   subroutine family_map(self, z, mean, sd)
     class(family_t), intent(in) :: self
@@ -331,12 +324,6 @@ contains
       sd(i) = sqrt(max(0.0_rp, tau/largest**2 - resolved))
     end do
   end subroutine family_map
-
-  !> Variance number i of those that are averaged.
-  pure real(rp) function strength(i)
-    integer, intent(in) :: i
-    strength = LARGEST_SCALE**(real(i - 1, rp)/(N_SCALES - 1))
-  end function strength
 
   !> z(k) and the sum of squares of what lies beside baseline and z, of residuals(n) of the simulator where its baseline
   !> unknowns have the values p(:).

@@ -4,12 +4,11 @@
 module diagnosis_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
-  use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
-  use diagnosis_decision, only: decide, decision_t, rank_effects, LEVEL, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, &
-                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use diagnosis_calibration, only: calibration_t, find_detectable, find_statistics, statistics_t
+  use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, &
+                                VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
-  use diagnosis_distributions, only: detectable_noncentrality
-  use diagnosis_exchange, only: find_exchange
+  use diagnosis_exchange, only: add_finer, find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
   use diagnosis_noise_share, only: find_share
   use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
@@ -20,15 +19,15 @@ module diagnosis_engine
   use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
   implicit none
   private
-  public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis, find_detectable
+  public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
 
   real(rp), parameter :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
 
   integer, parameter :: FEWEST_REST = 30    !< degrees of freedom from which the size of the noise is estimated
 
   type :: diagnosis_options_t
-    !> Sums of squares are wanted to a few thousandths.
-    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=2.0e-6_rp, most_rejections=4)
+    !> Of a sum of squares of about a thousand, to a hundredth: log evidences are compared in units of one.
+    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=1.0e-5_rp, most_rejections=4)
     integer :: n_draws = 4000            !< of the bootstrap
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< leaders that are fitted in full
@@ -83,6 +82,7 @@ contains
     integer :: n_effects
     real(rp), allocatable :: again(:), best(:, :)
     logical :: is_scale_known, has_finer, is_new
+    type(design_t) :: finer
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
     call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure)
@@ -104,16 +104,17 @@ contains
       return
     end if
     call d%calibration%init(d%design, n_effects, is_scale_known, options%n_draws, options%seed)
-    call find_detectable(d%design, d%calibration, n_effects, d%detectable_snr)
+    call find_detectable(d%design, d%calibration, n_effects, LEVEL, d%detectable_snr)
     call judge(simulator, options, is_scale_known, d, failure)
     if (failure%failed) return
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
       if (options%validates) call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
       return
     end if
-    call add_finer(simulator, d, has_finer)
+    call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
     if (has_finer) then
-      call build_design(simulator, d%baseline%q, d%design, failure)
+      call build_design(simulator, d%baseline%q, finer, failure, d%design)
+      d%design = finer
       if (.not. failure%failed) call judge(simulator, options, is_scale_known, d, failure)
       if (failure%failed) return
     end if
@@ -142,30 +143,6 @@ contains
     d%decision = d%linear
   end subroutine judge
 
-  !> Makes the finer variants about the best place of each scan usual ones. The calibration stays that of the scan: they
-  !> sharpen what was found, and find nothing themselves.
-  subroutine add_finer(simulator, d, has_finer)
-    class(simulator_t), intent(inout) :: simulator
-    type(diagnosis_t), intent(in) :: d
-    logical, intent(out) :: has_finer
-    integer, parameter :: MOST = 60
-    real(rp), allocatable :: distance(:)
-    integer :: e, k, best
-    has_finer = .false.
-    do e = 1, size(simulator%effects)
-      if (d%hypotheses%best(e) == 0) cycle
-      best = d%design%candidates(d%hypotheses%best(e))%variant
-      associate (variants => simulator%effects(e)%variants)
-        distance = [(norm2(variants(k)%place - variants(best)%place), k=1, size(variants))]
-        do k = 1, MOST
-          if (.not. any(variants%is_finer)) exit
-          variants(minloc(distance, 1, mask=variants%is_finer))%is_finer = .false.
-          has_finer = .true.
-        end do
-      end associate
-    end do
-  end subroutine add_finer
-
   !> z and rest of the data at the point q.
   subroutine compress_at(simulator, q, design, z, rest, failure)
     class(simulator_t), intent(inout) :: simulator
@@ -184,24 +161,6 @@ contains
     end if
     call design%compress(residuals, q(:simulator%n_baseline), z, rest)
   end subroutine compress_at
-
-  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global level,
-  !> for its variant of the fewest directions; huge if the baseline absorbs it.
-  subroutine find_detectable(design, calibration, n_effects, snr)
-    type(design_t), intent(in) :: design
-    type(calibration_t), intent(in) :: calibration
-    integer, intent(in) :: n_effects
-    real(rp), allocatable, intent(out) :: snr(:)
-    integer :: c
-    allocate (snr(n_effects), source=huge(1.0_rp))
-    do c = 1, size(design%candidates)
-      associate (one => design%candidates(c))
-        if (one%df == 0) cycle
-        if (snr(one%effect) < huge(1.0_rp)) cycle
-        snr(one%effect) = sqrt(detectable_noncentrality(calibration%local_level(one%effect, LEVEL), one%df, 0.9_rp))
-      end associate
-    end do
-  end subroutine find_detectable
 
   !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew.
   subroutine refit_leaders(simulator, options, d)
@@ -343,16 +302,19 @@ contains
     if (size(d%decision%causes) == 0) return
     call fit_extended(simulator, options, d, d%decision%causes, d%extended)
     if (.not. d%extended%is_found) then
-      if (d%decision%verdict == VERDICT_NAMED) d%decision%verdict = VERDICT_SET
+      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision)
       return
     end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
     ! Whatever the causes explain, most of the misfit is something else.
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
-      d%decision%verdict = VERDICT_UNKNOWN
-      d%decision%probability = 1 - LEVEL
+      call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    if (options%finds_intervals) call find_intervals(simulator, options, d)
+    if (options%finds_intervals) then
+      call find_intervals(simulator, options, d)
+      call move_to_better(simulator, options, d, ok)
+      if (ok) call find_intervals(simulator, options, d)
+    end if
     if (options%validates) then
       call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
       call validate(simulator, d%extended%active, d%extended%q, options%fit, d%validated_extended)
@@ -360,8 +322,8 @@ contains
       d%has_gain = ok
     end if
     if (d%decision%verdict /= VERDICT_NAMED) return
-    if (options%finds_intervals .and. .not. d%is_null_excluded) d%decision%verdict = VERDICT_SET
-    if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) d%decision%verdict = VERDICT_SET
+    if (options%finds_intervals .and. .not. d%is_null_excluded .or. options%validates .and. &
+        .not. (d%has_gain .and. d%gain > d%gain_error)) call take_back_name(d%decision)
   end subroutine confirm
 
   !> 90 % intervals of the parameters of the causes by profile likelihood, in units of the noise as it is estimated.
@@ -377,10 +339,13 @@ contains
     n = size(d%extended%active)
     first = size(d%baseline%active) + 1
     call problem%init(simulator, d%whitener, d%extended%active, d%extended%q)
+    if (allocated(d%intervals)) deallocate (d%intervals)
     allocate (d%intervals(n - first + 1))
     fits = options%fit
     fits%most_rejections = 3
-    fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/d%extended%cost())
+    ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
+    fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/ &
+                                   (d%extended%cost() + THRESHOLD_90*d%scale))
     d%is_null_excluded = .false.
     do i = first, n
       associate (interval => d%intervals(i - first + 1))
@@ -396,4 +361,26 @@ contains
       end associate
     end do
   end subroutine find_intervals
+
+  !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes
+  !> are fitted again from there.
+  subroutine move_to_better(simulator, options, d, is_better)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout), target :: d
+    logical, intent(out) :: is_better
+    type(nested_fit_t) :: other
+    integer :: columns(size(d%intervals))
+    real(rp) :: q(size(d%extended%q))
+    columns = d%extended%active(size(d%baseline%active) + 1:)
+    q = d%extended%q
+    is_better = any((d%intervals%has_lower .and. q(columns) < d%intervals%lower) .or. &
+                    (d%intervals%has_upper .and. q(columns) > d%intervals%upper))
+    if (.not. is_better) return
+    q(columns) = d%intervals%best
+    call fit_nested(simulator, d%whitener, d%extended%active, q, options%fit, other)
+    is_better = other%is_found
+    if (is_better) is_better = other%cost() < d%extended%cost()
+    if (is_better) d%extended = other
+  end subroutine move_to_better
 end module diagnosis_engine

@@ -13,7 +13,7 @@ module diagnosis_exchange
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
-  public :: find_exchange
+  public :: add_finer, find_exchange
 
 contains
 
@@ -71,4 +71,29 @@ contains
       end do
     end associate
   end subroutine find_exchange
+
+  !> Makes the finer variants about the best candidate best_of(effects), 0: none, of each scan usual ones. The calibration stays that of the scan: they
+  !> sharpen what was found, and find nothing themselves.
+  subroutine add_finer(simulator, design, best_of, has_finer)
+    class(simulator_t), intent(inout) :: simulator
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: best_of(:)
+    logical, intent(out) :: has_finer
+    integer, parameter :: MOST = 60
+    real(rp), allocatable :: distance(:)
+    integer :: e, k, best
+    has_finer = .false.
+    do e = 1, size(simulator%effects)
+      if (best_of(e) == 0) cycle
+      best = design%candidates(best_of(e))%variant
+      associate (variants => simulator%effects(e)%variants)
+        distance = [(norm2(variants(k)%place - variants(best)%place), k=1, size(variants))]
+        do k = 1, MOST
+          if (.not. any(variants%is_finer)) exit
+          variants(minloc(distance, 1, mask=variants%is_finer))%is_finer = .false.
+          has_finer = .true.
+        end do
+      end associate
+    end do
+  end subroutine add_finer
 end module diagnosis_exchange

@@ -14,7 +14,9 @@ module diagnosis_refit
   use measurement_posterior, only: find_posterior, posterior_t
   implicit none
   private
-  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, nested_unknowns
+  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_roughly, nested_unknowns, roughly
+
+  real(rp), parameter :: ROUGH = 1.0e-3_rp !< of the sum of squares
 
   !> A model with the quantities `active` free and all others at q.
   type, extends(least_squares_t) :: nested_problem_t
@@ -156,9 +158,8 @@ contains
     real(rp), allocatable, intent(out) :: spread(:)
     type(failure_t), intent(out) :: failure
     integer, parameter :: MOST_PASSES = 4
-    real(rp), parameter :: ROUGH = 1.0e-3_rp, SETTLED = 0.05_rp ! of the sum of squares; in its units
+    real(rp), parameter :: SETTLED = 0.05_rp ! in units of the sum of squares
     type(nested_fit_t) :: one
-    type(fit_options_t) :: rough_options
     real(rp), allocatable :: q(:)
     real(rp) :: before
     integer :: i, s, pass, active(simulator%n_baseline)
@@ -166,14 +167,13 @@ contains
     active = [(i, i=1, simulator%n_baseline)]
     call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
     if (failure%failed) return
-    rough_options = options
-    rough_options%reduction_tolerance = max(ROUGH, options%reduction_tolerance)
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
     has_directions = .false.
     do s = 1, size(starts, 2)
-      if (.not. has_directions) call take_directions(simulator, starts(:, s), whitener, has_directions)
+      if (.not. has_directions) call take_directions(simulator, starts(:, s), whitener, &
+                                                     has_directions, .false.)
       if (.not. has_directions) cycle
-      call fit_nested(simulator, whitener, active, starts(:, s), rough_options, one)
+      call fit_nested(simulator, whitener, active, starts(:, s), roughly(options), one)
       if (.not. one%is_found) cycle
       spread(s) = one%cost()
       if (found%is_found .and. .not. one%cost() < found%cost()) cycle
@@ -189,30 +189,58 @@ contains
     do pass = 1, MOST_PASSES
       q = found%q
       before = found%cost()
-      call take_directions(simulator, q, whitener, is_valid)
+      call take_directions(simulator, q, whitener, is_valid, .true.)
       if (.not. is_valid) exit
       call fit_nested(simulator, whitener, active, q, options, found)
       if (.not. found%is_found) exit
       if (pass > 1 .and. abs(found%cost() - before) <= SETTLED) exit
     end do
-    if (found%is_found) call take_directions(simulator, found%q, whitener, is_valid)
+    if (found%is_found) call take_directions(simulator, found%q, whitener, is_valid, .true.)
     if (.not. (found%is_found .and. is_valid)) &
       call failure%raise('the simulator has no result at the best fit of the baseline')
   end subroutine fit_baseline
 
-  !> Nuisances at q.
-  subroutine take_directions(simulator, q, whitener, is_valid)
+  !> Fits the baseline roughly from q, with the nuisances there.
+  subroutine fit_roughly(simulator, q, options, whitener, found, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: q(:)
+    type(fit_options_t), intent(in) :: options
+    type(whitener_t), intent(out), target :: whitener
+    type(nested_fit_t), intent(out) :: found
+    type(failure_t), intent(out) :: failure
+    integer :: i
+    logical :: is_valid
+    call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
+    if (failure%failed) return
+    call take_directions(simulator, q, whitener, is_valid, .false.)
+    if (is_valid) call fit_nested(simulator, whitener, [(i, i=1, simulator%n_baseline)], q, roughly(options), found)
+    if (.not. found%is_found) call failure%raise('the baseline could not be fitted')
+  end subroutine fit_roughly
+
+  !> The same choices, with an end where little is gained.
+  pure function roughly(options) result(rough_options)
+    type(fit_options_t), intent(in) :: options
+    type(fit_options_t) :: rough_options
+    rough_options = options
+    rough_options%reduction_tolerance = max(ROUGH, options%reduction_tolerance)
+  end function roughly
+
+  !> Nuisances at q, where the simulator stands after a fit, or goes first.
+  subroutine take_directions(simulator, q, whitener, is_valid, stands_there)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(whitener_t), intent(inout) :: whitener
     logical, intent(out) :: is_valid
+    logical, intent(in) :: stands_there
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
     n = simulator%n_observations
     allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
-    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
-    if (.not. is_valid) return
-    call simulator%accept()
+    if (.not. stands_there) then
+      call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+      if (.not. is_valid) return
+      call simulator%accept()
+    end if
     call simulator%directions(q, nuisances, patterns, is_valid)
     if (is_valid) call whitener%add_directions(nuisances(whitener%rows, :))
   end subroutine take_directions

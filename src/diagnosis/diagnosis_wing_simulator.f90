@@ -45,6 +45,7 @@ module diagnosis_wing_simulator
     procedure :: serve => wing_serve
     procedure :: dismiss => wing_dismiss
     procedure :: set_band => wing_set_band
+    procedure :: begin_like => wing_begin_like
     procedure :: pixels => wing_pixels
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
@@ -193,6 +194,25 @@ contains
     self%n_nuisances = self%n_nuisances - size(self%band, 2) + size(band, 2)
     self%band = band
   end subroutine wing_set_band
+
+  !> Takes the shapes at which `other`, the same loads on a mesh of half or of twice the size, stands as starts of warm
+  !> solutions. parents(2, points of the finer mesh): the points of the coarser one between which each lies.
+  subroutine wing_begin_like(self, other, parents)
+    class(wing_simulator_t), intent(inout) :: self
+    class(wing_simulator_t), intent(in) :: other
+    integer, intent(in) :: parents(:, :)
+    integer :: i, n
+    n = self%experiment%model%n_points
+    self%shapes = 0 ! ghost points do not move
+    do i = 1, n
+      if (n == size(parents, 2)) then
+        self%shapes(:, i, :) = 0.5_rp*(other%shapes(:, parents(1, i), :) + other%shapes(:, parents(2, i), :))
+      else
+        self%shapes(:, i, :) = other%shapes(:, i, :)
+      end if
+    end do
+    self%is_start = other%is_start
+  end subroutine wing_begin_like
 
   !> One batch: all loads at q but those that are skipped. outputs(:, loads).
   subroutine run_all(self, task, q, columns, outputs, is_valid)

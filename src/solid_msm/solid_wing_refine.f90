@@ -6,16 +6,18 @@ module solid_wing_refine
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: refine_wing, refine_params
+  public :: refine_wing, refine_params, coarsen_params
 
 contains
 
   !> Every triangle cut into four and every vein segment into two. Diameters are interpolated linearly, a joint stays at
   !> its point, and the middle of an edge between two root points is a root point. Numbers of old points, veins and
-  !> joints stay.
-  subroutine refine_wing(wing, fine)
+  !> joints stay. parents(2, fine points), where wanted, are the old points between which each lies; twice itself for an
+  !> old one.
+  subroutine refine_wing(wing, fine, parents)
     type(wing_t), intent(in) :: wing
     type(wing_t), intent(out) :: fine
+    integer, allocatable, intent(out), optional :: parents(:, :)
     integer, allocatable :: first(:), next(:), other(:), root(:)
     logical :: is_root(size(wing%points, 2))
     integer :: n, n_old, t, v, k, m(3), capacity
@@ -61,6 +63,19 @@ contains
     fine%root = root
     fine%points = fine%points(:, :n)
     fine%plane_normal = wing%plane_normal
+    if (present(parents)) then
+      allocate (parents(2, n))
+      parents(1, :n_old) = [(k, k=1, n_old)]
+      parents(2, :n_old) = parents(1, :n_old)
+      parents(2, n_old + 1:) = other(n_old + 1:n)
+      do k = 1, n_old
+        t = first(k)
+        do while (t > 0)
+          parents(1, t) = k
+          t = next(t)
+        end do
+      end do
+    end if
 
   contains
 
@@ -91,4 +106,12 @@ contains
     fine = params
     fine%k_vein = 2*params%k_vein
   end function refine_params
+
+  !> The reverse, for parameters of which single ones were changed since.
+  pure function coarsen_params(fine) result(params)
+    type(solid_params_t), intent(in) :: fine
+    type(solid_params_t) :: params
+    params = fine
+    params%k_vein = fine%k_vein/2
+  end function coarsen_params
 end module solid_wing_refine

@@ -140,7 +140,7 @@ def test_random(case):
 
 def test_controls(case):
     """Scans of loads at different places exchanged: no cause is named. Errors twice as large as stated: it is said, and
-    nothing is found. A null on a finer mesh, with `refine = yes`: nothing is found."""
+    nothing is found. A null on a finer mesh, with `refine = yes` and `fit`: nothing is found."""
     data = blindgen(case, quick_design(), "--fixed", "none", "E_gradient")
     shuffled, bold = data / "shuffled.h5", data / "bold.h5"
     shutil.copy(data / "E_gradient.h5", shuffled)
@@ -158,8 +158,11 @@ def test_controls(case):
     check(code == ADEQUATE, f"errors that are stated too small are not {found['verdict']['sentence']}")
     check("scatter more" in found["noise"]["warning"], f"the stated error is called wrong: {found['noise']}")
     blindgen(case, quick_design(), "--cases", 1, "--seed", 5, "--individuals", 1, "--meshes", "finer", "--mix", "null=1")
-    code, found, _ = diagnose(case, data / "0001.h5", "finer", refine="yes")
-    check(code == ADEQUATE, f"another mesh is not {found['verdict']['sentence']}")
+    for refine in "yes", "fit":
+        code, found, _ = diagnose(case, data / "0001.h5", f"finer_{refine}", refine=refine)
+        check(code == ADEQUATE, f"another mesh is not {found['verdict']['sentence']}")
+        band = found["mesh_band"]
+        check(band["is_found"] and band["is_fitted_on"] == (refine == "fit"), f"the band is told: {band}")
 
 
 main(globals())

@@ -9,7 +9,7 @@ program test_diagnosis
   use base_kinds, only: i8, rp
   use diagnosis_battery, only: question_residuals, question_t
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_GAIN, E_HARD, E_MEMBRANE, E_OFFSET, E_ONE_WAY, E_ROOT, &
-                            E_SCALE, E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
+                     E_SCALE, E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
                             P_SOFT, P_SPAN, P_TORSION
   use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
   use diagnosis_decision, only: decide, decision_t, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
@@ -30,6 +30,7 @@ program test_diagnosis
   type(calibration_t) :: believing, estimating
   type(failure_t) :: failure
   real(rp), allocatable :: q0(:)
+  integer :: incoherent = 0
 
   call test%start(parallel=.false.)
   call test_distributions()
@@ -49,6 +50,7 @@ program test_diagnosis
   call test_estimates()
   call test_whole_run()
   call test_places()
+  call check(incoherent == 0, 'probabilities of all verdicts add up and are those of the verdicts')
   call test%finish()
 
 contains
@@ -133,7 +135,32 @@ contains
     if (.not. calibration%is_scale_known) z = z/sqrt(rest/design%n_rest)
     call hypotheses%init(design, N_EFFECTS, z)
     call decide(design, calibration, statistics, hypotheses, z, 7_i8, decision)
+    if (.not. is_coherent(decision)) incoherent = incoherent + 1
   end subroutine judge
+
+  !> Whether the odds add up to 1, and the verdict has the probability that they give to what it says.
+  logical function is_coherent(decision)
+    type(decision_t), intent(in) :: decision
+    real(rp), parameter :: ROUNDING = 1.0e-12_rp
+    real(rp) :: least, most
+    associate (v => decision)
+      least = sum(v%posterior(v%set))
+      most = least + v%posterior_together ! those of the set, with others or without
+      select case (v%verdict)
+      case (VERDICT_ADEQUATE)
+        least = v%posterior_none
+        most = least
+      case (VERDICT_UNKNOWN)
+        least = v%posterior_unknown
+        most = least
+      case (VERDICT_NAMED)
+        least = max(0.9_rp, merge(v%posterior_together, least, v%is_together))
+      end select
+    is_coherent = abs(sum(v%posterior) + v%posterior_none + v%posterior_together + v%posterior_unknown - 1) < ROUNDING &
+                    .and. v%probability > least - ROUNDING .and. v%probability < most + ROUNDING .and. &
+                    (size(v%set) > 0 .eqv. any(v%verdict == [VERDICT_NAMED, VERDICT_SET]))
+    end associate
+  end function is_coherent
 
   !> False alarms among 400 nulls: expected 20, more than 35 with a probability of 6e-4.
   subroutine test_size()
@@ -293,6 +320,7 @@ contains
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(.not. failure%failed .and. d%decision%verdict == VERDICT_NAMED, 'a one-way joint gets a name')
     call check(d%decision%set(1) == E_ONE_WAY, 'which is its own')
+    call check(is_coherent(d%decision), 'with the probability that the odds after all fits give it')
     call check(d%intervals(1)%lower < q(P_ONE_WAY) .and. q(P_ONE_WAY) < d%intervals(1)%upper, &
                'its interval holds the truth')
     call check(d%has_gain .and. d%gain > d%gain_error, 'it predicts locations that the fit did not see')
@@ -310,7 +338,7 @@ contains
     beam%data = cshift(beam%data, 28)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(failure%failed .or. d%decision%verdict /= VERDICT_NAMED, 'exchanged loads get no name')
-
+    if (.not. failure%failed) call check(is_coherent(d%decision), 'nor a probability that the odds do not have')
   end subroutine test_whole_run
 
   !> A soft place between those that are scanned is found where it is.
@@ -325,7 +353,7 @@ contains
     beam%effects(E_SOFT)%variants(2:n:2)%is_finer = .true.
     call beam%observe(point_of(P_SOFT + HIDDEN - 1, 12.0_rp, 0), beam%sigma, 700003)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
-    call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), 'a soft place beside the scanned ones is found')
+   call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), 'a soft place beside the scanned ones is found')
     if (size(d%decision%causes) > 0) call check(d%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
                                                 'and moved to where it is')
   end subroutine test_places

@@ -6,6 +6,7 @@ program test_mass
   use base_kinds, only: rp
   use solid_mass, only: mass_params_t, mass_t, lump_mass, frustum, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_wing, only: wing_t
+  use solid_wing_refine, only: refine_wing
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: ROUND_OFF = 1.0e-13_rp
@@ -16,6 +17,7 @@ program test_mass
   call test_tapered_vein()
   call test_membrane()
   call test_plate_inertia()
+  call test_refined()
   call test_refusals()
   call t%finish()
 
@@ -113,6 +115,44 @@ contains
       end do
     end do
   end function plate
+
+  !> The same wing on a mesh of half the size: mass and centre stay, and every point lies between its parents, each pair
+  !> of which has one point. Cones cut in the middle of linear diameters are the same cones.
+  subroutine test_refined()
+    type(wing_t) :: wing, fine
+    type(mass_params_t) :: params
+    type(mass_t) :: mass, fine_mass
+    type(message_list_t) :: messages
+    integer, allocatable :: parents(:, :)
+    integer :: i, k, n
+    wing = plate(4, 9.0e-3_rp, 3.0e-3_rp)
+    wing%root = [1, 6]
+    deallocate (wing%veins)
+    allocate (wing%veins(1))
+    wing%veins(1)%name = 'A'
+    wing%veins(1)%nodes = [1, 2, 3, 9, 10]
+    wing%veins(1)%diameters = [9.0e-5_rp, 7.0e-5_rp, 6.0e-5_rp, 3.0e-5_rp, 1.0e-5_rp]
+    params%membrane_law = MEMBRANE_UNIFORM
+    params%areal_density = 3.0e-3_rp
+    call refine_wing(wing, fine, parents)
+    n = size(wing%points, 2)
+    call t%check('a point for every edge', size(fine%points, 2) == n + 4*5*2 + 4**2 .and. &
+                 all(shape(parents) == [2, n + 56]))
+    call t%check('every point lies between its parents', &
+                 maxval(abs(2*fine%points - wing%points(:, parents(1, :)) - &
+                            wing%points(:, parents(2, :)))) < 2.0e-18_rp)
+    call t%check('old points are their own parents', all(parents(:, :n) == spread([(i, i=1, n)], 1, 2)))
+    call t%check('no two points have the same ones', &
+                 all([((any(parents(:, i) /= parents(:, k)), k=i + 1, size(parents, 2)), i=1, size(parents, 2))]))
+    call t%check('the clamp has no gap', size(fine%root) == 3 .and. all(parents(:, fine%root(3)) == [1, 6]))
+    call lump_mass(wing, params, mass, messages)
+    call lump_mass(fine, params, fine_mass, messages)
+    call t%check('both have a mass', messages%count() == 0 .and. mass%total > 0)
+    call t%check_close('the same', fine_mass%total, mass%total, rtol=ROUND_OFF)
+    do i = 1, 2
+      call t%check_close('its centre', fine_mass%centre(i), mass%centre(i), rtol=ROUND_OFF)
+    end do
+  end subroutine test_refined
 
   !> Integrals over the plate of w = w1 + w2 x + w3 y, times 1, x, y.
   subroutine test_membrane()

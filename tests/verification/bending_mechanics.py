@@ -58,7 +58,8 @@ class Derivatives(unittest.TestCase):
     def setUp(self):
         self.model = Model(read_wing(SMALL), Stiffness(cross_springs=True, joint_hardening=3.0,
                                                        cuticle_hardening=1e-7, one_way=("C_Sc", 1.7),
-                                                       damage=(5e-3, -5e-4, 1e-3, 0.3)))
+                                                       damage=(5e-3, -5e-4, 1e-3, 0.3), orthotropy=0.4,
+                                                       pretension=0.3, torsion=0.7))
         rng = np.random.default_rng(1)
         x = self.model.positions[:, 0]
         self.u = np.zeros((self.model.n_nodes, 3))
@@ -68,7 +69,7 @@ class Derivatives(unittest.TestCase):
         self.direction = rng.standard_normal(self.u.shape)
 
     def test_gradient(self):
-        for part in (self.model.springs, self.model.turns, self.model.plate):
+        for part in (self.model.springs, self.model.turns, self.model.plate, *self.model.extras):
             u = self.u if part is self.model.plate else self.u[:len(self.model.positions)]
             d = self.direction[:len(u)]
             g = np.zeros(u.shape)
@@ -83,17 +84,17 @@ class Derivatives(unittest.TestCase):
         k = self.model.tangent(self.u, self.model.springs.forces(self.u))
         self.assertLess(np.abs(k @ d[moves].ravel() - step).max(), 1e-11 * np.abs(step).max())
         self.assertLess(abs(k - k.T).max(), 1e-13 * abs(k).max())
-        # The bending alone, which the stiff springs would hide.
-        turns = self.model.turns
-        g, h = turns.derivatives(self.u)
-        local = (turns.positions + self.u[:len(turns.positions)]).shape
-        d = self.direction[:local[0]]
-        shifted, _ = turns.derivatives(self.u[:local[0]] + 1e-30j * d)
-        found = np.einsum("hiajb,hjb->hia", h, d[turns.local])
-        total, want = np.zeros(local), np.zeros(local)
-        np.add.at(total, turns.local.ravel(), found.reshape(-1, 3))
-        np.add.at(want, turns.local.ravel(), shifted.imag.reshape(-1, 3) / 1e-30)
-        self.assertLess(np.abs(total - want).max(), 1e-11 * np.abs(want).max())
+        # What the stiff springs would hide.
+        for part in (self.model.turns, *self.model.extras):
+            g, h = part.derivatives(self.u)
+            local = part.positions.shape
+            d = self.direction[:local[0]]
+            shifted, _ = part.derivatives(self.u[:local[0]] + 1e-30j * d)
+            found = np.einsum("hiajb,hjb->hia", h, d[part.local])
+            total, want = np.zeros(local), np.zeros(local)
+            np.add.at(total, part.local.ravel(), found.reshape(-1, 3))
+            np.add.at(want, part.local.ravel(), shifted.imag.reshape(-1, 3) / 1e-30)
+            self.assertLess(np.abs(total - want).max(), 1e-11 * np.abs(want).max())
 
     def test_angle(self):
         """(2 asin sqrt s)^2 and its derivatives: series and closed form agree where one takes over, up to the
@@ -106,12 +107,49 @@ class Derivatives(unittest.TestCase):
         np.testing.assert_allclose(jet.h[:, 0, 0], 2 / r - 2 * a * (1 - 2 * s) / r**1.5, rtol=2e-12)
 
     def test_rotation(self):
-        model = Model(read_wing(SMALL), Stiffness(plate="edges"))
+        model = Model(read_wing(SMALL), Stiffness(plate="edges", pretension=0.3, torsion=0.7))
         u = self.u[:model.n_nodes]
         turn = rotation([0.7, -1.1, 0.4])
         turned = (model.positions + u) @ turn.T - model.positions
-        for part in (model.turns, model.springs, model.plate):
+        for part in (model.turns, model.springs, model.plate, *model.extras):
             self.assertLess(abs(part.energy(turned) - part.energy(u)), 1e-9 * part.energy(u))
+
+
+class Membranes(unittest.TestCase):
+    def test_film(self):
+        """Raised along its slope s a film of tension T and area A has the energy T A (sqrt(1 + s^2) - 1), and its inner
+        points are in equilibrium."""
+        model = Model(strip(6, 4, 2e-3, 1e-3, -2e-3, jitter=5e-5), Stiffness(pretension=0.2))
+        film, = model.extras
+        u = np.zeros(model.positions.shape)
+        u[:, 2] = 0.3 * model.positions[:, 0] + 0.4 * model.positions[:, 1]
+        self.assertAlmostEqual(film.energy(u) / (0.2 * 4e-6 * (1.25**0.5 - 1)), 1, delta=1e-12)
+        g = np.zeros(u.shape)
+        film.add_gradient(0 * u, g)
+        x, y = model.positions[:, 0], model.positions[:, 1]
+        inner = (np.abs(x) < 1.99e-3) & (y > 1e-9) & (y < 0.99e-3)
+        self.assertLess(np.abs(g[inner]).max(), 1e-12 * np.abs(g).max())
+
+    def test_twist(self):
+        """A strip about its vein, turned by a x at x: a triangle beside the vein is turned as its third corner is. Those of
+        a segment are at one of its ends, alternately, so that the twist at every other hinge is a times two segments, up
+        to the third order of it, and none between; a strip that is only bent has none."""
+        wing = strip(8, 2, 4e-3, 1e-3, -4e-3)
+        middle = np.flatnonzero(np.abs(wing.points[:, 1] - 0.5e-3) < 1e-9)
+        vein = {"v": (middle[np.argsort(wing.points[middle, 0])].tolist(), np.full(len(middle), WIDTH))}
+        model = Model(Wing(wing.points, wing.triangles, vein, {}, wing.root), Stiffness(torsion=0.5))
+        twists, = model.extras
+        x, y = model.positions[:, 0], model.positions[:, 1] - 0.5e-3
+        a = 20.0
+        u = np.zeros(model.positions.shape)
+        u[:, 1], u[:, 2] = y * (np.cos(a * x) - 1), y * np.sin(a * x)
+        step = 0.5e-3
+        want = 7 * 0.5 * twists.k[0] * (2 * a * step)**2
+        self.assertEqual(len(twists.k), 15)
+        self.assertAlmostEqual(twists.energy(u) / want, 1, delta=1e-9)
+        u[:] = 0
+        u[:, 2] = 50 * x**2
+        self.assertLess(twists.energy(u), 1e-12 * want)
 
 
 class Beams(unittest.TestCase):

@@ -283,7 +283,7 @@ class Independence(unittest.TestCase):
     def test_imports(self):
         """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
         the solver, and nothing of the fitter imports it."""
-        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_mesh", "_bending_model",
+        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_membrane", "_bending_mesh", "_bending_model",
                "_bending_statics", "_measurement_case", "_measurement_noise", "_measurement_scan",
                "_measurement_synthesis", "_measurement_file", "_blind_batch", "_blind_cases", "_blind_effects",
                "_blind_ledger", "_blind_oracle", "_blind_study"}
