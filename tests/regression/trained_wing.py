@@ -23,6 +23,12 @@ WING = SOURCE / "wings/calliphora_small.h5"
 LOADS = (2, 3, 6)  # of ten; they leave some joints open
 SHIPPED = json.loads((SOURCE / "ini/train.json").read_text())
 VERDICTS = (0, 10, 11, 12)
+TRAINED = """[Wing]
+E = 7.123e9; Pa
+D = 2e-7; N m
+cross_springs = no;
+parameters = diameter_exponent 4.0, k_vein 100000.0, joint:C_Sc 2.96e-4; N m/rad of joints, N/m of springs, factors
+"""
 STATIC = """[include]
 file = trained.ini;
 [Wing]
@@ -167,6 +173,19 @@ def test_shipped(case):
     check(-1e-6 * shared < gain < 10.8, f"msm_diagnose begins where msm_train ends: {gain}")
     values = {one["name"]: one["value"] for one in baseline["parameters"]}
     check(abs(math.log(values["E"] / young)) < 4 * sd, f"with its E: {values['E']}, {young}")
+
+
+def test_flight(case):
+    """The wing that a training writes is one that flusi flies: ini/wing.ini with it in the place of its own material."""
+    text = (SOURCE / "ini/wing.ini").read_text().replace("from_file::", f"from_file::{SOURCE}/ini/")
+    text = re.sub(r"^file = .*", f"file = {WING}", text, flags=re.M)
+    text, found = re.subn(r"^preset = paper.*\n", "", text, flags=re.M)
+    check(found == 1, "ini/wing.ini has its material from the preset of the paper")
+    flusi = Case(FLUSI, case.h5dump, case.folder / "flight")
+    flusi.write("fly.ini", text + "\n[include]\nfile = trained.ini\n")
+    flusi.write("trained.ini", TRAINED)
+    done = flusi.run("fly.ini", "--dry-run", ranks=0)
+    check("E =  7.123E+09 Pa" in done.out, f"the trained E is flown:\n{done.out}")
 
 
 main(globals())
