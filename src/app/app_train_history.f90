@@ -2,6 +2,7 @@
 !> What a search has done: a row for every generation and one for every candidate, in memory, in checkpoints and in
 !> NAME_history.h5. Nothing in it depends on the clock or the number of ranks.
 module app_train_history
+  use app_train_space, only: search_space_t
   use app_train_objective, only: candidate_costs_t
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -30,6 +31,7 @@ module app_train_history
     procedure :: add_generation => history_add_generation
     procedure :: add_candidates => history_add_candidates
     procedure :: best_candidates => history_best_candidates
+    procedure :: improve => history_improve
     procedure :: save => history_save
     procedure :: load => history_load
     procedure :: write_tables => history_write_tables
@@ -107,6 +109,28 @@ contains
       end associate
     end do
   end subroutine history_best_candidates
+
+  !> Replaces the best point u of `space` by a feasible candidate of any stage that costs less: a second stage begins
+  !> about the best of the first, without its being a candidate again, and may find none that is better.
+  subroutine history_improve(self, space, has_best, cost, u)
+    class(train_history_t), intent(in) :: self
+    type(search_space_t), intent(in) :: space
+    logical, intent(inout) :: has_best
+    real(rp), intent(inout) :: cost
+    real(rp), intent(inout) :: u(:)
+    real(rp) :: coordinates(self%n_unknowns)
+    logical :: is_feasible(self%n_candidates)
+    integer :: k
+    is_feasible = abs(self%candidates(4, :self%n_candidates) - 1) < 0.5_rp
+    if (.not. any(is_feasible)) return
+    k = minloc(self%candidates(5, :self%n_candidates), 1, mask=is_feasible)
+    if (has_best .and. .not. self%candidates(5, k) < cost) return
+    has_best = .true.
+    cost = self%candidates(5, k)
+    coordinates = self%candidates(N_CANDIDATE + 1:, k)
+    where (space%is_log) coordinates = log(merge(coordinates, 1.0_rp, space%is_log))
+    u = space%place(coordinates)
+  end subroutine history_improve
 
   pure logical function is_apart(a, b, apart)
     real(rp), intent(in) :: a(:), b(:), apart

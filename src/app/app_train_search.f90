@@ -289,10 +289,9 @@ contains
   pure integer(i8) function evaluations_left(self) result(n)
     class(train_search_t), intent(in) :: self
     associate (run => self%search%run)
-      n = min(self%search%options%max_evaluations - self%search%evaluations(), &
-              int(run%params%max_iterations - run%state%generation, i8)*run%params%lambda)
+      n = max(0_i8, min(self%search%options%max_evaluations - self%search%evaluations(), &
+                        int(run%params%max_iterations - run%state%generation, i8)*run%params%lambda))
     end associate
-    n = max(0_i8, n)
   end function evaluations_left
 
   !> Says why the stage ended, and begins the next one or ends the search.
@@ -340,7 +339,7 @@ contains
     n = self%spent + self%search%evaluations()
   end function search_evaluations
 
-  !> The best feasible point of the present stage.
+  !> The best feasible point of all stages, for the space of the present one.
   subroutine search_best(self, has_best, cost, u)
     class(train_search_t), intent(in) :: self
     logical, intent(out) :: has_best
@@ -349,6 +348,7 @@ contains
     integer(i8) :: ignored
     allocate (u(size(self%space%free)))
     call self%search%best(has_best, cost, u, ignored)
+    if (self%stage > 1) call self%history%improve(self%space, has_best, cost, u)
   end subroutine search_best
 
   !> Where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.

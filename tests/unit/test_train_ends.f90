@@ -3,11 +3,14 @@
 !> from some of the loads only; and about an outcome: what does not fit, and what the data do not determine.
 program test_train_ends
   use app_train_ends, only: end_lines, END_LENGTH
+  use app_train_history, only: train_history_t
+  use app_train_objective, only: candidate_costs_t
   use app_train_output, only: free_note, outcome_lines
   use app_train_polish, only: interval_sentence, trained_t
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
+  use cmaes_box, only: make_box
   use measurement_experiment, only: experiment_t
   use testkit, only: testkit_t
   implicit none
@@ -21,9 +24,46 @@ program test_train_ends
   call test_others()
   call test_left_out()
   call test_outcome()
+  call test_stages()
   call t%finish()
 
 contains
+
+  !> A candidate of the first stage that costs less than all of the second is the best point of the second one's space, in
+  !> which the first unknown is fixed; candidates that cost more, or are not feasible, are not.
+  subroutine test_stages()
+    type(train_history_t) :: history
+    type(search_space_t) :: space
+    type(candidate_costs_t) :: costs
+    real(rp) :: values(2, 3), cost, u(1)
+    logical :: has_best
+    space%box = make_box([1.0_rp, 0.0_rp], [100.0_rp, 10.0_rp], [.true., .false.])
+    space%is_log = [.true., .false.]
+    space%free = [2]
+    space%fixed = [0.5_rp, 0.0_rp]
+    call history%init(2)
+    values = reshape([10.0_rp, 7.0_rp, 10.0_rp, 3.0_rp, 10.0_rp, 9.0_rp], [2, 3])
+    costs%f = [2.0_rp, 1.0_rp, 0.1_rp]
+    costs%violation = [0.0_rp, 0.0_rp, 0.5_rp]
+    costs%has_failed = [.false., .false., .false.]
+    has_best = .false.
+    call history%improve(space, has_best, cost, u)
+    call t%check('without candidates there is no best one',.not. has_best)
+    call history%add_candidates([1_i8, 0_i8, 1_i8, 3_i8, 3_i8], costs, values)
+    has_best = .true.
+    cost = 0.5_rp
+    u = 0.9_rp
+    call history%improve(space, has_best, cost, u)
+    call t%check_close('what costs more does not replace a point', u(1), 0.9_rp, atol=0.0_rp)
+    cost = 1.5_rp
+    call history%improve(space, has_best, cost, u)
+    call t%check_close('the better candidate does', u(1), 0.3_rp, atol=1.0e-15_rp)
+    call t%check_close('with its cost', cost, 1.0_rp, atol=0.0_rp)
+    has_best = .false.
+    u = 0.9_rp
+    call history%improve(space, has_best, cost, u)
+    call t%check('also where the second stage has no feasible one', has_best .and. abs(u(1) - 0.3_rp) < 1.0e-15_rp)
+  end subroutine test_stages
 
   !> The first interval is from all loads, the second from the middle one, and its upper end is a jump.
   subroutine test_left_out()
