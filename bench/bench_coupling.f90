@@ -60,7 +60,10 @@ program bench_coupling
     call load_fluid(backup, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
     if (.not. failure%failed) call load_wings(backup, wings, coupler, failure)
     call backup%close(failure)
-    if (failure%failed) error stop 'bench_coupling: the backup is not one of this case'
+    if (failure%failed) then
+      if (world%is_root) write (output_unit, '(a)') 'bench_coupling: '//failure%reason
+      error stop
+    end if
   else
     call fluid%start(failure)
   end if
