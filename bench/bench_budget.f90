@@ -89,6 +89,7 @@ contains
     region%is_box = .true.
     options%lambda = POPULATION
     options%weights = trim(merge('active', 'paper ', sides%is_log))
+    options%constants = trim(merge('tutorial', 'paper   ', sides%is_log))
     options%max_evaluations = int(FULL, i8)*POPULATION
     call search%start(options, 'none', 0, region)
     call work%init(experiment)

@@ -53,10 +53,8 @@ contains
     character(:), allocatable :: text
     integer :: i
     text = ''
-    if (.not. trained%has_intervals) return
-    do i = 1, size(trained%intervals)
-      if (trained%intervals(i)%has_lower .and. trained%intervals(i)%has_upper) cycle
-      text = text//', '//trim(space%names(i))
+    do i = 1, size(trained%values)
+      if (.not. trained%determines(i)) text = text//', '//trim(space%names(i))
     end do
     if (text /= '') text = '; Not determined; their values below fit, and so do others: '//text(3:)//'.'//NL
   end function free_note
@@ -79,9 +77,12 @@ contains
       if (trained%has_intervals) then
         text = text//prefix//interval_sentence(settings%experiment, space, trained, i)//NL
       else if (trained%is_polished) then
-        write (line, '(es13.6,a,es9.2)') trained%values(i), ' '//trim(space%units(i))//', predicted sd '// &
-          trim(merge('of the logarithm', '                ', space%is_log(i))), trained%posterior%sd(i)
-        text = text//prefix//trim(space%names(i))//': '//trim(adjustl(line))//NL
+        write (line, '(es13.6,a)') trained%values(i), ' '//trim(space%units(i))
+        if (.not. trained%determines(i)) line = 'not determined by these data (intervals = yes tells what can be said)'
+        text = text//prefix//trim(space%names(i))//': '//trim(adjustl(line))
+        write (line, '(a,es9.2)') trim(merge('of the logarithm', '                ', space%is_log(i))), &
+          trained%posterior%sd(i)
+        text = text//', predicted sd '//trim(adjustl(line))//NL
       else
         text = text//prefix//trim(space%names(i))//': '//number_text(trained%values(i))//' '//trim(space%units(i))// &
                ', how well the data determine it was not asked'//NL

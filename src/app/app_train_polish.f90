@@ -39,6 +39,7 @@ module app_train_polish
     real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
     real(rp), allocatable :: ends(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
+    real(rp), allocatable :: prior_sd(:)     !< of the coordinates that the posterior belongs to; 0: nothing was known
     logical :: has_intervals = .false.
     type(interval_t), allocatable :: intervals(:)
     logical, allocatable :: is_left_out(:, :) !< (loads, unknowns) the load does not count in the interval, as it jumps
@@ -49,9 +50,24 @@ module app_train_polish
     logical :: fits = .false.                !< within the declared errors: chi2 is no more than three sd too large
     real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solution
     integer :: n_evaluations = 0             !< points at which all loads were solved
+  contains
+    procedure :: determines => trained_determines
   end type trained_t
 
 contains
+
+  !> Whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take away half
+  !> of the standard deviation that it had before. True if neither is known.
+  pure logical function trained_determines(self, i) result(is_determined)
+    class(trained_t), intent(in) :: self
+    integer, intent(in) :: i
+    is_determined = .true.
+    if (self%has_intervals) then
+      is_determined = self%intervals(i)%has_lower .and. self%intervals(i)%has_upper
+    else if (self%is_polished) then
+      if (self%prior_sd(i) > 0) is_determined = self%posterior%sd(i) <= self%prior_sd(i)/2
+    end if
+  end function trained_determines
 
   !> See `wing_problem_t`.
   subroutine problem_run(self, p)
@@ -219,6 +235,7 @@ contains
     if (.not. trained%is_polished) return
     trained%coordinates = report%p
     trained%posterior = find_posterior(unknowns, report)
+    trained%prior_sd = unknowns%prior_sd
   end subroutine polish_once
 
   !> Stages of a path, see fit_by_continuation.

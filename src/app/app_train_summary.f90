@@ -20,7 +20,7 @@ module app_train_summary
     character(:), allocatable :: individual, name, unit
     real(rp) :: value = 0, lower = 0, upper = 0
     logical :: has_lower = .false., has_upper = .false.
-    logical :: counts = .true. !< for means: the data determine it, or intervals were not asked
+    logical :: counts = .true. !< for means: the data determine it, as far as that was asked
   end type entry_t
 
   type :: summary_t
@@ -69,8 +69,8 @@ contains
           if (space%is_log(i)) one%lower = exp(one%lower)
           if (space%is_log(i)) one%upper = exp(one%upper)
         end associate
-        one%counts = one%has_lower .and. one%has_upper
       end if
+      one%counts = trained%determines(i)
       self%entries = [self%entries, one]
     end do
   end subroutine summary_add

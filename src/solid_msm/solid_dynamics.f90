@@ -32,7 +32,7 @@ module solid_dynamics
     !> about what a factorisation costs; 0: none, a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
     !> So many in a step, its second attempt included; then tangents are inverted by iterations with the last factors.
-    !> More only if these fail and where a step is halved: iterations that begin with poor factors cost more than new ones.
+    !> More only if these fail, in a third attempt and where a step is halved: to begin with poor factors costs more.
     integer :: factorisations = 3
   end type dynamic_options_t
 
@@ -135,6 +135,9 @@ contains
         has_factors = .false.
       else if (now%worth_reuse > 0) then
         now%worth_reuse = 0
+      else if (now%factorisations < huge(1)) then ! iterations with older factors may be to blame
+        now%factorisations = huge(1)
+        has_factors = .false.
       else if (halvings < options%halvings) then
         now = options
         now%factorisations = huge(1)

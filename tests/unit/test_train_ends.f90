@@ -141,6 +141,16 @@ contains
     text = outcome_lines(settings, space, trained, '')
     call t%check('one that is determined has a value', index(text, 'joint:a: 1.234') > 0 .and. &
                  free_note(space, trained) == '')
+    ! Without intervals: the data take nothing of the decade that the joint's prior allows, and all of that of E.
+    trained%has_intervals = .false.
+    trained%prior_sd = [2.3_rp, 2.3_rp]
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('nor has a joint whose predicted sd is that of its prior: '//text, index(text, '1.23') == 0 .and. &
+                 index(text, 'joint:a: not determined by these data') > 0 .and. index(text, 'E: 9.74') > 0)
+    call t%check('and the fragment names it', index(free_note(space, trained), 'joint:a.') > 0)
+    trained%is_polished = .false.
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('what was not asked is said', index(text, 'was not asked') > 0 .and. free_note(space, trained) == '')
   end subroutine test_outcome
 
   subroutine test_alone()
