@@ -182,7 +182,7 @@ contains
                            ': the pressure there is not that on the wing')
   end subroutine read_coupler
 
-  !> A remark on wings that have their full speed from the first step on, which they cannot survive unbent.
+  !> A remark on flexible wings that have their full speed from the first step on: the jerk makes them vibrate.
   subroutine notice_start(wings, notices)
     type(flapping_wing_t), intent(in) :: wings(:)
     type(message_list_t), intent(inout) :: notices

@@ -123,7 +123,8 @@ contains
         ' g/m^2, fluid that it accelerates ', G*air, ' g/m^2'
       call membrane_note(c%model%params, note, is_soft)
       if (c%membrane > 0 .and. c%density > settings%units%density) then
-    write (unit, '(a,f0.2,a)') '          '//note//'; the membrane''s mass means ', 1.0e6_rp*c%membrane/c%density, ' um'
+        write (unit, '(a,f0.2,a)') '          '//note//'; the membrane''s mass means ', &
+          1.0e6_rp*c%membrane/c%density, ' um'
       else
         write (unit, '(a)') '          '//note
       end if

@@ -151,8 +151,8 @@ contains
     class(training_t), intent(inout) :: self
     character(200) :: line
     associate (o => self%search%objective, crew => self%crew)
-     write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', o%n_redone, &
-        ' again cold and ', o%n_unsolved, ' without success; ', o%n_factorisations, ' factorisations; ', &
+      write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', &
+        o%n_redone, ' again cold and ', o%n_unsolved, ' without success; ', o%n_factorisations, ' factorisations; ', &
         crew%busy_seconds, ' s of all ranks in this run'
       call self%log%say(trim(line))
     end associate

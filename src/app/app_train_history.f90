@@ -2,8 +2,8 @@
 !> What a search has done: a row for every generation and one for every candidate, in memory, in checkpoints and in
 !> NAME_history.h5. Nothing in it depends on the clock or the number of ranks.
 module app_train_history
-  use app_train_space, only: search_space_t
   use app_train_objective, only: candidate_costs_t
+  use app_train_space, only: search_space_t
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use io_attributes, only: put_attribute

@@ -29,7 +29,8 @@ contains
                                                 e%model%params%slack, e%model%params%slack_width], 1000000_i8))
       mark = checksum_add(mark, checksum_reals([real(o%mu, rp), o%c_m, o%c_sigma, o%d_sigma, o%c_c, o%c_1, o%c_mu, &
                                                 o%alpha_minus], 3000000_i8))
-  mark = checksum_add(mark, checksum_reals([e%measurement%x, e%measurement%y, real(settings%n_stages, rp)], 4000000_i8))
+      mark = checksum_add(mark, checksum_reals([e%measurement%x, e%measurement%y, real(settings%n_stages, rp)], &
+                                               4000000_i8))
       do l = 1, size(e%comparisons)
         mark = checksum_add(mark, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &
                                                   e%measurement%loads(l)%force, e%measurement%loads(l)%point, &

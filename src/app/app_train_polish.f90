@@ -56,8 +56,8 @@ module app_train_polish
 
 contains
 
-  !> Whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take away half
-  !> of the standard deviation that it had before. True if neither is known.
+  !> Whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take
+  !> away half of the standard deviation that it had before. True if neither is known.
   pure logical function trained_determines(self, i) result(is_determined)
     class(trained_t), intent(in) :: self
     integer, intent(in) :: i

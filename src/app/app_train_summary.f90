@@ -89,7 +89,8 @@ contains
     write (line, '(a24,a10,3a14,a28)') 'parameter               ', 'unit      ', 'mean', 'sd', 'sd/mean', &
       'determined in'
     write (output_unit, '(a)') '', 'over individuals', trim(line)
-  text = '% individual, parameter, unit, value (empty: not determined), lower, upper (90 % interval; empty: no end)'//NL
+    text = '% individual, parameter, unit, value (empty: not determined), '// &
+           'lower, upper (90 % interval; empty: no end)'//NL
     do i = 1, size(self%entries)
       associate (e => self%entries(i))
         text = text//e%individual//','//e%name//','//e%unit//','//end_text(e%counts, e%value)//','// &

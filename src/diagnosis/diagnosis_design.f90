@@ -70,8 +70,9 @@ module diagnosis_design
 
 contains
 
-  !> The design of a simulator at q. Candidates whose data are missing, and finer variants, are left out. Fails if the simulator has no
-  !> result at q. `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing.
+  !> The design of a simulator at q. Candidates whose data are missing, and finer variants, are left out. Fails if the
+  !> simulator has no result at q. `known` is a design of the same simulator at the same q, of which only some effects,
+  !> or variants, are missing.
   subroutine build_design(simulator, q, design, failure, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)

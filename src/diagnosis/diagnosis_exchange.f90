@@ -72,8 +72,8 @@ contains
     end associate
   end subroutine find_exchange
 
-  !> Makes the finer variants about the best candidate best_of(effects), 0: none, of each scan usual ones. The calibration stays that of the scan: they
-  !> sharpen what was found, and find nothing themselves.
+  !> Takes the finer variants about the best candidate best_of(effects) of each scan, 0: none, into the design. The
+  !> calibration stays that of the scan: they sharpen what was found, and find nothing themselves.
   subroutine add_finer(simulator, design, best_of, has_finer)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design

@@ -353,7 +353,8 @@ contains
     beam%effects(E_SOFT)%variants(2:n:2)%is_finer = .true.
     call beam%observe(point_of(P_SOFT + HIDDEN - 1, 12.0_rp, 0), beam%sigma, 700003)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
-   call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), 'a soft place beside the scanned ones is found')
+    call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), &
+               'a soft place beside the scanned ones is found')
     if (size(d%decision%causes) > 0) call check(d%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
                                                 'and moved to where it is')
   end subroutine test_places
