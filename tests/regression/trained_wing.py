@@ -13,7 +13,7 @@ import sys
 
 import h5py
 import numpy as np
-from whole_program import EXIT_OK, SOURCE, Case, check, main, no_crash
+from whole_program import EXIT_OK, EXIT_USER, SOURCE, Case, check, main, no_crash
 
 sys.path.insert(0, str(SOURCE / "tools"))
 from _measurement_scan import scan  # noqa: E402
@@ -173,6 +173,13 @@ def test_shipped(case):
     check(-1e-6 * shared < gain < 10.8, f"msm_diagnose begins where msm_train ends: {gain}")
     values = {one["name"]: one["value"] for one in baseline["parameters"]}
     check(abs(math.log(values["E"] / young)) < 4 * sd, f"with its E: {values['E']}, {young}")
+
+    # A load that was pressed elsewhere is another measurement, for which the checkpoint of this one is not.
+    with h5py.File(case.folder / "measurement.h5", "r+") as file:
+        first = file["loads"][sorted(file["loads"])[0]]
+        first.attrs["point"] = np.ravel(first.attrs["point"]) + [1e-5, 0]
+    done = case.run("train.ini", "--restart", ranks=0, code=EXIT_USER)
+    check("belongs to another" in done.err, f"its checkpoint is refused:\n{done.err}")
 
 
 def test_flight(case):
