@@ -19,6 +19,8 @@ QUIET = {}
 BUSY = {"height": 8e-6, "correlated": 6e-6, "tilt": 5e-4, "piston": 5e-6, "force_gain": 0.01, "position": 3e-5,
         "missing": 0.1}
 BUSY_FORCE = 0.005  # of the smallest stated force
+NO_FRINGE = (0.0, 1e-3, 0.0)
+BUSY_FRINGE = (2e-6, 2.2e-3, 0.6)  # of the busy rig, which nobody states
 STATED = 0.2        # the stated sd are off by up to this
 KINDS = {"null": 0.25, "single": 0.45, "double": 0.15, "outside": 0.15}
 CLOSE = 1.25        # of the wanted to the reached signal-to-noise ratio
@@ -71,8 +73,9 @@ class Individual:
             self.plain[mesh] = self.latest
         self.oracles = {}
 
-    def case(self, mesh, noise):
-        return replace(self.design, refine=MESHES[mesh], noise=noise, stiffness=self.stiffness)
+    def case(self, mesh, noise, fringe=NO_FRINGE):
+        return replace(self.design, refine=MESHES[mesh], noise=noise, stiffness=self.stiffness,
+                       hidden=replace(self.design.hidden, fringe=fringe))
 
     def bend(self, mesh, case):
         """Shapes of a case that is near the base; a snap is refused."""
@@ -86,7 +89,8 @@ class Individual:
 
     def deformations(self, mesh, case):
         """(loads, ny, nx) [m] without any random error; `latest` holds the shapes."""
-        quiet = replace(case, noise=Noise(height=0.0), declared={"height": 1e-6})
+        quiet = replace(case, noise=Noise(height=0.0), declared={"height": 1e-6},
+                        hidden=replace(case.hidden, fringe=NO_FRINGE))
         bench, shapes = self.bend(mesh, quiet)
         self.latest = shapes
         content, _ = observe(bench, bench.loads(), shapes, bench.rest())
@@ -96,7 +100,8 @@ class Individual:
         if (mesh, rig) not in self.oracles:
             other = next((m for m in self.clean if m != mesh), mesh)  # one mesh alone: no error of discretisation
             true = declare(replace(case, declared={}))
-            self.oracles[mesh, rig] = Oracle(self.bases[mesh], case.noise, true, self.clean[mesh], self.clean[other])
+            self.oracles[mesh, rig] = Oracle(self.bases[mesh], case.noise, true, self.clean[mesh], self.clean[other],
+                                             case.hidden.fringe)
         return self.oracles[mesh, rig]
 
 
@@ -183,7 +188,7 @@ def make_case(seed, number, individual, options):
 def fill_case(rng, seed, number, head, individual, options, bounds=(0.0, np.inf)):
     """The rest of a case whose head is drawn."""
     kind, mesh, rig = head["kind"], head["mesh"], head["rig"]
-    case = individual.case(mesh, rig_noise(individual.design, rig))
+    case = individual.case(mesh, rig_noise(individual.design, rig), BUSY_FRINGE if rig == "busy" else NO_FRINGE)
     case = replace(case, seed=head["errors"], title=f"Blind bending test {number:04d}")
     effects = [] if kind == "null" else draw_effects(rng, individual, mesh, rig, case, kind, options, bounds)
     oracle = individual.oracle(mesh, rig, case)

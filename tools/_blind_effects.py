@@ -114,7 +114,8 @@ def vein_torsion(rng, wing, case):
 
 
 def joint_hardening(rng, wing, case):
-    return plain("joint_hardening", stiffness, 0.5, 3000.0, 1.0)
+    effect = plain("joint_hardening", stiffness, 0.5, 3000.0, 1.0)
+    return replace(effect, also=("one_joint_hardening",))  # what all joints do, each of them does
 
 
 def cuticle(rng, wing, case):
@@ -151,7 +152,8 @@ def membrane_bending(rng, wing, case):
 
 
 def force_gain(rng, wing, case):
-    return plain("force_gain", hidden, 0.02, np.log(2), sign_of(rng), null=1.0, factor=True)
+    effect = plain("force_gain", hidden, 0.02, np.log(2), sign_of(rng), null=1.0, factor=True)
+    return replace(effect, also=("elasticity",))  # everything that is not sought is stiffer by a common factor
 
 
 def force_offset(rng, wing, case):
@@ -219,13 +221,8 @@ def bow(rng, wing, case):
     return replace(plain("bow", hidden, 1e-7, 1e-4, sign_of(rng)), is_known=False)
 
 
-def fringe(rng, wing, case):
-    length, angle = float(rng.uniform(0.15, 0.5) * np.ptp(wing.points[:, 0])), float(rng.uniform(0, pi))
-    return Effect("fringe", lambda case, s: hidden(case, fringe=(s, length, angle)), lambda s: {}, 1e-6, 2e-4, False)
-
-
 KNOWN = (E_gradient, E_per_vein, taper, root_compliance, soft_place, orthotropy, pretension, vein_torsion,
          joint_hardening, cuticle,
          one_way_joint, damage, camber, membrane_bending, force_gain, force_offset, force_direction, drift,
          load_position, height_scale, registration, scan_plane)
-OUTSIDE = (E_wave, D_wave, memory, bow, fringe)
+OUTSIDE = (E_wave, D_wave, memory, bow)

@@ -7,9 +7,10 @@ loads), columns A of everything that a usual model may adjust and their prior co
 
     snr^2 = d C^-1 d - d C^-1 A (A C^-1 A + P^-1)^-1 A C^-1 d.
 
-Columns of A: ln E, ln k of the joints (priors of a decade); the force, its place, tilt and height of each scan and the
-gain of all forces (their declared sd); and the change of all heights between the two meshes (sd 1). Derivatives are
-exact: hinges' forces are proportional to their stiffness, and a shape answers to forces by its tangent."""
+Columns of A: ln E, ln k of the joints (priors of a decade); ln D of the membrane (MEMBRANE_SD, as a mesh has an effective
+one); the force, its place, tilt and height of each scan and the gain of all forces (their declared sd); and the change of
+all heights between the two meshes (sd 1). Derivatives are exact: forces are proportional to stiffness, and a shape answers
+to forces by its tangent."""
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
@@ -19,6 +20,7 @@ from _flusi_io import InputError
 from _measurement_scan import look
 
 STEP = 1e-5  # [m] of a load's place, for its derivative
+MEMBRANE_SD = 0.1  # of ln D: what a measurement of one wing on one mesh takes for known
 
 
 class Base:
@@ -52,7 +54,9 @@ class Base:
             g = m.zeros()
             np.add.at(g, m.turns.local[group].ravel(), local[group].reshape(-1, 3))
             sides.append(-g)
-        sides += [force / np.linalg.norm(load.vector), force]
+        g = m.zeros()
+        m.bending.add_gradient(u, g)  # proportional to D
+        sides += [-g, force / np.linalg.norm(load.vector), force]
         for k in range(2):
             step = np.zeros(2)
             step[k] = STEP
@@ -102,9 +106,10 @@ class Base:
 
 class Oracle:
     """`clean` is what the experiment sees of the base without errors, as from `observe`; `band` the same of the other
-    mesh; both (loads, ny, nx) deformations."""
+    mesh; both (loads, ny, nx) deformations; `fringe` the amplitude, length and direction of waves with another phase in
+    every scan."""
 
-    def __init__(self, base, noise, declared, clean, band):
+    def __init__(self, base, noise, declared, clean, band, fringe=(0.0, 1.0, 0.0)):
         self.clean, n_loads = clean, len(base.loads)
         columns = np.stack([base.columns[load.name] for load in base.loads])
         self.known = np.isfinite(clean) & np.isfinite(columns).all(3) & np.isfinite(band)
@@ -115,41 +120,45 @@ class Oracle:
         number = np.full(any_load.shape, -1)
         number[any_load] = np.arange(len(union))
         self.rows = [number[known] for known in self.known]
-        whole = self._covariance(noise, union)
+        whole = self._covariance(noise, union, fringe)
         self.factors = [cho_factor(whole[np.ix_(r, r)]) for r in self.rows]
         # Errors of the unloaded scan: a common unknown height at every place, with the covariance whole/n.
         common = noise.reference_scans * np.linalg.inv(whole)
         for rows, factor in zip(self.rows, self.factors):
             common[np.ix_(rows, rows)] += cho_solve(factor, np.eye(len(rows)))
         self.common, self.size = cho_factor(common), len(union)
-        n_joint = columns.shape[3] - 7 - 1
         n_own = 6  # of each load: force, place (2), tilt (2), height
-        a = np.zeros((sum(map(len, self.rows)), 1 + n_joint + 1 + 1 + n_own * n_loads))
-        sd = np.concatenate([np.full(1 + n_joint, np.log(10)), [declared["force_gain"], 1.0],
+        own = [columns.shape[3] - k for k in (7, 5, 4, 3, 2, 1)]
+        n_stiff = own[0]  # E, joints, D
+        a = np.zeros((sum(map(len, self.rows)), n_stiff + 2 + n_own * n_loads))
+        sd = np.concatenate([np.full(n_stiff - 1, np.log(10)), [MEMBRANE_SD, declared["force_gain"], 1.0],
                              np.tile([declared["force"], declared["position"], declared["position"], declared["tilt"],
                                       declared["tilt"], declared["piston"]], n_loads)])
         first = 0
         for k, known in enumerate(self.known):
             rows = slice(first, first + known.sum())
             c = columns[k][known]
-            a[rows, :1 + n_joint] = c[:, :1 + n_joint]
-            a[rows, 1 + n_joint] = c[:, 2 + n_joint]
-            a[rows, 2 + n_joint] = (band - clean)[k][known]
-            own = 3 + n_joint + n_own * k
-            a[rows, own:own + n_own] = c[:, [1 + n_joint, 3 + n_joint, 4 + n_joint, 5 + n_joint, 6 + n_joint,
-                                             7 + n_joint]]
+            a[rows, :n_stiff] = c[:, :n_stiff]
+            a[rows, n_stiff] = c[:, n_stiff + 1]
+            a[rows, n_stiff + 1] = (band - clean)[k][known]
+            at = n_stiff + 2 + n_own * k
+            a[rows, at:at + n_own] = c[:, own]
             first = rows.stop
         self.a = a * sd  # in units of their sd
         self.weighted = self._weigh(self.a)
         self.matrix = cho_factor(self.a.T @ self.weighted + np.eye(len(sd)))
-        self.band_column = 2 + n_joint
+        self.band_column = n_stiff + 1
 
     @staticmethod
-    def _covariance(noise, places):
+    def _covariance(noise, places, fringe):
         c = noise.height**2 * np.eye(len(places))
         if noise.correlated > 0:
             square = ((places[:, None] - places[None])**2).sum(2)
             c += noise.correlated**2 * np.exp(-square / (2 * noise.correlation_length**2))
+        amplitude, length, angle = fringe
+        if amplitude > 0:
+            along = 2 * np.pi / length * (places @ [np.cos(angle), np.sin(angle)])
+            c += 0.5 * amplitude**2 * np.cos(along[:, None] - along[None])
         return c
 
     def _weigh(self, d):

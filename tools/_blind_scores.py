@@ -49,8 +49,9 @@ class Case:
         if self.verdict not in VERDICTS:
             raise InputError(f"case {name}: the verdict is {self.verdict!r}; known are {', '.join(VERDICTS)}")
         try:
-            self.sets = [sorted({same.get(str(n), str(n)) for n in cause["names"]})
-                         for cause in verdict.get("causes") or []]
+            raw = [{str(n) for n in cause["names"]} for cause in verdict.get("causes") or []]
+            self.sets = [sorted({same.get(n, n) for n in names}) for names in raw]
+            self.only_same = [len(names) > 1 and len(one) == 1 for names, one in zip(raw, self.sets)]
             self.probability = None if verdict.get("probability") is None else float(verdict["probability"])
             self.intervals = dict(verdict.get("intervals") or {})
             self.gain = verdict.get("gain") or None
@@ -67,7 +68,9 @@ class Case:
         return self.verdict in ("named", "consistent_with_set") and any(name in names for names in self.sets)
 
     def is_named(self, name):
-        return self.verdict == "named" and [name] in self.sets
+        """Alone, or in a set of names of the same thing."""
+        return self.verdict == "named" and [name] in self.sets or self.verdict == "consistent_with_set" and \
+            any(is_same and names == [name] for is_same, names in zip(self.only_same, self.sets))
 
     def names_wrongly(self):
         """It gives a single name that is not a cause."""

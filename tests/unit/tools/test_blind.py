@@ -19,7 +19,7 @@ from _blind_batch import read_design  # noqa: E402
 from _blind_cases import KINDS, Individual, Options, draw_head, make_strong  # noqa: E402
 from _blind_effects import KNOWN, OUTSIDE, E_gradient  # noqa: E402
 from _blind_ledger import Ledger, digest  # noqa: E402
-from _blind_oracle import STEP, Base, Oracle  # noqa: E402
+from _blind_oracle import MEMBRANE_SD, STEP, Base, Oracle  # noqa: E402
 from _blind_scores import Case, calibration_error, clopper_pearson, confusion_of, scores_of, wilson  # noqa: E402
 from _flusi_io import InputError  # noqa: E402
 from _measurement_noise import Noise  # noqa: E402
@@ -70,9 +70,7 @@ class Effects(WithDesign):
                 np.testing.assert_allclose(one, other, rtol=1e-14, atol=0, err_msg=effect.name)
             hidden = {**vars(null.hidden), "soft_places": ()}
             for key, value in vars(self.design.hidden).items():
-                if key != "fringe":
-                    np.testing.assert_allclose(hidden[key], value, rtol=1e-14, err_msg=effect.name)
-            self.assertEqual(hidden["fringe"][0], 0)
+                np.testing.assert_allclose(hidden[key], value, rtol=1e-14, err_msg=effect.name)
             self.assertEqual(null.stiffness.camber, (0, 0, 0))
             self.assertEqual(null.stiffness.root_compliance, (0, 0))
             self.assertNotEqual(case, self.design, effect.name)
@@ -107,6 +105,9 @@ class Visibility(WithDesign):
         def of_joint(factor):
             return seen(stiffness=replace(s, joints={name: k * factor}))
 
+        def of_membrane(factor):
+            return seen(stiffness=replace(s, D=s.D * factor, joints=others))
+
         def of_force(factor):
             return seen(hidden=replace(design.hidden, force_gain=factor))
 
@@ -117,8 +118,9 @@ class Visibility(WithDesign):
         for index, function, low, high, width, tolerance in (
                 (0, of_e, np.exp(-1e-3), np.exp(1e-3), 2e-3, 1e-5),
                 (1 + 2, of_joint, np.exp(-1e-3), np.exp(1e-3), 2e-3, 1e-5),
-                (2 + len(joints), of_force, 1 - 1e-3, 1 + 1e-3, 2e-3, 1e-5),
-                (3 + len(joints), of_place, -STEP, STEP, 2 * STEP, (STEP / 5e-4)**2)):
+                (1 + len(joints), of_membrane, np.exp(-1e-3), np.exp(1e-3), 2e-3, 1e-5),
+                (3 + len(joints), of_force, 1 - 1e-3, 1 + 1e-3, 2e-3, 1e-5),
+                (4 + len(joints), of_place, -STEP, STEP, 2 * STEP, (STEP / 5e-4)**2)):
             slope = (function(high) - function(low)) / width
             both = np.isfinite(slope) & np.isfinite(columns[..., index])
             self.assertGreater(both.sum(), 60)
@@ -134,7 +136,8 @@ class Visibility(WithDesign):
         bent, noise = self.bent, self.design.noise
         base, clean = bent.bases["same"], bent.clean["same"]
         sd = {"force_gain": 0.02, "force": 1e-6, "position": 3e-5, "tilt": 1e-3, "piston": 5e-6}
-        oracle = Oracle(base, noise, sd, clean, bent.clean["finer"])
+        fringe = (3e-6, 1.3e-3, 0.4)
+        oracle = Oracle(base, noise, sd, clean, bent.clean["finer"], fringe)
         known = oracle.known
         y, x = np.meshgrid(*self.bent.grid[::-1], indexing="ij")
         place = [(load, x[j, i], y[j, i]) for load, j, i in np.argwhere(known)]
@@ -142,13 +145,16 @@ class Visibility(WithDesign):
         square = (px[:, None] - px)**2 + (py[:, None] - py)**2
         one = noise.correlated**2 * np.exp(-square / (2 * noise.correlation_length**2)) \
             + noise.height**2 * (square == 0)
+        phase = 2 * np.pi / fringe[1] * (px * np.cos(fringe[2]) + py * np.sin(fringe[2]))
+        one += fringe[0]**2 / 2 * np.cos(phase[:, None] - phase)
         covariance = one * ((load[:, None] == load) + 1 / noise.reference_scans)
         columns = np.concatenate([base.columns[item.name][seen] for item, seen in zip(base.loads, known)])
         n = len(base.model.hinge_plan) and sum(bool(h.joint) for h in base.model.hinge_plan)
-        own = [(1 + n, sd["force"]), (3 + n, sd["position"]), (4 + n, sd["position"]), (5 + n, sd["tilt"]),
-               (6 + n, sd["tilt"]), (7 + n, sd["piston"])]
+        own = [(2 + n, sd["force"]), (4 + n, sd["position"]), (5 + n, sd["position"]), (6 + n, sd["tilt"]),
+               (7 + n, sd["tilt"]), (8 + n, sd["piston"])]
         band = (bent.clean["finer"] - clean)[known]
-        adjusted = [columns[:, k] * np.log(10) for k in range(1 + n)] + [columns[:, 2 + n] * sd["force_gain"], band] \
+        adjusted = [columns[:, k] * np.log(10) for k in range(1 + n)] \
+            + [columns[:, 1 + n] * MEMBRANE_SD, columns[:, 3 + n] * sd["force_gain"], band] \
             + [columns[:, k] * size * (load == which) for k, size in own for which in range(len(base.loads))]
         whole = covariance + sum(np.outer(a, a) for a in adjusted)
         rng = np.random.default_rng(3)
