@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from _bending_statics import NoEquilibrium
 from _blind_cases import Individual, Options, fill_case, numbers
 from _blind_ledger import digest, dump, read, write
 from _flusi_io import InputError
@@ -15,6 +16,7 @@ from _measurement_file import write_test
 
 TOOLS = Path(__file__).resolve().parent
 INDIVIDUALS = 8
+DRAWS = 10
 WHOLE = (2.0, 30.0)  # signal-to-noise ratios
 
 
@@ -78,16 +80,10 @@ class Study:
         if self.made(number):
             return
         begin = time.process_time()
-        rng = numbers(self.seed, "study", number)
         is_large = stratum.wing == "large"
-        head = {"kind": stratum.kind, "mesh": "same" if is_large or before % 2 == 0 else "finer",
-                "rig": ("quiet", "busy")[before // 2 % 2], "individual": 0 if is_large else before // 4 % INDIVIDUALS,
-                "errors": int(rng.integers(2**53))}
-        individual = self.individual(stratum.wing, head["individual"])
+        individual = self.individual(stratum.wing, 0 if is_large else before // 4 % INDIVIDUALS)
         shared = time.process_time() - begin
-        options = Options({}, stratum.snr)
-        bounds = stratum.snr if stratum.kind == "single" else (0.0, float("inf"))
-        content, truth = fill_case(rng, self.seed, number, head, individual, options, bounds)
+        content, truth = self._drawn(number, stratum, before, individual)
         path = self.measurement(number)
         part = path.with_name(f"{path.name}.{os.getpid()}.part")
         write_test(part, content)
@@ -96,6 +92,21 @@ class Study:
                  "cpu_seconds_individual": shared}
         write(self.folder / "sealed" / f"{number:04d}.json",
               dump({"truth": truth, "measurement_sha256": hashlib.sha256(path.read_bytes()).hexdigest()}))
+
+    def _drawn(self, number, stratum, before, individual):
+        """Content and truth; a wing that snaps under the errors of its loads is drawn again."""
+        is_large = stratum.wing == "large"
+        bounds = stratum.snr if stratum.kind == "single" else (0.0, float("inf"))
+        for attempt in range(DRAWS):
+            rng = numbers(self.seed, "study", number, *([attempt] if attempt else []))
+            head = {"kind": stratum.kind, "mesh": "same" if is_large or before % 2 == 0 else "finer",
+                    "rig": ("quiet", "busy")[before // 2 % 2], "individual": 0 if is_large else before // 4 % INDIVIDUALS,
+                    "errors": int(rng.integers(2**53))}
+            try:
+                return fill_case(rng, self.seed, number, head, individual, Options({}, stratum.snr), bounds)
+            except NoEquilibrium:
+                continue
+        raise InputError(f"{DRAWS} wings in a row snap")
 
     def individual(self, wing, who):
         """A wing that has been bent before is read back."""

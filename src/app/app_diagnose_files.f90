@@ -115,6 +115,7 @@ contains
     type(wing_simulator_t), intent(in) :: simulator
     type(diagnosis_t), intent(in) :: d
     type(failure_t), intent(inout) :: failure
+    character(*), parameter :: NAMES(3) = [character(9) :: 'stiffness', 'force', 'veins']
     real(rp), allocatable :: rows(:, :), mean(:), sd(:)
     integer :: f, k
     if (.not. allocated(d%z)) return
@@ -125,7 +126,7 @@ contains
       do k = 1, size(mean)
         rows(:, k) = [simulator%pattern_place(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
       end do
-      call put_table(file, '/unknown/'//trim(merge('stiffness', 'force    ', f == 1)), rows, 'x y mean sd', failure)
+      call put_table(file, '/unknown/'//trim(NAMES(f)), rows, 'x y mean sd', failure)
       deallocate (rows)
     end do
   end subroutine write_unknown

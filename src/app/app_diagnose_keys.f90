@@ -61,7 +61,7 @@ contains
     call r%add_integer('Diagnose', 'starts', 3, &
                        'points from which the baseline is fitted: the values of [Wing], then '// &
                        'random ones', min=1, max=100)
-    call r%add_integer('Diagnose', 'observations', 900, &
+    call r%add_integer('Diagnose', 'observations', 1600, &
                        'at most; heights are averaged over squares until there are no '// &
                        'more', min=50, max=20000)
     call r%add_word('Diagnose', 'noise', 'estimated', 'estimated|declared', &

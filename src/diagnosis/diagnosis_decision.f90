@@ -16,7 +16,7 @@ module diagnosis_decision
   use diagnosis_calibration, only: calibration_t, statistics_t
   use diagnosis_design, only: design_t
   use diagnosis_distributions, only: log_add
-  use diagnosis_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, name_power, remainder_log_p, &
+  use diagnosis_hypotheses, only: add_effect, expect_loss, explain, explained_t, hypotheses_t, name_power, remainder_log_p, &
                                   IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   implicit none
   private
@@ -175,16 +175,16 @@ contains
     probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + (PRIOR_ONE + PRIOR_TWO)*factor))
   end function rejected_probability
 
-  !> Two or three effects that explain z together better than any other pair: every pair of the leaders is tried, then
-  !> every third one; log_together is the logarithm of their odds. What the nonlinear fit of the first of a pair has left is
-  !> what the others have to explain.
+  !> Two or three effects that explain z together better than any other pair: every effect is tried beside each of the
+  !> leaders, then every third one; log_together is the logarithm of their odds. What the nonlinear fit of the first has left
+  !> is what the others have to explain.
   subroutine find_together(design, hypotheses, order, together, log_together)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: order(:)
     type(explained_t), intent(out) :: together
     real(rp), intent(out) :: log_together
-    type(explained_t) :: one, best
+    type(explained_t) :: first, one, best
     integer :: i, j, n
     logical :: is_better
     n = min(size(order), MOST_LEADERS)
@@ -193,10 +193,10 @@ contains
     if (n < 2) return
     best%log_evidence = IMPOSSIBLE
     do i = 1, n
-      do j = 1, size(order)
-        if (j <= i .and. j <= n) cycle
-        call explain(design, hypotheses%best([order(i), order(j)]), hypotheses%z(:, order(i)), one)
-        one%log_evidence = one%log_evidence + hypotheses%correction(order(i))
+      call explain(design, hypotheses%best([order(i)]), hypotheses%z(:, order(i)), first)
+      first%log_evidence = hypotheses%effect(order(i))
+      do j = i + 1, size(order)
+        call add_effect(design, first, order(j), one)
         if (one%log_evidence > best%log_evidence) best = one
       end do
     end do
@@ -206,10 +206,7 @@ contains
       is_better = .false.
       do j = 1, size(order)
         if (any(design%candidates(together%members)%effect == order(j))) cycle
-        associate (leader => design%candidates(together%members(1))%effect)
-          call explain(design, [together%members, hypotheses%best(order(j))], hypotheses%z(:, leader), one)
-          one%log_evidence = one%log_evidence + hypotheses%correction(leader)
-        end associate
+        call add_effect(design, together, order(j), one)
         if (one%log_evidence > best%log_evidence) then
           best = one
           is_better = .true.

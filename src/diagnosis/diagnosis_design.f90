@@ -121,7 +121,8 @@ contains
     design%n_rest = n + count(design%weight > 0) - b - design%k
     call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), &
                          beside_baseline(tangents, b), design)
-    call make_families(simulator, r(:, size(columns) - b + 1:), design)
+    call make_families(simulator, r(:, [(i, i=size(columns) - b + 1, size(r, 2)), field_among(simulator, columns(b + 1:))]), &
+                       design)
   end subroutine build_design
 
   !> All that the simulator has to tell at q. What `known` has is not asked for again.
@@ -192,6 +193,16 @@ contains
       end do
     end do
   end function effect_columns
+
+  !> Where the quantities of the simulator's field are among columns(:).
+  pure function field_among(simulator, columns) result(at)
+    class(simulator_t), intent(in) :: simulator
+    integer, intent(in) :: columns(:)
+    integer, allocatable :: at(:)
+    integer :: i
+    allocate (at(0))
+    if (allocated(simulator%field)) at = [(findloc_integer(columns, simulator%field(i)), i=1, size(simulator%field))]
+  end function field_among
 
   !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection; for
   !> beside(n, :) see candidate_t.
@@ -287,11 +298,11 @@ contains
     real(rp), allocatable :: u(:, :), s(:), vt(:, :)
     integer :: f, i, m
     m = 0
-    if (simulator%n_patterns > 0) m = maxval(simulator%family)
+    if (size(retained, 2) > 0) m = maxval(simulator%family)
     allocate (design%families(m))
     do f = 1, m
       associate (one => design%families(f))
-        one%patterns = pack([(i, i=1, simulator%n_patterns)], simulator%family == f)
+        one%patterns = pack([(i, i=1, size(retained, 2))], simulator%family == f)
         call decompose(retained(:, one%patterns), u, s, vt)
         i = count(s > 1.0e-6_rp*maxval(s))
         one%basis = u(:, :i)
@@ -299,7 +310,9 @@ contains
         one%weights = transpose(vt(:i, :))/maxval(s)
         call one%strengths%init(one%scale)
         call one%strength_alone%init([1.0_rp])
-        one%alone = retained(:, pack(one%patterns, norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s)))
+        ! Quantities have effects of their own where one differs alone.
+        one%alone = retained(:, pack(one%patterns, norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s) .and. &
+                                     one%patterns <= simulator%n_patterns))
         do i = 1, size(one%alone, 2)
           one%alone(:, i) = one%alone(:, i)/norm2(one%alone(:, i))
         end do

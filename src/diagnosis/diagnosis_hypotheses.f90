@@ -14,7 +14,7 @@ module diagnosis_hypotheses
   use diagnosis_lapack, only: decompose
   implicit none
   private
-  public :: hypotheses_t, explained_t, explain, remainder_log_p, name_power, expect_loss
+  public :: hypotheses_t, explained_t, explain, add_effect, remainder_log_p, name_power, expect_loss
 
   real(rp), parameter, public :: PRIOR_NONE = 0.35_rp, PRIOR_ONE = 0.35_rp, PRIOR_TWO = 0.1_rp, PRIOR_UNKNOWN = 0.2_rp
   integer(i8), parameter :: UNKNOWN_STREAM = 11
@@ -107,12 +107,13 @@ contains
     real(rp), intent(in) :: z(:)
     real(rp) :: one
     integer :: i
+    log_evidence = family%strengths%log_evidence(matmul(z, family%basis))
+    if (size(family%alone, 2) == 0) return
     one = IMPOSSIBLE
     do i = 1, size(family%alone, 2)
       one = log_add(one, family%strength_alone%log_evidence([dot_product(z, family%alone(:, i))]))
     end do
-    log_evidence = log_add(family%strengths%log_evidence(matmul(z, family%basis)), &
-                           one - log(real(max(1, size(family%alone, 2)), rp))) - log(2.0_rp)
+    log_evidence = log_add(log_evidence, one - log(real(size(family%alone, 2), rp))) - log(2.0_rp)
   end function unknown_evidence
 
   !> What candidates, each in the space that those before it leave, explain of z(k).
@@ -122,22 +123,12 @@ contains
     real(rp), intent(in) :: z(:)
     type(explained_t), intent(out) :: explained
     type(candidate_t) :: one
-    real(rp), allocatable :: u(:, :), s(:), vt(:, :), basis(:, :)
-    integer :: i, m
+    integer :: i
     explained%members = members
     explained%left = z
     allocate (explained%basis(size(z), 0))
     do i = 1, size(members)
-      one = design%candidates(members(i))
-      if (one%df == 0) cycle
-      if (i > 1) then ! the directions that the others do not hold
-        basis = one%basis - matmul(explained%basis, matmul(transpose(explained%basis), one%basis))
-        call decompose(basis, u, s, vt)
-        m = count(s > 0.05_rp)
-        one%basis = u(:, :m)
-        one%df = m
-        if (m > 0) call one%strengths%init(s(:m)/s(1))
-      end if
+      one = beside(design%candidates(members(i)), explained)
       if (one%df == 0) cycle
       explained%log_evidence = explained%log_evidence + one%strengths%log_evidence(matmul(explained%left, one%basis))
       explained%left = explained%left - matmul(one%basis, matmul(explained%left, one%basis))
@@ -146,6 +137,60 @@ contains
     end do
     explained%square = max(0.0_rp, sum(z**2) - sum(explained%left**2))
   end subroutine explain
+
+  !> A candidate without the directions that others hold.
+  type(candidate_t) function beside(one, others) result(rest)
+    type(candidate_t), intent(in) :: one
+    type(explained_t), intent(in) :: others
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :)
+    integer :: m
+    rest = one
+    if (one%df == 0 .or. others%df == 0) return
+    call decompose(one%basis - matmul(others%basis, matmul(transpose(others%basis), one%basis)), u, s, vt)
+    m = count(s > 0.05_rp)
+    rest%basis = u(:, :m)
+    rest%df = m
+    if (m > 0) call rest%strengths%init(s(:m)/s(1))
+  end function beside
+
+  !> The candidates of `known` and the variant of effect e that explains most beside them; the evidence is averaged over all
+  !> variants, so that an effect that may be at many places pays for the choice.
+  subroutine add_effect(design, known, e, explained)
+    type(design_t), intent(in) :: design
+    type(explained_t), intent(in) :: known
+    integer, intent(in) :: e
+    type(explained_t), intent(out) :: explained
+    type(candidate_t) :: one, best
+    real(rp) :: log_evidence, total, most
+    integer :: c, n, member
+    n = 0
+    member = 0
+    total = IMPOSSIBLE
+    most = IMPOSSIBLE
+    do c = 1, size(design%candidates)
+      if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
+      n = n + 1
+      one = beside(design%candidates(c), known)
+      log_evidence = 0
+      if (one%df > 0) log_evidence = one%strengths%log_evidence(matmul(known%left, one%basis))
+      total = log_add(total, log_evidence)
+      if (one%df == 0 .or. log_evidence <= most) cycle
+      most = log_evidence
+      member = c
+      best = one
+    end do
+    explained = known
+    if (member == 0) then
+      explained%log_evidence = IMPOSSIBLE
+      return
+    end if
+    explained%members = [known%members, member]
+    explained%log_evidence = known%log_evidence + total - log(real(n, rp))
+    explained%left = known%left - matmul(best%basis, matmul(known%left, best%basis))
+    explained%basis = reshape([known%basis, best%basis], [size(known%left), known%df + best%df])
+    explained%df = known%df + best%df
+    explained%square = known%square + sum(matmul(known%left, best%basis)**2)
+  end subroutine add_effect
 
   !> log p of the hypothesis that what is left(k) of z behind some candidates is noise, against unknown causes. The
   !> reference distribution is that of z itself, which makes the test a little conservative.

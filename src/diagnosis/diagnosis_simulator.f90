@@ -66,8 +66,10 @@ module diagnosis_simulator
     type(labels_t) :: labels
     type(quantity_t), allocatable :: quantities(:)
     type(effect_t), allocatable :: effects(:)
-    integer, allocatable :: family(:)         !< (n_patterns) 1, 2, .. kind of unknown cause
-    real(rp), allocatable :: pattern_place(:, :) !< (2, n_patterns) [m] where on the wing
+    !> Quantities whose values may all differ from what they should be: their tangents are patterns too, behind the others.
+    integer, allocatable :: field(:)
+    integer, allocatable :: family(:)         !< (n_patterns + size(field)) 1, 2, .. kind of unknown cause
+    real(rp), allocatable :: pattern_place(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
     logical, allocatable :: is_skipped(:)     !< (surfaces) see `skip`
   contains
     procedure(evaluate_interface), deferred :: evaluate

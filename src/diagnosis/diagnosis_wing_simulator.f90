@@ -12,7 +12,7 @@ module diagnosis_wing_simulator
   use base_kinds, only: rp
   use diagnosis_simulator, only: effect_t, labels_t, quantity_t, simulator_t
   use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, noise_model_t
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER
+  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
                                  TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use measurement_experiment, only: experiment_t
@@ -81,9 +81,11 @@ contains
     self%n_observations = bins%n
     n = size(patterns%place, 2)
     self%n_patterns = 2*n
-    self%family = [(1, l=1, 2*n)]
-    self%family(n + 1:) = 2
-    self%pattern_place = reshape([patterns%place, patterns%place], [2, 2*n])
+    self%field = pack([(l, l=1, size(kinds))], kinds%kind == KIND_SOFT)
+    self%family = [(1, l=1, n), (2, l=1, n), (3, l=1, size(self%field))]
+    self%pattern_place = reshape([patterns%place, patterns%place, &
+                                  experiment%model%layout%hinge_place(:, kinds(self%field)%number)], &
+                                 [2, 2*n + size(self%field)])
     call self%runner%init(experiment, wing, kinds, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%output_size())
     n = size(experiment%loads)
