@@ -162,18 +162,23 @@ contains
     call design%compress(residuals, q(:simulator%n_baseline), z, rest)
   end subroutine compress_at
 
-  !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew.
+  !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
+  !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much.
   subroutine refit_leaders(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
+    real(rp), parameter :: FAR = 10.0_rp ! of the log evidence
     type(refit_t) :: one
     type(explained_t) :: alone
+    real(rp) :: linear(size(d%hypotheses%effect))
     integer, allocatable :: order(:)
     integer :: i
     order = rank_effects(d%hypotheses)
+    linear = d%hypotheses%effect
     do i = 1, min(options%most_refits, size(order))
-      if (i > 1 .and. .not. any(d%linear%set == order(i)) .and. is_behind(order(i))) cycle
+      if (.not. any(d%linear%set == order(i)) .and. linear(order(i)) < linear(order(1)) - FAR - &
+          maxval(abs(d%hypotheses%correction))) cycle
       one%candidate = d%hypotheses%best(order(i))
       call fit_extended(simulator, options, d, [one%candidate], one%found)
       if (.not. one%found%is_found) cycle
@@ -193,7 +198,7 @@ contains
     !> Whether effect e has become so improbable that fits are not worth their time.
     logical function is_behind(e)
       integer, intent(in) :: e
-      is_behind = d%hypotheses%effect(e) < maxval(d%hypotheses%effect) - 10
+      is_behind = d%hypotheses%effect(e) < maxval(d%hypotheses%effect) - FAR
     end function is_behind
 
   end subroutine refit_leaders
