@@ -12,8 +12,9 @@ module bench_optimiser_runs
   use search_functions, only: value_of
   implicit none
   private
-  public :: evaluations_to_target, ipop_evaluations, median_of, milliseconds_per_generation, reference_median, NEVER
+  public :: evaluations_to_target, ipop_evaluations, median_of, milliseconds_per_generation, reference_median, NEVER, NO_REFERENCE
 
+  real(rp), parameter :: NO_REFERENCE = 0 !< what the table does not have
   integer(i8), parameter :: NEVER = 1000000000_i8 !< the target was not reached
   real(rp), parameter :: target = 1.0e-10_rp
 
@@ -21,8 +22,8 @@ contains
 
   !> counts(s): evaluations to the target with seed 1000 + s; lambda 0 is the default, which is returned.
   !> Start and step as in the reference; only numerical criteria stop.
-  subroutine evaluations_to_target(name, n, population, counts, lambda)
-    character(*), intent(in) :: name
+  subroutine evaluations_to_target(name, n, population, weights, counts, lambda)
+    character(*), intent(in) :: name, weights
     integer, intent(in) :: n, population
     integer(i8), intent(out) :: counts(:)
     integer, intent(out) :: lambda
@@ -31,6 +32,7 @@ contains
     real(rp), allocatable :: x(:, :), f(:), mean(:)
     integer :: s, k
     options%lambda = population
+    options%weights = weights
     options%sigma0 = merge(0.5_rp, 1.0_rp, name == 'rosen')
     options%f_target = target
     options%tolfun = 0
@@ -154,13 +156,13 @@ contains
     ms = 1.0e3_rp*[median_of(ticks, 0.5_rp), median_of(ticks, 0.05_rp)]/rate
   end function milliseconds_per_generation
 
-  !> The median of a variant at the target 1e-10; 1 if the table has none.
+  !> The median of a variant at the target 1e-10; NO_REFERENCE if the table has none.
   real(rp) function reference_median(path, variant, name, n, lambda) result(value)
     character(*), intent(in) :: path, variant, name
     integer, intent(in) :: n, lambda
     character(300) :: line, key
     integer :: unit, state, comma, i
-    value = 1
+    value = NO_REFERENCE
     write (key, '(4a,i0,a,i0,a)') trim(variant), ',', trim(name), ',', n, ',', lambda, ','
     open (newunit=unit, file=trim(path), status='old', action='read', iostat=state)
     call require(state == 0, 'a readable table of reference medians')

@@ -8,11 +8,12 @@ from _flusi_io import InputError
 SCHEMA, VERSION = "flusi-msm measurement", 1
 
 
-def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, title="", unloaded_sigma=None):
+def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, title="", unloaded_sigma=None,
+                      sigmas=None):
     """Writes a measurement file in the layout of HDF5 1.8, whose metadata carry checksums.
 
     x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})};
-    accuracy, calibration: {attribute: value}.
+    accuracy, calibration: {attribute: value}; unloaded_sigma (ny, nx), sigmas: {name: (ny, nx)} [m] where they are known.
     """
     def dataset(name, values):
         made = file.create_dataset(name, data=np.asarray(values, "<f8"), track_times=False)
@@ -36,6 +37,8 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
                 dataset("reference/sigma", unloaded_sigma)
             for name, (heights, facts) in sorted(loads.items()):
                 dataset(f"loads/{name}/z", heights)
+                if sigmas and name in sigmas:
+                    dataset(f"loads/{name}/sigma", sigmas[name])
                 attributes(f"loads/{name}", facts)
             attributes("accuracy", accuracy)
             if calibration:

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What `msm_train` tells: on the terminal and in NAME.log, by rank 0; and one live line while it searches.
+!> What `msm_train` tells: on the terminal and in NAME.log, by rank 0; and one live line while it searches and polishes.
 module app_train_log
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_progress, only: duration
@@ -19,6 +19,8 @@ module app_train_log
     procedure :: open => log_open
     procedure :: say => log_say
     procedure :: progress => log_progress
+    procedure :: polish_progress => log_polish_progress
+    procedure :: interval_progress => log_interval_progress
     procedure :: end_line => log_end_line
     procedure :: close => log_close
   end type train_log_t
@@ -69,7 +71,6 @@ contains
     real(rp) :: now, left
     character(160) :: line
     character(:), allocatable :: estimate
-    logical :: ignored
     if (.not. self%speaks) return
     now = wall_seconds()
     estimate = ''
@@ -77,24 +78,74 @@ contains
       self%first_evaluations = evaluations
       self%begun = now
     else
-      if (now - self%shown < merge(0.2_rp, self%interval, self%is_live)) return
+      if (.not. is_due(self, now)) return
       left = (now - self%begun)*evaluations_left/max(1_i8, evaluations - self%first_evaluations)
       estimate = '  the search ends in at most '//duration(left)
     end if
     write (line, '(a,i6,a,i9,a,es11.4,a,es9.2,a,es9.2,a)') 'generation', generation, '  evaluations', evaluations, &
       '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, estimate
+    call show(self, trim(line), now)
+  end subroutine log_progress
+
+  !> How far least squares is from one of its starts: points solved, and the lowest chi^2 so far.
+  subroutine log_polish_progress(self, start, n_starts, evaluations, chi2)
+    class(train_log_t), intent(inout) :: self
+    integer, intent(in) :: start, n_starts !< of so many at most
+    integer, intent(in) :: evaluations
+    real(rp), intent(in) :: chi2
+    real(rp) :: now
+    character(160) :: line
+    if (.not. self%speaks) return
+    now = wall_seconds()
+    if (.not. is_due(self, now)) return
+    write (line, '(2(a,i0),a,i9,a,es11.4)') 'polish from start ', start, ' of at most ', n_starts, '  evaluations', &
+      evaluations, '  best chi^2', min(chi2, 9.999e99_rp)
+    call show(self, trim(line), now)
+  end subroutine log_polish_progress
+
+  !> How far the intervals are: `done` of n are found since the wall time `begun` [s].
+  subroutine log_interval_progress(self, name, done, n, evaluations, begun)
+    class(train_log_t), intent(inout) :: self
+    character(*), intent(in) :: name     !< of the parameter whose interval is being sought
+    integer, intent(in) :: done, n, evaluations
+    real(rp), intent(in) :: begun
+    real(rp) :: now
+    character(160) :: line
+    character(:), allocatable :: estimate
+    if (.not. self%speaks) return
+    now = wall_seconds()
+    if (.not. is_due(self, now)) return
+    estimate = ''
+    if (done > 0) estimate = '  all end in about '//duration((now - begun)*(n - done)/done)
+    write (line, '(2(a,i0),a,i9,a)') 'interval ', done + 1, ' of ', n, ', '//name//'  evaluations', evaluations, estimate
+    call show(self, trim(line), now)
+  end subroutine log_interval_progress
+
+  !> Whether it is time for another progress line.
+  pure logical function is_due(self, now)
+    type(train_log_t), intent(in) :: self
+    real(rp), intent(in) :: now
+    is_due = now - self%shown >= merge(0.2_rp, self%interval, self%is_live)
+  end function is_due
+
+  !> A progress line: on a terminal in the place of the last one, in the file always as a line of its own.
+  subroutine show(self, line, now)
+    type(train_log_t), intent(inout) :: self
+    character(*), intent(in) :: line
+    real(rp), intent(in) :: now
+    logical :: ignored
     if (self%is_live) then
-      write (output_unit, '(a)', advance='no') achar(13)//trim(line)//'   '
+      write (output_unit, '(a)', advance='no') achar(13)//line//'   '
       self%is_line_open = .true.
     else
-      write (output_unit, '(a)') trim(line)
+      write (output_unit, '(a)') line
     end if
     flush (output_unit)
     self%shown = now
     if (.not. self%file%is_open()) return
-    call self%file%write(trim(line), ignored)
+    call self%file%write(line, ignored)
     call self%file%flush(ignored)
-  end subroutine log_progress
+  end subroutine show
 
   !> Ends the live line.
   subroutine log_end_line(self)

@@ -9,6 +9,7 @@ module app_train_polish
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_kinds, only: rp
+  use base_process, only: wall_seconds
   use base_text, only: number_text
   use measurement_continuation, only: fit_by_continuation
   use measurement_evaluation, only: evaluation_t
@@ -22,9 +23,15 @@ module app_train_polish
   private
   public :: crew_problem_t, trained_t, polish_points, make_unknowns, interval_sentence, left_out_names
 
-  !> The problem of least squares whose loads are solved by the crew.
+  !> The problem of least squares whose loads are solved by the crew. With a log it tells how far it is.
   type, extends(wing_problem_t) :: crew_problem_t
     type(train_crew_t), pointer :: crew => null()
+    type(train_log_t), pointer :: log => null()
+    integer :: part = 0, n_parts = 0         !< the present start or interval, of so many
+    character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
+    integer :: n_solved = 0                  !< points so far
+    real(rp) :: lowest = huge(1.0_rp)        !< chi^2 from the present start
+    real(rp), private :: begun = 0           !< [s] wall time of the first interval
   contains
     procedure :: run => problem_run
   end type crew_problem_t
@@ -80,7 +87,27 @@ contains
                       evaluations, shapes, self%is_left_out)
     call move_alloc(evaluations, self%evaluations)
     call move_alloc(shapes, self%tried)
+    if (associated(self%log)) call tell_progress(self)
   end subroutine problem_run
+
+  subroutine tell_progress(self)
+    type(crew_problem_t), intent(inout) :: self
+    real(rp) :: chi2
+    integer :: l
+    self%n_solved = self%n_solved + 1
+    if (allocated(self%name)) then
+      call self%log%interval_progress(self%name, self%part - 1, self%n_parts, self%n_solved, self%begun)
+      return
+    end if
+    chi2 = 0
+    do l = 1, size(self%evaluations)
+      if (.not. self%evaluations(l)%is_feasible()) chi2 = huge(chi2)
+      if (.not. chi2 < huge(chi2)) exit
+      chi2 = chi2 + sum((self%evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
+    end do
+    self%lowest = min(self%lowest, chi2)
+    call self%log%polish_progress(self%part, self%n_parts, self%n_solved, self%lowest)
+  end subroutine tell_progress
 
   !> The box and the priors about the values of [Wing], as coordinates of the experiment.
   function make_unknowns(settings, space) result(unknowns)
@@ -111,7 +138,7 @@ contains
     type(search_space_t), intent(in) :: space
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: starts(:, :)
-    type(train_log_t), intent(inout) :: log
+    type(train_log_t), intent(inout), target :: log
     type(trained_t), intent(out) :: trained
     type(crew_problem_t) :: problem
     type(unknowns_t) :: unknowns
@@ -121,11 +148,15 @@ contains
     integer :: i, n_evaluations
     call problem%init(settings%experiment)
     problem%crew => crew
+    if (settings%polish) problem%log => log
+    problem%n_parts = size(starts, 2)
     unknowns = make_unknowns(settings, space)
     n_residuals = problem%n_residuals
     n_evaluations = 0
     allocate (ends(1 + size(starts, 1), 0))
     do i = 1, merge(size(starts, 2), 1, settings%polish)
+      problem%part = i
+      problem%lowest = huge(1.0_rp)
       call reach_outcome(settings, problem, unknowns, objective, starts(:, i), i == 1, trained%fits, log, one)
       if (crew%is_stopped) return
       n_evaluations = n_evaluations + one%n_evaluations
@@ -229,14 +260,22 @@ contains
     trained%reason = report%reason
     trained%path = path
     trained%is_polished = report%is_converged .or. report%n_accepted > 0
-    call log%say('polish    '//number_text(report%n_evaluations)//' evaluations, '// &
-                 number_text(count_stages(path))//' stages'// &
+    call log%say('polish    '//counted(report%n_evaluations, 'evaluation')//', '//counted(count_stages(path), 'stage')// &
                  trim(merge(', all cold; ', ';           ', trained%is_cold))//' '//report%reason)
     if (.not. trained%is_polished) return
     trained%coordinates = report%p
     trained%posterior = find_posterior(unknowns, report)
     trained%prior_sd = unknowns%prior_sd
   end subroutine polish_once
+
+  !> '1 stage', '2 stages'.
+  function counted(n, thing) result(text)
+    integer, intent(in) :: n
+    character(*), intent(in) :: thing
+    character(:), allocatable :: text
+    text = number_text(n)//' '//thing
+    if (n /= 1) text = text//'s'
+  end function counted
 
   !> Stages of a path, see fit_by_continuation.
   pure integer function count_stages(path) result(n)
@@ -278,11 +317,15 @@ contains
     integer, parameter :: AT_END = 3
     integer :: i, l
     call problem%keep(AT_END)
+    problem%n_parts = size(trained%coordinates)
+    problem%begun = wall_seconds()
     allocate (trained%intervals(size(trained%coordinates)))
     allocate (trained%is_left_out(size(problem%is_left_out), size(trained%coordinates)))
     do i = 1, size(trained%coordinates)
       call problem%go_back(AT_END)
       problem%is_left_out = .false.
+      problem%part = i
+      problem%name = trim(space%names(i))
       call profile_interval(problem, unknowns, trained%coordinates, i, trained%posterior%sd(i), THRESHOLD_90, &
                             settings%fit, trained%intervals(i))
       if (crew%is_stopped) return

@@ -131,22 +131,22 @@ def check_details(contents):
 
 
 def test_ranks(case):
-    """1, 2, 3 and 7 ranks do the same to the bit, with a polish."""
+    """1, 2, 3 and 7 ranks do the same to the bit, with a polish, its intervals and their profiles."""
     runs = []
     for ranks in (1, 2, 3, 7):
         runs.append(case.sub(f"ranks{ranks}"))
         twin(runs[-1])
-        runs[-1].write("train.ini", training(CMAES={"max_generations": 4}, Polish={"intervals": "no"}))
+        runs[-1].write("train.ini", training(CMAES={"max_generations": 3}, Polish={"starts": 2}))
         runs[-1].run("train.ini", ranks=ranks)
     for run in runs[1:]:
         same_outcome(runs[0], run)
 
 
-def wait_for_generations(case, n):
-    """Waits until the run that `start` began tells of generation n or a later one, and a moment more."""
+def wait_for(case, n, told=r"^generation +(\d+) "):
+    """Waits until the run that `start` began tells of generation (or what is told) n or a later one, and a moment more."""
     end = time.monotonic() + 60
     while time.monotonic() < end:
-        if any(int(g) >= n for g in re.findall(r"^generation +(\d+) ", case.out.read_text(), re.M)):
+        if any(int(g) >= n for g in re.findall(told, case.out.read_text(), re.M)):
             time.sleep(random.uniform(0, 0.05))  # about a generation
             return
         check(case.process.poll() is None, f"the run ended too early: {case.out.read_text()}{case.err.read_text()}")
@@ -169,11 +169,11 @@ def test_kill(case):
     second = random.randint(first + 2, 8)
     print(f"killed after generation {first} or a little later, stopped after {second}")
     killed.start("train.ini")
-    wait_for_generations(killed, first)
+    wait_for(killed, first)
     os.kill(killed.process.pid, signal.SIGKILL)
     killed.wait()
     killed.start("train.ini", "--restart")
-    wait_for_generations(killed, second)
+    wait_for(killed, second)
     os.kill(killed.process.pid, signal.SIGTERM)
     done = killed.wait()
     check(done.code == EXIT_STOPPED and "go on with --restart" in done.out, f"stopped: {done}")
@@ -189,6 +189,28 @@ def test_kill(case):
     killed.write("other.ini", merged(ini, {"Train": {"seed": 2}}))
     done = killed.run("other.ini", "--restart", ranks=0, code=EXIT_USER)
     check("belongs to another" in done.err, done.err)
+
+
+def test_kill_polish(case):
+    """Killed in the polish, and again while an interval is sought: the restarted run does both anew, to the bit."""
+    whole, killed = case.sub("whole"), case.sub("killed")
+    ini = training(CMAES={"max_generations": 1}, Polish={"starts": 1})
+    for one in (whole, killed):
+        twin(one)
+        one.write("train.ini", ini)
+    whole.run("train.ini", ranks=0)
+    point, interval = random.randint(2, 8), random.randint(1, 2)
+    print(f"killed at point {point} of the polish, and in interval {interval}")
+    for words, told, n in ((), r"^polish from start 1 of at most 1  evaluations +(\d+) ", point), \
+            (("--restart",), r"^interval (\d) of 3, ", interval):
+        killed.start("train.ini", *words)
+        wait_for(killed, n, told)
+        os.kill(killed.process.pid, signal.SIGKILL)
+        killed.wait()
+        check("trained.ini" not in killed.files(), "an unfinished training leaves no wing")
+    done = killed.run("train.ini", "--restart", ranks=0)
+    check("restart   after" in done.out and "generation" not in done.out, f"the search is not repeated:\n{done.out}")
+    same_outcome(whole, killed)
 
 
 def test_paper(case):

@@ -1,18 +1,27 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Does the tasks of a training, but fails a share of them: those whose input says so.
+!> Does the tasks of a training, but fails a share of them: those whose input says so; and counts in least squares how many
+!> points that were.
 module failing_runner
+  use app_train_polish, only: crew_problem_t
   use app_train_task, only: train_runner_t, NOT_SOLVED
   use base_checksum, only: checksum_reals
   use base_kinds, only: i8, rp
   implicit none
   private
-  public :: failing_runner_t, is_to_fail
+  public :: counting_problem_t, failing_runner_t, is_to_fail
 
   type, extends(train_runner_t) :: failing_runner_t
     integer :: one_of = 0 !< every so many-th task fails; 0: none
   contains
     procedure :: run_task => failing_run_task
   end type failing_runner_t
+
+  !> Counts its points, and those where a load has no feasible shape.
+  type, extends(crew_problem_t) :: counting_problem_t
+    integer :: n_points = 0, n_failed = 0
+  contains
+    procedure :: run => counting_run
+  end type counting_problem_t
 
 contains
 
@@ -33,4 +42,19 @@ contains
     status = NOT_SOLVED
     if (.not. is_to_fail(input, self%one_of)) call self%train_runner_t%run_task(input, output, status)
   end subroutine failing_run_task
+
+  !> See `wing_problem_t`.
+  subroutine counting_run(self, p)
+    class(counting_problem_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    logical :: is_feasible
+    integer :: l
+    call self%crew_problem_t%run(p)
+    is_feasible = .true.
+    do l = 1, size(self%evaluations)
+      is_feasible = is_feasible .and. self%evaluations(l)%is_feasible()
+    end do
+    self%n_points = self%n_points + 1
+    if (.not. is_feasible) self%n_failed = self%n_failed + 1
+  end subroutine counting_run
 end module failing_runner

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Costs of candidates for a training of the wing in the file that the first argument names: the same to the bit on any
-!> number of ranks, failed tasks are failed candidates, and a search in which every fifth candidate fails finds the truth.
+!> number of ranks, failed tasks are failed candidates, and a search in which every fifth candidate fails finds the truth, as do
+!> least squares in which every fifth point fails.
 program test_train_objective
   use app_settings, only: output_params_t
   use app_train_crew, only: train_crew_t
@@ -13,10 +14,14 @@ program test_train_objective
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
   use cmaes_stop, only: RUNNING
-  use failing_runner, only: failing_runner_t, is_to_fail
+  use failing_runner, only: counting_problem_t, failing_runner_t, is_to_fail
+  use measurement_continuation, only: fit_by_continuation
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
+  use measurement_fit, only: fit_options_t, fit_report_t
+  use measurement_least_squares, only: unknowns_t
+  use measurement_problem, only: wing_unknowns
   use parallel_world, only: world_t
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
@@ -40,7 +45,8 @@ program test_train_objective
   real(rp), allocatable :: truth(:)
   ! What rank 0 found while the others served.
   logical :: is_same = .true., is_right = .true., is_warm = .true., is_fifth = .true.
-  real(rp) :: error = 0
+  real(rp) :: error = 0, polish_error = 0
+  logical :: has_ended = .true., is_fifth_point = .true.
 
   call t%start(parallel=.true.)
   call test_starts()
@@ -55,7 +61,10 @@ program test_train_objective
     runner_alone%one_of = ONE_OF
     call alone%init(world_alone, experiment, runner_alone, output)
     call test_costs()
-    if (t%world%size == SEARCHERS) call test_search()
+    if (t%world%size == SEARCHERS) then
+      call test_search()
+      call test_polish()
+    end if
     call crew%dismiss()
   else
     call crew%serve()
@@ -66,6 +75,10 @@ program test_train_objective
   if (t%world%size == SEARCHERS) then
     call t%check('in the search every fifth candidate failed', is_fifth)
     call t%check_below('it finds the truth all the same', error, 3.0e-2_rp)
+    call t%check('in least squares every fifth point failed', is_fifth_point)
+    call t%check('they end all the same', has_ended)
+    ! Shapes are solved to 1e-10 of the load; the truth is the minimum of chi^2 and of the priors.
+    call t%check_below('at the truth', polish_error, 1.0e-7_rp)
   end if
   call t%finish()
 
@@ -219,4 +232,31 @@ contains
     is_fifth = abs(real(n_failed, rp)/search%evaluations() - 0.19_rp) < 0.1_rp
     error = maxval(abs(coordinates(best) - truth))
   end subroutine test_search
+
+  !> From points of the box, with stages; a point that fails has no second chance. The priors are about the truth.
+  subroutine test_polish()
+    integer, parameter :: N_STARTS = 6
+    type(counting_problem_t) :: problem
+    type(unknowns_t) :: unknowns
+    type(fit_options_t) :: options
+    type(fit_report_t) :: report
+    real(rp), allocatable :: path(:, :)
+    integer :: i, n_begun
+    call problem%init(experiment)
+    problem%crew => crew
+    unknowns = wing_unknowns(experiment, truth, 1.0_rp)
+    n_begun = 0
+    do i = 1, N_STARTS
+      problem%is_start = .false.
+      call fit_by_continuation(problem, unknowns, coordinates(random_uniforms(6_i8, 1_i8, int(i, i8))), options, .true., &
+                               report, path)
+      if (size(path, 2) == 0) cycle ! the start itself failed
+      n_begun = n_begun + 1
+      has_ended = has_ended .and. report%is_converged
+      polish_error = max(polish_error, maxval(abs(report%p - truth)))
+    end do
+    has_ended = has_ended .and. n_begun >= N_STARTS/2
+    is_fifth_point = abs(real(problem%n_failed, rp)/problem%n_points - 0.19_rp) < 0.1_rp
+    call problem%free()
+  end subroutine test_polish
 end program test_train_objective

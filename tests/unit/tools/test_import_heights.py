@@ -70,6 +70,29 @@ class Import(unittest.TestCase):
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
             self.assertIn("89 heights", run.stdout)
 
+    def test_states_what_is_known_of_its_errors(self):
+        sigma = 4.0 + 0 * self.tip + 0.1 * self.x
+        np.savez(self.folder / "tip.npz", x=self.x[::-1], y=self.y, z=self.tip[:, ::-1], sigma=sigma[:, ::-1])
+        run = self.run_import(TIP + "reference,rest.csv\n", "--force-sd", "0.01", "--tilt-sd", "1e-3", "--piston-sd", "2",
+                              "--correlation-length", "0.3", "--calibration", "force_by_weight=1", "--calibration",
+                              "order_is_random=0")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with h5py.File(self.folder / "m.h5") as file:
+            for name, value in (("force", 1e-5), ("tilt", 1e-3), ("piston", 2e-6), ("correlation_length", 3e-4)):
+                self.assertAlmostEqual(file["accuracy"].attrs[name], value, delta=1e-15 * value)
+            self.assertEqual(dict(file["calibration"].attrs), {"force_by_weight": 1, "order_is_random": 0})
+            known = np.isfinite(self.tip)[::-1]
+            np.testing.assert_allclose(file["loads/tip/sigma"][:][known], 1e-6 * sigma[::-1][known], rtol=1e-15)
+            self.assertNotIn("sigma", file["reference"])
+        if READER:
+            run = subprocess.run([READER, str(WING), str(self.folder / "m.h5")], capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        rows = TIP + "reference,rest.csv\n"
+        self.refused("--calibration order=1: write NAME=0 or NAME=1", rows, UNITS + ["--calibration", "order=1"])
+        self.refused("--tilt-sd must not be negative", rows, UNITS + ["--tilt-sd=-1"])
+        np.savez(self.folder / "tip.npz", x=self.x[::-1], y=self.y, z=self.tip[:, ::-1], sigma=0 * sigma)
+        self.refused("tip.npz: sigma must have the shape of z, and be positive", rows)
+
     def test_names_mistakes(self):
         reference = "reference,rest.csv\n"
         self.refused("no line has the id reference", TIP)
