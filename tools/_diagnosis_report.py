@@ -41,6 +41,32 @@ def boxes_of(diagnosis):
     return boxes
 
 
+GRADES = {"A": "one answer, which an unknown cause of the same strength would not have got",
+          "B": "the data agree with this, and other causes are not excluded"}
+
+
+def grade_html(verdict):
+    grade = verdict.get("grade", "")
+    return f"<p>Grade {grade}: {GRADES[grade]}.</p>" if grade in GRADES else ""
+
+
+def unknown_html(verdict):
+    """Where an unknown cause is, and what comes nearest to it; '' for other verdicts."""
+    text, region = "", verdict.get("region")
+    if region:
+        what = {"stiffness": "a stiffness that differs", "force": "further forces"}[region["of"]]
+        parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
+                 f"({share(p['share'])})" for p in region["parts"]]
+        text = f"<p>As {what}, it would be " + ("at one place, with these probabilities: " if region["form"] == "one_place"
+                                                else "a field over the wing, with these shares: ") + "; ".join(parts) + ".</p>"
+        if not parts:
+            text = f"<p>As {what}, it would be a field over the wing in which no place stands out.</p>"
+    if verdict.get("related"):
+        text += "<p>Related, but not sufficient: " + "; ".join(
+            f"{escape(one['name'])} ({share(one['explained'])} of the misfit)" for one in verdict["related"]) + ".</p>"
+    return text
+
+
 def extension(diagnosis):
     """What was added to the model, with intervals."""
     rows = []
@@ -126,13 +152,14 @@ def page(diagnosis, pictures, flight=None):
     verdict = diagnosis["verdict"]
     boxes = "".join(f"<li><b>{value}</b><span>{escape(what)}</span></li>" for value, what in boxes_of(diagnosis))
     sentences = [e["sentence"] for c in verdict["causes"] for e in diagnosis["effects"]
-                 if e["name"] == c["effect"] and verdict["word"] != "adequate"]
+                 if e["name"] == c["effect"] and verdict["word"] in ("named", "consistent_with_set")]
     warning = diagnosis["noise"]["warning"]
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>Diagnosis</title><style>{STYLE}</style></head><body>
 <h1>{escape(WORDS[verdict["word"]])} <span class="verdict {CLASSES[verdict["word"]]}">{escape(verdict["word"])}</span></h1>
 <p><b>{escape(verdict["sentence"])}.</b> {escape(" ".join(sentences))}</p>
+{grade_html(verdict)}{unknown_html(verdict)}
 <p class=quiet>Wing {escape(diagnosis["wing"])}, measured in {escape(diagnosis["measurement"])}.</p>
 <ul class=numbers>{boxes}</ul>
 {f'<div class=warnings>{escape(warning)}.</div>' if warning else ''}

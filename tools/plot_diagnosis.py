@@ -117,14 +117,16 @@ def draw_residuals(loads, outline, is_extended):
     return figure
 
 
-def draw_unknown(unknown, outline):
-    """Where stiffness or forces would have to differ."""
+def draw_unknown(unknown, outline, region=None):
+    """Where stiffness or forces would have to differ; places of the region of an unknown cause have a thick edge."""
     figure, axes = plt.subplots(1, len(unknown), figsize=(4.8 * len(unknown), 2.6), squeeze=False, layout="constrained")
     for ax, (name, values) in zip(axes[0], sorted(unknown.items())):
         rows = table_of(values)
         ratio = rows[:, 2] / np.maximum(rows[:, 3], 1e-300)
         image = ax.scatter(1e3 * rows[:, 0], 1e3 * rows[:, 1], c=ratio, s=200, cmap="RdBu_r", vmin=-LIMIT, vmax=LIMIT,
                            edgecolors="#8c8478", clip_on=False)
+        for part in region["parts"] if region and region["of"] == name else []:
+            ax.scatter(*(1e3 * np.array(part["places_m"]).T), s=200, facecolors="none", edgecolors="k", lw=2.2, clip_on=False)
         draw_outline(ax, outline)
         ax.set_title(f"{name}: mean over sd")
         ax.set_xlabel("x [mm]")
@@ -193,9 +195,12 @@ def pictures_of(diagnosis, loads, unknown, outline):
                  "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What lies "
                  "right of the dashed line the data cannot tell from the first.", draw_evidence(diagnosis["effects"])))
     if unknown:
+        region = diagnosis["verdict"].get("region")
         made.append(("unknown", "Where on the wing", "If nothing but further forces, or nothing but the stiffness, were "
                      "free all over the wing: where they would have to differ from the baseline, in units of what chance "
-                     "does. Pale dots say that no single place stands out.", draw_unknown(unknown, outline)))
+                     "does. Pale dots say that no single place stands out."
+                     + (" The region of the verdict has thick edges." if region and region["parts"] else ""),
+                     draw_unknown(unknown, outline, region)))
     if diagnosis["validation"]["has_gain"]:
         made.append(("folds", "Loads that the fit has not seen", "Each location was left out with all its levels and "
                      "predicted from the others. Above zero the extended wing predicts better; the dashed line is the "

@@ -10,6 +10,7 @@ module app_diagnose
   use app_diagnose_plan, only: print_plan
   use app_diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use app_diagnose_summary, only: print_verdict
+  use app_diagnose_unknown, only: describe_unknown, unknown_t
   use app_diagnose_zeros, only: compare_zeros, zeros_t
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
@@ -89,6 +90,7 @@ contains
     type(diagnose_command_t), intent(in) :: command
     type(next_t) :: next
     type(zeros_t) :: zeros
+    type(unknown_t) :: unknown
     type(question_t), allocatable :: questions(:)
     if (command%action == DIAGNOSE_PLAN) then
       call print_plan(output_unit, self%settings, self%simulator, self%failure)
@@ -106,8 +108,9 @@ contains
     call rank_places(self%settings, self%simulator, self%diagnosis, next)
     call ask(self, questions)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
-    call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros)
-    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, self%failure)
+    unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
+    call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros, unknown)
+    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, unknown, self%failure)
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)

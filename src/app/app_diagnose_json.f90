@@ -6,6 +6,7 @@ module app_diagnose_json
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_summary, only: cause_name, verdict_sentence
+  use app_diagnose_unknown, only: put_unknown, unknown_t
   use app_diagnose_zeros, only: zeros_t
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
@@ -14,6 +15,7 @@ module app_diagnose_json
   use diagnosis_battery, only: question_t
   use diagnosis_decision, only: verdict_word
   use diagnosis_engine, only: diagnosis_t
+  use diagnosis_stated, only: grade_of, stated_probability, PROVENANCE
   use diagnosis_validation, only: validation_t
   use io_json, only: json_t
   implicit none
@@ -25,13 +27,14 @@ module app_diagnose_json
 contains
 
   !> Writes the file.
-  subroutine write_diagnosis_json(s, d, band, next, questions, zeros, failure)
+  subroutine write_diagnosis_json(s, d, band, next, questions, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(mesh_band_t), intent(in) :: band
     type(next_t), intent(in) :: next
     type(question_t), intent(in) :: questions(:)
     type(zeros_t), intent(in) :: zeros
+    type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
     type(json_t) :: json
     logical :: ok
@@ -43,7 +46,7 @@ contains
     call json%put('wing', s%setup%path)
     call json%put('measurement', s%measurement_path)
     call json%put('seed', int(s%options%seed))
-    call put_verdict(json, s, d)
+    call put_verdict(json, s, d, unknown)
     call put_noise(json, s, d)
     call json%open_object('mesh_band')
     call json%put('is_found', band%is_found)
@@ -96,17 +99,21 @@ contains
     if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')
   end subroutine write_diagnosis_json
 
-  subroutine put_verdict(json, s, d)
+  subroutine put_verdict(json, s, d, unknown)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
+    type(unknown_t), intent(in) :: unknown
     integer :: i
     associate (v => d%decision)
       call json%open_object('verdict')
       call json%put('word', verdict_word(v%verdict))
       call json%put('exit_code', v%verdict)
       call json%put('sentence', verdict_sentence(s, d))
-      call json%put('probability', v%probability)
+      call json%put('grade', trim(grade_of(verdict_word(v%verdict))))
+      call json%put('probability', stated_probability(v%verdict, v%probability))
+      call json%put('probability_raw', v%probability)
+      call json%put('probability_map', PROVENANCE)
       call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))
       call json%put('log_global_p', v%log_p_global)
       call json%put('snr', v%snr)
@@ -134,6 +141,7 @@ contains
         call json%put('', s%catalogue%effects(v%set(i))%name)
       end do
       call json%close()
+      call put_unknown(json, s, unknown)
       call json%close()
     end associate
   end subroutine put_verdict

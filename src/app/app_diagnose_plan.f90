@@ -1,18 +1,30 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What the loads of a measurement could show, before anything is fitted: the smallest strength of every effect, and
-!> which further load would lower it most.
+!> which further load would lower it most: on the terminal, and NAME_plan.json for programs.
 module app_diagnose_plan
   use app_diagnose_places, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
   use app_diagnose_settings, only: diagnose_settings_t
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_text_file, only: write_text
   use diagnosis_calibration, only: calibration_t, find_detectable
   use diagnosis_decision, only: LEVEL
   use diagnosis_design, only: build_design, design_t
   use diagnosis_wing_simulator, only: wing_simulator_t
+  use io_json, only: json_t
   implicit none
   private
   public :: print_plan
+
+  integer, parameter :: SCHEMA_VERSION = 1
+
+  !> The load that would lower the smallest strength of an effect most.
+  type :: helpful_t
+    logical :: is_found = .false.
+    real(rp) :: place(2) = 0, force = 0     !< [m], [N] upwards
+    real(rp) :: strength = 0                !< in the coordinate of the parameter
+  end type helpful_t
 
 contains
 
@@ -26,6 +38,7 @@ contains
     type(design_t) :: design
     type(calibration_t) :: calibration
     real(rp), allocatable :: snr(:)
+    type(helpful_t), allocatable :: helpful(:)
     integer :: e
     call build_design(simulator, simulator%null_point(), design, failure)
     if (failure%failed) return
@@ -42,17 +55,19 @@ contains
           'not testable with these data: '//s%catalogue%effects(e)%missing
       end if
     end do
-    call print_loads(unit, s, simulator, design, snr)
+    call print_loads(unit, s, simulator, design, snr, helpful)
     flush (unit)
+    call write_plan(s, design, snr, helpful, failure)
   end subroutine print_plan
 
   !> For each effect the load at a new place that would lower this strength most.
-  subroutine print_loads(unit, s, simulator, design, snr)
+  subroutine print_loads(unit, s, simulator, design, snr, helpful)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design
     real(rp), intent(in) :: snr(:)
+    type(helpful_t), allocatable, intent(out) :: helpful(:) !< (effects)
     type(new_load_t), allocatable :: loads(:)
     real(rp), allocatable :: normal(:, :), lengths(:), shared_sd(:)
     integer, allocatable :: columns(:), effects(:), both(:), shared(:)
@@ -60,6 +75,7 @@ contains
     character(40) :: value
     integer :: e, i, k, n, best(2)
     logical :: ok
+    allocate (helpful(size(s%catalogue%effects)))
     call shared_columns(s, shared, shared_sd)
     columns = [(i, i=1, simulator%n_baseline), shared]
     n = size(columns)
@@ -92,6 +108,7 @@ contains
         if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
         if (.not. q%is_log) write (value, '(es10.3)') strength
         if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
+        helpful(effects(i)) = helpful_t(.true., load%place, load%force*sign(1.0_rp, load%direction(3)), strength)
         write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), load%place, &
           load%force*sign(1.0_rp, load%direction(3)), trim(adjustl(value))
       end associate
@@ -152,4 +169,86 @@ contains
       end associate
     end associate
   end subroutine print_detectable
+
+  !> Writes NAME_plan.json (docs/diagnosis.schema.json).
+  subroutine write_plan(s, design, snr, helpful, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(design_t), intent(in) :: design
+    real(rp), intent(in) :: snr(:)
+    type(helpful_t), intent(in) :: helpful(:)
+    type(failure_t), intent(inout) :: failure
+    type(json_t) :: json
+    integer :: e
+    logical :: ok
+    call json%open_object('')
+    call json%put('schema', 'flusi-msm diagnosis plan')
+    call json%put('schema_version', SCHEMA_VERSION)
+    call json%put('program', 'msm_diagnose '//BUILD_VERSION//' ('//BUILD_COMMIT//')')
+    call json%put('wing', s%setup%path)
+    call json%put('measurement', s%measurement_path)
+    call json%put('level', LEVEL)
+    call json%put('power', 0.9_rp)
+    call json%open_list('effects')
+    do e = 1, size(s%catalogue%effects)
+      call put_plan(json, s, design, e, snr(e), helpful(e))
+    end do
+    call json%close()
+    call json%close()
+    call write_text(s%name//'_plan.json', json%text, ok)
+    if (.not. ok) call failure%raise(s%name//'_plan.json: cannot be written; is the folder missing or the disk full?')
+  end subroutine write_plan
+
+  subroutine put_plan(json, s, design, e, snr, helpful)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: e
+    real(rp), intent(in) :: snr
+    type(helpful_t), intent(in) :: helpful
+    real(rp) :: least
+    integer :: best(2)
+    call json%open_object('')
+    best = 0
+    associate (effect => s%catalogue%effects(e))
+      if (effect%is_testable()) call find_best(s, design, e, snr, best, least)
+      call json%put('name', effect%name)
+      call json%put('title', effect%title)
+      if (.not. effect%is_testable()) then
+        call json%put('status', 'not_testable')
+      else if (best(1) == 0) then
+        call json%put('status', 'absorbed')
+      else
+        call json%put('status', 'tested')
+      end if
+      call json%put('missing', effect%missing)
+      if (best(1) > 0) then
+        associate (one => design%candidates(best(1)))
+          associate (q => s%catalogue%quantities(one%columns(best(2))))
+            call json%put('parameter', q%name)
+            call json%put('unit', q%unit)
+            call json%put('is_factor', q%is_log)
+            call json%put('variant', effect%variants(one%variant)%label)
+            call json%put('retained', one%retained)
+            call json%put('detectable', in_words_of(q%is_log, least*q%prior_sd))
+            if (helpful%is_found) then
+              call json%open_object('best_new_load')
+              call json%put('place_m', helpful%place)
+              call json%put('force_n', helpful%force)
+              call json%put('detectable', in_words_of(q%is_log, helpful%strength))
+              call json%close()
+            end if
+          end associate
+        end associate
+      end if
+    end associate
+    call json%close()
+  end subroutine put_plan
+
+  !> A change of a coordinate as users see it: a factor, where that is a logarithm.
+  pure real(rp) function in_words_of(is_log, change) result(value)
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: change
+    value = change
+    if (is_log) value = exp(min(50.0_rp, change))
+  end function in_words_of
 end module app_diagnose_plan

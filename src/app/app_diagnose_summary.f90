@@ -4,11 +4,13 @@ module app_diagnose_summary
   use app_diagnose_band, only: mesh_band_t
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
+  use app_diagnose_unknown, only: candidate_name, print_unknown, unknown_t
   use app_diagnose_zeros, only: zeros_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnosis_decision, only: verdict_word, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_engine, only: diagnosis_t
+  use diagnosis_stated, only: stated_probability
   implicit none
   private
   public :: print_verdict, verdict_sentence, cause_name, probability_text, value_text
@@ -16,13 +18,14 @@ module app_diagnose_summary
 contains
 
   !> At most 15 lines.
-  subroutine print_verdict(unit, s, d, band, next, zeros)
+  subroutine print_verdict(unit, s, d, band, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(mesh_band_t), intent(in) :: band
     type(next_t), intent(in) :: next
     type(zeros_t), intent(in) :: zeros
+    type(unknown_t), intent(in) :: unknown
     character(200) :: line
     integer :: i
     call print_data(unit, s)
@@ -39,7 +42,9 @@ contains
       '; signal-to-noise ratio of the causes ', d%decision%snr
     write (unit, '(a)') trim(line)
     write (unit, '(a)') 'verdict   '//verdict_word(d%decision%verdict)//': '//verdict_sentence(s, d)
-    if (d%decision%verdict /= VERDICT_ADEQUATE) then
+    if (d%decision%verdict == VERDICT_UNKNOWN) then
+      call print_unknown(unit, unknown)
+    else if (d%decision%verdict /= VERDICT_ADEQUATE) then
       do i = 1, min(2, size(d%decision%causes))
         associate (effect => s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect))
           write (unit, '(a)') '          '//effect%sentence
@@ -118,7 +123,7 @@ contains
     character(:), allocatable :: text
     character(8) :: percent
     integer :: i
-    write (percent, '(f0.0)') 100*d%decision%probability
+    write (percent, '(f0.0)') 100*stated_probability(d%decision%verdict, d%decision%probability)
     percent = percent(:len_trim(percent) - 1)
     select case (d%decision%verdict)
     case (VERDICT_ADEQUATE)
@@ -160,12 +165,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     integer, intent(in) :: i
     character(:), allocatable :: text
-    associate (one => d%design%candidates(d%decision%causes(i)))
-      associate (effect => s%catalogue%effects(one%effect))
-        text = effect%title
-        if (effect%variants(one%variant)%label /= '') text = text//', '//effect%variants(one%variant)%label
-      end associate
-    end associate
+    text = candidate_name(s, d, d%decision%causes(i))
   end function cause_name
 
   !> Parameters of the causes that were fitted.

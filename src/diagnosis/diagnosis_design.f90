@@ -43,7 +43,8 @@ module diagnosis_design
     real(rp), allocatable :: basis(:, :)    !< (k, m) principal directions
     real(rp), allocatable :: scale(:)       !< (m) their sd for unit strength, the largest is 1
     real(rp), allocatable :: weights(:, :)  !< (patterns, m) pattern amplitudes of unit strength
-    real(rp), allocatable :: alone(:, :)    !< (k, patterns) of length 1, those that the baseline does not absorb
+    real(rp), allocatable :: alone(:, :)    !< (k, shown) of length 1, those that the baseline does not absorb
+    integer, allocatable :: shown(:)        !< which of `patterns` they are
     type(strengths_t) :: strength_alone
     type(strengths_t) :: strengths
   contains
@@ -311,8 +312,9 @@ contains
         call one%strengths%init(one%scale)
         call one%strength_alone%init([1.0_rp])
         ! Quantities have effects of their own where one differs alone.
-        one%alone = retained(:, pack(one%patterns, norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s) .and. &
-                                     one%patterns <= simulator%n_patterns))
+        one%shown = pack([(i, i=1, size(one%patterns))], norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s) .and. &
+                         one%patterns <= simulator%n_patterns)
+        one%alone = retained(:, one%patterns(one%shown))
         do i = 1, size(one%alone, 2)
           one%alone(:, i) = one%alone(:, i)/norm2(one%alone(:, i))
         end do

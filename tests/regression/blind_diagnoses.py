@@ -25,6 +25,9 @@ import h5py
 
 from whole_program import SOURCE, check, main
 
+sys.path.insert(0, str(SOURCE / "tests" / "support"))
+from json_schema import validate  # noqa: E402
+
 ADEQUATE, NAMED, SET, UNKNOWN = 0, 10, 11, 12
 ALLOWED = {
     "none": ((ADEQUATE, ""),),
@@ -79,6 +82,10 @@ def diagnose(case, data, name, **keys):
     check(done.code in (ADEQUATE, NAMED, SET, UNKNOWN), f"{name} has a verdict:\n{done.out}{done.err}")
     found = json.loads((case.folder / f"{name}.json").read_text())
     print(f"    {name}: {done.code} {found['verdict']['sentence']}", flush=True)
+    wrong = validate(found, SOURCE / "docs/diagnosis.schema.json")
+    check(not wrong, f"{name}.json is what the schema says: {wrong}")
+    check(found["verdict"]["grade"] == {NAMED: "A", SET: "B"}.get(done.code, ""), f"{name}: the grade of {done.code}")
+    check(("region" in found["verdict"]) == (done.code == UNKNOWN), f"{name}: an unknown cause, and nothing else, has a region")
     return done.code, found, done.out + done.err
 
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """msm_diagnose as a user meets it: a hidden change of stiffness along the span is named from data of other mechanics, the
-same on one and on two ranks; the files can be used; mistakes are said.
+same on one and on two ranks; the files can be used and are those of docs/diagnosis.schema.json, also of a plan and where
+there are too few data; mistakes are said.
 
 usage: msm_diagnose.py <msm_diagnose> <h5dump>
 """
@@ -9,7 +10,10 @@ import json
 import subprocess
 import sys
 
-from whole_program import SOURCE, check, main
+from whole_program import EXIT_OK, SOURCE, check, main
+
+sys.path.insert(0, str(SOURCE / "tests" / "support"))
+from json_schema import validate  # noqa: E402
 
 CASE = {
     "wing": str(SOURCE / "wings/calliphora_small.h5"), "seed": 3, "spacing": 3e-4,
@@ -32,11 +36,12 @@ refits = 2;
 validation = no;
 intervals = no;
 """
-EXIT_NAMED, EXIT_USER = 10, 2
+EXIT_NAMED, EXIT_USER, EXIT_INSUFFICIENT = 10, 2, 20
+SCHEMA = SOURCE / "docs/diagnosis.schema.json"
 
 
-def synthesise(case):
-    (case.folder / "case.json").write_text(json.dumps(CASE))
+def synthesise(case, **changes):
+    (case.folder / "case.json").write_text(json.dumps({**CASE, **changes}))
     subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", "case.json", "-o", "bending.h5"],
                    cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
     (case.folder / "diagnose.ini").write_text(INPUT.format(wing=CASE["wing"]))
@@ -52,8 +57,9 @@ def test_name(case):
         texts.append((case.folder / "diagnosis.json").read_text())
     check(texts[0] == texts[1], "the JSON file is the same to the byte on one and on two ranks")
     found = json.loads(texts[0])
-    check(found["schema"] == "flusi-msm diagnosis" and found["schema_version"] == 1, "the JSON file says what it is")
+    check(not validate(found, SCHEMA), f"the JSON file is what the schema says: {validate(found, SCHEMA)}")
     verdict = found["verdict"]
+    check(verdict["grade"] == "A" and "region" not in verdict and verdict["related"] == [], "a name has grade A, and no region")
     check(verdict["word"] == "named" and [c["effect"] for c in verdict["causes"]] == ["E_gradient"],
           f"the gradient of E is named, not {verdict['sentence']}")
     effects = {e["name"]: e for e in found["effects"]}
@@ -63,6 +69,23 @@ def test_name(case):
     value = {p["name"]: p["value"] for p in found["extended"]["parameters"]}["E_gradient"]
     check(abs(value + 1.2) < 0.25, f"the gradient is that of the generator, -1.2, not {value}")
     check("E_gradient" in (case.folder / "diagnosis_extended.ini").read_text(), "the extended wing has it")
+
+
+def test_few(case):
+    """Fewer heights than unknowns: a plan is made, and a diagnosis says that it cannot test anything."""
+    synthesise(case, loads=CASE["loads"][1:2], spacing=2e-3, protocol={"levels": [1]})
+    (case.folder / "diagnose.ini").write_text(INPUT.format(wing=CASE["wing"]).replace("joint:C_Sc, joint:R4+5_r-m", "joint:*"))
+    plan = case.run("diagnose.ini", "--plan", code=EXIT_OK)
+    done = case.run("diagnose.ini", code=EXIT_INSUFFICIENT)
+    for name in "diagnosis_plan", "diagnosis":
+        found = json.loads((case.folder / f"{name}.json").read_text())
+        check(not validate(found, SCHEMA), f"{name}.json is what the schema says: {validate(found, SCHEMA)}")
+        words = {effect["name"]: effect["status"] for effect in found["effects"]}
+        check(words["creep"] == "not_testable", "every entry of the catalogue is told")
+    check(found["verdict"]["grade"] == "" and "too few" in done.out, done.out)
+    planned = json.loads((case.folder / "diagnosis_plan.json").read_text())["effects"]
+    told = [e for e in planned if e["status"] == "tested"]
+    check(told and all(e["name"] in plan.out and e["detectable"] > 0 for e in told), "the plan is the one on the terminal")
 
 
 def test_mistakes(case):

@@ -22,6 +22,7 @@ DIAGNOSIS = {
     "schema": "flusi-msm diagnosis", "schema_version": 1, "program": "msm_diagnose", "seed": 1,
     "wing": str(SOURCE / "wings/calliphora_small.h5"), "measurement": "bending.h5",
     "verdict": {"word": "named", "sentence": "a wing that changed", "probability": 0.9999, "global_p": 1e-8, "snr": 7.0,
+                "grade": "A",
                 "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0]}],
                 "set": ["drift"]},
     "noise": {"warning": ""}, "questions": [], "next_measurements": [], "effects": [EFFECT],
@@ -61,6 +62,7 @@ class Report(unittest.TestCase):
         self.assertIn("0.001 to 0.003", text)
         self.assertEqual(sorted(p.name for p in (self.folder / "pictures").iterdir()),
                          [f"diagnosis_{n}.png" for n in ("evidence", "folds", "residuals", "unknown")])
+        self.assertIn("Grade A: one answer", text)
         self.assertNotIn("in flight", text)
 
     def test_flight(self):
@@ -82,6 +84,23 @@ class Report(unittest.TestCase):
         self.assertIn("The model is adequate", text)
         self.assertEqual(text.count("data:image/png;base64,"), 3)
         self.assertNotIn("It dried.</p>", text)
+
+    def test_unknown(self):
+        """An unknown cause has its region and what is related to it; sentences of causes that are not sufficient are left
+        out."""
+        region = {"of": "stiffness", "form": "one_place", "level": 0.9, "cell_m": 5e-4,
+                  "parts": [{"centre_m": [0.0042, -0.0011], "radius_m": 0.0011, "share": 0.93,
+                             "places_m": [[0.004, -0.001], [0.0045, -0.0012]]}]}
+        related = [{"effect": "drift", "name": "a wing that <changed>", "explained": 0.41}]
+        verdict = {**DIAGNOSIS["verdict"], "word": "unknown_cause", "set": [], "grade": "", "related": related}
+        text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**verdict, "region": region}})
+        self.assertIn("around (4.2, -1.1) mm, radius 1.1 mm (93 %)", text)
+        self.assertIn("not sufficient: a wing that &lt;changed&gt; (41 % of the misfit)", text)
+        self.assertNotIn("It dried.</p>", text)
+        self.assertNotIn("Grade", text)
+        self.assertIn("thick edges", text)
+        text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**verdict, "region": {**region, "form": "field", "parts": []}}})
+        self.assertIn("no place stands out", text)
 
 
 if __name__ == "__main__":
