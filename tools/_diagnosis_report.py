@@ -54,7 +54,8 @@ def unknown_html(verdict):
     """Where an unknown cause is, and what comes nearest to it; '' for other verdicts."""
     text, region = "", verdict.get("region")
     if region:
-        what = {"stiffness": "a stiffness that differs", "force": "further forces"}[region["of"]]
+        what = {"stiffness": "a stiffness that differs", "force": "further forces",
+                "veins": "veins of another stiffness"}[region["of"]]
         parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
                  f"({share(p['share'])})" for p in region["parts"]]
         text = f"<p>As {what}, it would be " + ("at one place, with these probabilities: " if region["form"] == "one_place"

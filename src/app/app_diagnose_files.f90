@@ -13,7 +13,7 @@ module app_diagnose_files
   use diagnosis_decision, only: verdict_word
   use diagnosis_engine, only: diagnosis_t
   use diagnosis_wing_quantities, only: setup_coordinates, setup_params, setup_t
-  use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
   use solid_params, only: solid_params_t
@@ -115,7 +115,6 @@ contains
     type(wing_simulator_t), intent(in) :: simulator
     type(diagnosis_t), intent(in) :: d
     type(failure_t), intent(inout) :: failure
-    character(*), parameter :: NAMES(3) = [character(9) :: 'stiffness', 'force', 'veins']
     real(rp), allocatable :: rows(:, :), mean(:), sd(:)
     integer :: f, k
     if (.not. allocated(d%z)) return
@@ -126,7 +125,7 @@ contains
       do k = 1, size(mean)
         rows(:, k) = [simulator%pattern_place(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
       end do
-      call put_table(file, '/unknown/'//trim(NAMES(f)), rows, 'x y mean sd', failure)
+      call put_table(file, '/unknown/'//trim(FAMILY_NAMES(f)), rows, 'x y mean sd', failure)
       deallocate (rows)
     end do
   end subroutine write_unknown

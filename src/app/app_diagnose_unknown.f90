@@ -8,7 +8,7 @@ module app_diagnose_unknown
   use diagnosis_decision, only: VERDICT_UNKNOWN
   use diagnosis_engine, only: diagnosis_t
   use diagnosis_region, only: find_region, find_related, region_t, related_t, REGION_LEVEL
-  use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
   use io_json, only: json_t
   implicit none
   private
@@ -79,7 +79,7 @@ contains
     call json%close()
     if (.not. unknown%region%is_found) return
     call json%open_object('region')
-    call json%put('of', trim(merge('stiffness', 'force    ', unknown%region%family == 1)))
+    call json%put('of', trim(FAMILY_NAMES(unknown%region%family)))
     call json%put('form', trim(merge('one_place', 'field    ', unknown%region%is_one_place)))
     call json%put('level', REGION_LEVEL)
     call json%put('cell_m', unknown%cell)

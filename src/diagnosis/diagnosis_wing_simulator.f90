@@ -25,6 +25,7 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
+  character(*), parameter, public :: FAMILY_NAMES(3) = [character(9) :: 'stiffness', 'force', 'veins'] !< of unknown causes
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
   type, extends(simulator_t) :: wing_simulator_t
