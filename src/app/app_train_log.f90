@@ -117,7 +117,8 @@ contains
     if (.not. is_due(self, now)) return
     estimate = ''
     if (done > 0) estimate = '  all end in about '//duration((now - begun)*(n - done)/done)
-    write (line, '(2(a,i0),a,i9,a)') 'interval ', done + 1, ' of ', n, ', '//name//'  evaluations', evaluations, estimate
+    write (line, '(2(a,i0),a,i9,a)') &
+      'interval ', done + 1, ' of ', n, ', '//name//'  evaluations', evaluations, estimate
     call show(self, trim(line), now)
   end subroutine log_interval_progress
 

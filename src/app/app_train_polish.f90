@@ -260,7 +260,8 @@ contains
     trained%reason = report%reason
     trained%path = path
     trained%is_polished = report%is_converged .or. report%n_accepted > 0
-    call log%say('polish    '//counted(report%n_evaluations, 'evaluation')//', '//counted(count_stages(path), 'stage')// &
+    call log%say('polish    '//counted(report%n_evaluations, 'evaluation')//', '// &
+                 counted(count_stages(path), 'stage')// &
                  trim(merge(', all cold; ', ';           ', trained%is_cold))//' '//report%reason)
     if (.not. trained%is_polished) return
     trained%coordinates = report%p

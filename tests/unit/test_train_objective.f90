@@ -241,6 +241,7 @@ contains
     type(fit_options_t) :: options
     type(fit_report_t) :: report
     real(rp), allocatable :: path(:, :)
+    real(rp) :: start(2)
     integer :: i, n_begun
     call problem%init(experiment)
     problem%crew => crew
@@ -248,8 +249,8 @@ contains
     n_begun = 0
     do i = 1, N_STARTS
       problem%is_start = .false.
-      call fit_by_continuation(problem, unknowns, coordinates(random_uniforms(6_i8, 1_i8, int(i, i8))), options, .true., &
-                               report, path)
+      start = coordinates(random_uniforms(6_i8, 1_i8, int(i, i8)))
+      call fit_by_continuation(problem, unknowns, start, options, .true., report, path)
       if (size(path, 2) == 0) cycle ! the start itself failed
       n_begun = n_begun + 1
       has_ended = has_ended .and. report%is_converged
