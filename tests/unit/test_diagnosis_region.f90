@@ -91,7 +91,8 @@ contains
       call test%check('parts come in the order of their shares, which add up to 1 at most', &
                       region%n_parts == maxval(region%part) .and. sum(region%share) < 1 + 1.0e-12_rp .and. &
                       sum(region%share, mask=region%part == 1) >= sum(region%share, mask=region%part == region%n_parts))
-      call test%check('parts are connected, and apart from each other', are_parts(region, beam%pattern_place(:, family%patterns)))
+      call test%check('parts are connected, and apart from each other', &
+                      are_parts(region, beam%pattern_place(:, family%patterns)))
     end associate
   end subroutine test_field
 
