@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 
+from _blind_calibration import fortran_of, table_of as calibration_table, try_on_even
 from _blind_ledger import dump, read, write
 from _blind_scores import Case, confusion_of, scores_of
 
@@ -107,8 +108,9 @@ def costs(cases):
     return "\n".join(lines)
 
 
-def print_report(study, folder, count, figure=None):
-    """Prints everything, the machine-readable line last; scores.json beside the verdicts has all of it."""
+def print_report(study, folder, count, figure=None, map_file=None):
+    """Prints everything, the machine-readable line last; scores.json beside the verdicts has all of it. The map of
+    probabilities goes to `map_file`."""
     cases, records, oracles = collect(study, folder, count)
     if not cases:
         print(f"{folder}: no verdicts")
@@ -127,6 +129,11 @@ def print_report(study, folder, count, figure=None):
     if fraction is not None:
         print(f"  gain on locations left out over that of the true cause, SNR >= 8: {100 * fraction:.1f} % of {n} cases "
               f"({100 * ends[0]:.1f} to {100 * ends[1]:.1f}; bar 90)")
+    tried = try_on_even(cases)
+    print(calibration_table(tried))
+    if map_file:
+        map_file.write_text(fortran_of(tried, {"seed": study.seed, "cases": len(cases),
+                                               "program": folder.name.removeprefix("verdicts-")}))
     for case in cases:
         if case.names_wrongly():
             print(f"  wrong name in {case.name}: {case.sets} for {[c['name'] for c in case.causes] or 'nothing'}, "
@@ -137,7 +144,8 @@ def print_report(study, folder, count, figure=None):
     print(costs(cases))
     whole = scores["all"]
     result = {**{key: whole["shares"][key]["value"] for key in KEYS}, "ece": whole["ece"], "gain_fraction_snr8": fraction,
-              "interval_coverage": whole["interval_coverage"]}
+              "interval_coverage": whole["interval_coverage"], "ece_raw_even": tried["ece_raw"],
+              "ece_mapped_even": tried["ece_mapped"]}
     rows, columns, counts = confusion_of(cases)
     write(folder / "scores.json", dump({**result, "cases": len(cases), "gain_95": ends, "gain_cases": n, "failed": failed,
                                         "scores": scores, "confusion": {"rows": rows, "columns": columns,

@@ -53,6 +53,8 @@ class Case:
             self.sets = [sorted({same.get(n, n) for n in names}) for names in raw]
             self.only_same = [len(names) > 1 and len(one) == 1 for names, one in zip(raw, self.sets)]
             self.probability = None if verdict.get("probability") is None else float(verdict["probability"])
+            raw = verdict.get("probability_raw", self.probability)
+            self.raw = None if raw is None else float(raw)
             self.intervals = dict(verdict.get("intervals") or {})
             self.gain = verdict.get("gain") or None
         except (KeyError, TypeError, ValueError, AttributeError):
@@ -120,12 +122,12 @@ def shares_of(cases):
     return result
 
 
-def calibration_error(cases):
+def calibration_error(cases, stated=lambda case: case.probability):
     """Expected calibration error over bins of the stated probability, with the Brier score; None without any."""
-    chosen = [case for case in cases if case.probability is not None]
+    chosen = [case for case in cases if stated(case) is not None]
     if not chosen:
         return None, None
-    p = np.array([case.probability for case in chosen])
+    p = np.array([stated(case) for case in chosen])
     right = np.array([case.is_right() for case in chosen], float)
     place = np.minimum((p * BINS).astype(int), BINS - 1)
     error = sum(abs(p[place == b].sum() - right[place == b].sum()) for b in range(BINS)) / len(p)

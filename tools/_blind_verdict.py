@@ -14,6 +14,7 @@ def flat_verdict(data):
     if verdict.get("is_together"):  # not a choice: each of them, with the others
         named["consistent_with_set"] = named["named"]
     flat = {"verdict": verdict["word"], "probability": verdict["probability"],
+            "probability_raw": verdict.get("probability_raw", verdict["probability"]),
             "causes": named.get(verdict["word"], []),
             "catalogue": [effect["name"] for effect in data["effects"] if effect["status"] != "not_testable"],
             "intervals": {}, "folds": {}}

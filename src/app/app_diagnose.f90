@@ -4,6 +4,7 @@ module app_diagnose
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use app_diagnose_band, only: mesh_band_t
   use app_diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
+  use app_diagnose_draws, only: draws_file_t
   use app_diagnose_files, only: write_fragments, write_maps
   use app_diagnose_json, only: write_diagnosis_json
   use app_diagnose_next, only: next_t, rank_loads, rank_places, write_next
@@ -92,13 +93,15 @@ contains
     type(zeros_t) :: zeros
     type(unknown_t) :: unknown
     type(question_t), allocatable :: questions(:)
+    type(draws_file_t) :: store
+    store%path = self%settings%draws_path
     if (command%action == DIAGNOSE_PLAN) then
-      call print_plan(output_unit, self%settings, self%simulator, self%failure)
+      call print_plan(output_unit, self%settings, self%simulator, self%failure, store)
       if (self%failure%failed) self%code = EXIT_NUMERICAL
       return
     end if
     if (self%has_band) call self%band%find(self%settings, self%simulator)
-    call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure)
+    call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, store)
     if (self%failure%failed) then
       self%code = EXIT_NUMERICAL
       return

@@ -9,6 +9,7 @@ module app_diagnose_plan
   use base_kinds, only: rp
   use base_text_file, only: write_text
   use diagnosis_calibration, only: calibration_t, find_detectable
+  use diagnosis_calibration_store, only: calibrate, calibration_store_t
   use diagnosis_decision, only: LEVEL
   use diagnosis_design, only: build_design, design_t
   use diagnosis_wing_simulator, only: wing_simulator_t
@@ -29,12 +30,13 @@ module app_diagnose_plan
 contains
 
   !> The smallest strength of every effect that the loads would show with a probability of 90 %, from tangents at the
-  !> wing as [Wing] has it. On rank 0; the others serve.
-  subroutine print_plan(unit, s, simulator, failure)
+  !> wing as [Wing] has it. On rank 0; the others serve. `store` keeps what is drawn.
+  subroutine print_plan(unit, s, simulator, failure, store)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(failure_t), intent(out) :: failure
+    class(calibration_store_t), intent(inout), optional :: store
     type(design_t) :: design
     type(calibration_t) :: calibration
     real(rp), allocatable :: snr(:)
@@ -42,7 +44,7 @@ contains
     integer :: e
     call build_design(simulator, simulator%null_point(), design, failure)
     if (failure%failed) return
-    call calibration%init(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed)
+    call calibrate(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed, calibration, store)
     call find_detectable(design, calibration, size(s%catalogue%effects), LEVEL, snr)
     write (unit, '(a)') &
       'effect                parameter          found with 90 % from  at                          '// &

@@ -52,6 +52,7 @@ module app_diagnose_settings
     type(wing_t) :: file_wing               !< as in the file and the input, where `setup` has the finer one
     type(solid_params_t) :: file_asked
     character(:), allocatable :: name       !< first part of the names of the files to write
+    character(:), allocatable :: draws_path !< of the file with the null distribution; empty: it is not kept
   end type diagnose_settings_t
 
 contains
@@ -83,6 +84,11 @@ contains
       else
         if (real_path(s%measurement_path) == real_path(s%name//'.h5')) &
           call s%config%complain(errors, 'Saving', 'name', s%name//'.h5 is the measurement and would be overwritten')
+        if (s%draws_path /= '') then
+          if (real_path(s%measurement_path) == real_path(s%draws_path)) &
+            call s%config%complain(errors, 'Saving', 'draws', &
+                                   s%draws_path//' is the measurement and would be overwritten')
+        end if
         call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
       end if
     end if
@@ -129,6 +135,9 @@ contains
       s%name = c%get_text('Saving', 'name')
       if (s%name == '') call c%complain(errors, 'Saving', 'name', 'must be the first part of names of files')
       call check_name(c, s%name, errors)
+      s%draws_path = c%get_text('Saving', 'draws')
+      if (s%draws_path == '') s%draws_path = s%name//'_draws.h5'
+      if (s%draws_path == 'none') s%draws_path = ''
     end associate
   end subroutine read_options
 

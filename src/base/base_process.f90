@@ -5,7 +5,7 @@ module base_process
   use base_kinds, only: rp, i8
   implicit none
   private
-  public :: exit_with, is_terminal, environment_value, wall_seconds, epoch_seconds, launched_rank
+  public :: exit_with, is_terminal, environment_value, wall_seconds, epoch_seconds, launched_rank, process_id
 
   interface
     subroutine c_exit(code) bind(c, name='exit')
@@ -18,6 +18,11 @@ module base_process
       integer(c_int), value :: descriptor
       integer(c_int) :: yes
     end function c_isatty
+
+    function c_getpid() result(id) bind(c, name='getpid')
+      import :: c_int
+      integer(c_int) :: id
+    end function c_getpid
 
     function c_time(ignored) result(seconds) bind(c, name='time')
       use, intrinsic :: iso_c_binding, only: c_long, c_ptr
@@ -33,6 +38,11 @@ contains
     integer, intent(in) :: code
     call c_exit(int(code, c_int))
   end subroutine exit_with
+
+  !> The number of this process on its machine.
+  integer function process_id()
+    process_id = int(c_getpid())
+  end function process_id
 
   !> Whether somebody watches: standard output is a terminal, and standard error too, because launchers
   !> put a pseudo-terminal behind the output of batch jobs.

@@ -39,6 +39,7 @@ module diagnosis_calibration
     real(rp) :: n_combined = 1               !< independent tests that the whole is worth
   contains
     procedure :: init => calibration_init
+    procedure :: is_of => calibration_is_of
     procedure :: log_p_effect => calibration_log_p_effect
     procedure :: log_p_unknown => calibration_log_p_unknown
     procedure :: log_p_global => calibration_log_p_global
@@ -128,6 +129,41 @@ contains
     call sort_reals(self%combined)
     self%n_combined = independent_tests(self%combined(max(1, nint(0.02_rp*n_draws))), 0.02_rp)
   end subroutine calibration_init
+
+  !> Whether these are the draws that `init` would make: their numbers are right, and what the first few draws give is
+  !> among them to the last bit.
+  logical function calibration_is_of(self, design, n_effects, is_scale_known, n_draws, seed) result(is_it)
+    class(calibration_t), intent(in) :: self
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: n_effects, n_draws
+    logical, intent(in) :: is_scale_known
+    integer(i8), intent(in) :: seed
+    integer, parameter :: TRIED = 10
+    type(statistics_t) :: statistics
+    integer :: d, f
+    is_it = self%n_draws == n_draws .and. (self%is_scale_known .eqv. is_scale_known)
+    is_it = is_it .and. allocated(self%n_tests) .and. allocated(self%unknown) .and. allocated(self%combined)
+    if (.not. is_it) return
+    is_it = size(self%n_tests) == n_effects .and. size(self%combined) == n_draws .and. &
+            all(shape(self%unknown) == [n_draws, size(design%families)])
+    if (.not. is_it) return
+    do d = 1, min(TRIED, n_draws)
+      call draw_null(design, is_scale_known, n_effects, seed, d, statistics)
+      do f = 1, size(design%families)
+        is_it = is_it .and. has(self%unknown(:, f), statistics%unknown(f))
+      end do
+      is_it = is_it .and. has(self%combined, self%combine(statistics%effect, statistics%unknown))
+    end do
+  end function calibration_is_of
+
+  !> Whether x is one of the numbers of the sorted list.
+  pure logical function has(sorted, x)
+    real(rp), intent(in) :: sorted(:), x
+    integer :: n
+    n = count_above(sorted, x)
+    has = n > 0
+    if (has) has = sorted(size(sorted) + 1 - n) <= x
+  end function has
 
   !> Statistics of draw number d if the baseline is true.
   subroutine draw_null(design, is_scale_known, n_effects, seed, d, statistics)

@@ -5,6 +5,7 @@ module diagnosis_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use diagnosis_calibration, only: calibration_t, find_detectable, find_statistics, statistics_t
+  use diagnosis_calibration_store, only: calibrate, calibration_store_t
   use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, &
                                 VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
@@ -72,13 +73,14 @@ module diagnosis_engine
 
 contains
 
-  !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit.
-  subroutine run_diagnosis(simulator, starts, options, d, failure)
+  !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn.
+  subroutine run_diagnosis(simulator, starts, options, d, failure, store)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(out), target :: d
     type(failure_t), intent(out) :: failure
+    class(calibration_store_t), intent(inout), optional :: store
     integer :: n_effects
     real(rp), allocatable :: again(:), best(:, :)
     logical :: is_scale_known, has_finer, is_new
@@ -103,7 +105,7 @@ contains
       allocate (d%decision%causes(0), d%decision%set(0))
       return
     end if
-    call d%calibration%init(d%design, n_effects, is_scale_known, options%n_draws, options%seed)
+    call calibrate(d%design, n_effects, is_scale_known, options%n_draws, options%seed, d%calibration, store)
     call find_detectable(d%design, d%calibration, n_effects, LEVEL, d%detectable_snr)
     call judge(simulator, options, is_scale_known, d, failure)
     if (failure%failed) return

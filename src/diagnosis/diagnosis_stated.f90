@@ -15,8 +15,7 @@ contains
   pure real(rp) function stated_probability(code, p) result(stated)
     integer, intent(in) :: code
     real(rp), intent(in) :: p
-    integer :: i
-stated = follow_knots(pack(RAW, [(VERDICT(i) == code, i=1, KNOTS)]), pack(RIGHT, [(VERDICT(i) == code, i=1, KNOTS)]), p)
+    stated = follow_knots(pack(RAW, VERDICT == code), pack(RIGHT, VERDICT == code), p)
   end function stated_probability
 
   !> Straight lines between the points (x, y), x ascending, and beyond them the last value; p itself without points.

@@ -134,8 +134,11 @@ def compare(case, place, effect, stiffness=None, hidden=None):
     whole, part = diagnose(case, "all.h5", "whole", "yes"), diagnose(case, "left.h5", "part", "no")
     # Scans at equal intervals: order and time are the same.
     causes = [[c["effect"].replace("drift_in_time", "drift") for c in found["verdict"]["causes"]] for found in (whole, part)]
-    check(causes[0] == causes[1], f"both measurements tell the same: {causes}")
-    check(effect in causes[0] + whole["verdict"]["set"], whole["verdict"]["sentence"])
+    if effect:
+        check(causes[0] == causes[1], f"both measurements tell the same: {causes}")
+        check(effect in causes[0] + whole["verdict"]["set"], whole["verdict"]["sentence"])
+    else:
+        check(whole["verdict"]["word"] == part["verdict"]["word"] == "unknown_cause", whole["verdict"]["sentence"])
     programs = {"msm_train": squares_of_training, "flusi": squares_of_shapes}
     if hidden:
         del programs["flusi"]
@@ -150,10 +153,12 @@ def compare(case, place, effect, stiffness=None, hidden=None):
     print(f"{effect}: sum of squares at the place left out, in um^2: baseline, extended")
     for title, row in sums.items():
         print(f"  {title:14} {1e12 * row['baseline']:12.3f} {1e12 * row['extended']:12.3f}")
-    check(gain > 0.1 * told["baseline"], "the extended wing predicts better")
+    check(not effect or gain > 0.1 * told["baseline"], "the extended wing predicts better")
     for name in told:
         trained = sums["msm_train"][name]
-        check(abs(trained - told[name]) <= FITS * gain, f"{name}: msm_train finds what was reported")
+        if effect or name == "baseline":  # two measurements need not have the same nearest relative of an unknown cause
+            check(abs(trained - told[name]) <= FITS * (gain if effect else told["baseline"]),
+                  f"{name}: msm_train finds what was reported")
         if not hidden:
             check(abs(sums["flusi"][name] - trained) <= PROGRAMS * trained, f"{name}: flusi finds what msm_train finds")
 
@@ -180,6 +185,18 @@ def test_drift(case):
 
 def test_force(case):
     compare(case, 3, "force_offset", hidden={"force_offset": 2.0e-5})
+
+
+def test_force_gain(case):
+    """A set. What is extended is its leader, whichever it is: the members of the set do the same to the data, so that each
+    predicts what was left out; a leader of the measurement is no property of the wing, and flusi is then left out."""
+    compare(case, 3, "force_gain", hidden={"force_gain": 1.3})
+
+
+def test_wave(case):
+    """An unknown cause: nothing is claimed, and what was fitted with its nearest relative is not named. The baseline, and what
+    was written as the extended wing, still rerun and give what was reported for the place left out."""
+    compare(case, 3, None, {"E_wave": ["R4+5", 0.9, 0.0025]})
 
 
 main(globals())

@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """msm_diagnose as a user meets it: a hidden change of stiffness along the span is named from data of other mechanics, the
 same on one and on two ranks; the files can be used and are those of docs/diagnosis.schema.json, also of a plan and where
-there are too few data; mistakes are said.
+there are too few data; the diagnosed wing flies, and the report says what the cause changes; draws are kept; mistakes are
+said.
 
-usage: msm_diagnose.py <msm_diagnose> <h5dump>
+usage: msm_diagnose.py <msm_diagnose> <h5dump> <flusi> [tests]
 """
 import json
+import re
+import shutil
 import subprocess
 import sys
 
-from whole_program import EXIT_OK, SOURCE, check, main
+from whole_program import EXIT_OK, SOURCE, Case, check, main
 
 sys.path.insert(0, str(SOURCE / "tests" / "support"))
 from json_schema import validate  # noqa: E402
@@ -36,6 +39,9 @@ refits = 2;
 validation = no;
 intervals = no;
 """
+FLUSI = sys.argv.pop(3)
+# ini/diagnose-flight.ini with one wing, one beat and a grid that is too coarse for physics.
+COARSE = {"nx": 32, "ny": 32, "nz": 16, "Tmax": 1.0, "CFL": 0.9, "eps": 1.0e-2, "sponge_thickness": 4}
 EXIT_NAMED, EXIT_USER, EXIT_INSUFFICIENT = 10, 2, 20
 SCHEMA = SOURCE / "docs/diagnosis.schema.json"
 
@@ -50,11 +56,13 @@ def synthesise(case, **changes):
 def test_name(case):
     """One verdict on any number of ranks, and files that tell it."""
     synthesise(case)
-    texts = []
+    texts, kept = [], []
     for ranks in 1, 2:
         done = case.run("diagnose.ini", ranks=ranks, code=EXIT_NAMED, timeout=300)
         check(len(done.out.splitlines()) <= 15, "at most 15 lines on the terminal")
         texts.append((case.folder / "diagnosis.json").read_text())
+        kept.append((case.folder / "diagnosis_draws.h5").stat().st_ino)
+    check(kept[0] == kept[1], "two ranks use what one has drawn")
     check(texts[0] == texts[1], "the JSON file is the same to the byte on one and on two ranks")
     found = json.loads(texts[0])
     check(not validate(found, SCHEMA), f"the JSON file is what the schema says: {validate(found, SCHEMA)}")
@@ -69,6 +77,79 @@ def test_name(case):
     value = {p["name"]: p["value"] for p in found["extended"]["parameters"]}["E_gradient"]
     check(abs(value + 1.2) < 0.25, f"the gradient is that of the generator, -1.2, not {value}")
     check("E_gradient" in (case.folder / "diagnosis_extended.ini").read_text(), "the extended wing has it")
+    fly(case)
+
+
+def keep_draws(case, *arguments):
+    """Draws that are damaged, of other data, or not there give the same result as those that were kept, and are whole again;
+    those that were kept are not written again."""
+    draws, result = case.folder / "diagnosis_draws.h5", case.folder / "diagnosis_plan.json"
+    text, good, kept = result.read_text(), draws.read_bytes(), draws.stat()
+    case.run(*arguments, code=EXIT_OK)
+    check(draws.stat().st_ino == kept.st_ino and result.read_text() == text, "the same draws are not written again")
+    middle = len(good) // 2
+    damaged = good[:middle] + bytes(255 - x for x in good[middle:middle + 64]) + good[middle + 64:]
+    for what, content in {"cut off": good[:middle], "a text": b"draws", "damaged": damaged}.items():
+        draws.write_bytes(content)
+        case.run(*arguments, code=EXIT_OK)
+        check(result.read_text() == text, f"{what}: the result is the same")
+        check(len(draws.read_bytes()) == len(good) and draws.read_bytes() != content, f"{what}: the file is whole again")
+    ini = case.folder / arguments[0]
+    other = ini.read_text().replace("draws = 1000", "draws = 999")
+    ini.write_text(other)
+    case.run(*arguments, code=EXIT_OK)
+    check(len(draws.read_bytes()) < len(good), "other draws take their place")
+    alone = result.read_text()
+    ini.write_text(other + "[Saving]\ndraws = none;\n")
+    draws.unlink()
+    case.run(*arguments, code=EXIT_OK)
+    check(result.read_text() == alone, "without a file the result is the same")
+    check(not [name for name in case.files() if "draws" in name], f"nothing is left: {case.files()}")
+
+
+def coarse_flight():
+    text = (SOURCE / "ini/diagnose-flight.ini").read_text()
+    text = re.sub(r"from_file::", f"from_file::{SOURCE}/ini/", text)
+    text = re.sub(r"^file = \.\./", f"file = {SOURCE}/", text, flags=re.M)
+    text = re.sub(r"^(FlappingMotion_right|x_pivot_r) .*\n", "", text, flags=re.M)
+    text = text.replace("wings = flexible;", "wings = flexible;\nRightWing = no;")
+    for key, value in COARSE.items():
+        text, found = re.subn(rf"^{key} = [^;]*", f"{key} = {value}", text, flags=re.M)
+        check(found == 1, f"ini/diagnose-flight.ini has {key}")
+    return text
+
+
+def mean(run, file, column):
+    """Time average over the beat by the trapezoidal rule."""
+    series = run.series(file)
+    names = re.split(r"\s{2,}", series.header[0].lstrip("% "))
+    number = next(i for i, name in enumerate(names) if name.split("[")[0].strip() == column)
+    rows = [(row[0], row[number]) for row in series.rows if row[0] <= 1]
+    check(rows[0][0] == 0 and rows[-1][0] == 1, f"{file} covers the beat")
+    return sum((b[0] - a[0]) * (a[1] + b[1]) / 2 for a, b in zip(rows, rows[1:]))
+
+
+def fly(case):
+    """Both wings fly a beat, and the report of the diagnosis tells by how much lift, drag and power change: the same as the
+    means here, rounded to 0.1 %."""
+    means = {}
+    for name in "baseline", "extended":
+        run = Case(FLUSI, case.h5dump, case.folder / name)
+        shutil.copy(case.folder / f"diagnosis_{name}.ini", run.folder / "tested.ini")
+        run.write("flight.ini", coarse_flight())
+        run.run("flight.ini", timeout=300)
+        lift, drag = (mean(run, "forces.t", f"F{axis}") + mean(run, "forces.t", f"F{axis} unsteady") for axis in "zx")
+        means[name] = lift, drag, mean(run, "aero_power.t", "aerodynamic power")
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_diagnosis.py", "diagnosis.json", "--flight", "baseline",
+                    "extended"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
+    told = re.search(r"mean lift by ([-+.\d]+) %, the mean drag by ([-+.\d]+) % and the mean aerodynamic power by ([-+.\d]+) %",
+                     (case.folder / "report.html").read_text())
+    check(told, "the report tells what changes")
+    for number, quantity in enumerate(("lift", "drag", "power")):
+        change = 100 * (means["extended"][number] / means["baseline"][number] - 1)
+        print(f"    {quantity}: {change:+.2f} % by the series, {told[number + 1]} % by the report", flush=True)
+        check(abs(float(told[number + 1]) - change) <= 0.0501, f"the change of the {quantity}")
+        check(abs(change) > 1e-4, f"the cause changes the {quantity}")
 
 
 def test_few(case):
@@ -86,6 +167,7 @@ def test_few(case):
     planned = json.loads((case.folder / "diagnosis_plan.json").read_text())["effects"]
     told = [e for e in planned if e["status"] == "tested"]
     check(told and all(e["name"] in plan.out and e["detectable"] > 0 for e in told), "the plan is the one on the terminal")
+    keep_draws(case, "diagnose.ini", "--plan")
 
 
 def test_mistakes(case):

@@ -76,7 +76,7 @@ contains
   subroutine test_field()
     type(region_t) :: region
     real(rp) :: z(design%k), place
-    integer :: i
+    integer :: i, n
     logical :: has(2)
     associate (family => design%families(1))
       z = 40*(family%alone(:, findloc_of(family%shown, 2)) - family%alone(:, findloc_of(family%shown, 8)))
@@ -91,7 +91,15 @@ contains
       call test%check('parts come in the order of their shares, which add up to 1 at most', &
                       region%n_parts == maxval(region%part) .and. sum(region%share) < 1 + 1.0e-12_rp .and. &
                       sum(region%share, mask=region%part == 1) >= sum(region%share, mask=region%part == region%n_parts))
-      call test%check('parts are connected, and apart from each other', are_parts(region, beam%pattern_place(:, family%patterns)))
+      call test%check('parts are connected, and apart from each other', &
+                      are_parts(region, beam%pattern_place(:, family%patterns)))
+      call find_region(design, z, beam%pattern_place, 10*DISTANCE, region)
+      call test%check('with neighbours as far as the wing is long there is one part', region%n_parts == 1)
+      call find_region(design, z, beam%pattern_place, 0.1_rp*DISTANCE, region)
+      n = count([(all(abs(beam%pattern_place(1, family%patterns(region%pattern(i))) - &
+                          beam%pattern_place(1, family%patterns(region%pattern(:i - 1)))) > 0.01_rp), &
+                  i=1, size(region%pattern))])
+      call test%check('and without neighbours every place is a part', region%n_parts == n .and. n > 1)
     end associate
   end subroutine test_field
 
