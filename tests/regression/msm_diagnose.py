@@ -89,7 +89,7 @@ def keep_draws(case, *arguments):
     check(draws.stat().st_ino == kept.st_ino and result.read_text() == text, "the same draws are not written again")
     middle = len(good) // 2
     damaged = good[:middle] + bytes(255 - x for x in good[middle:middle + 64]) + good[middle + 64:]
-    for what, content in {"cut off": good[:middle], "a text": b"draws", "damaged": damaged}.items():
+    for what, content in {"cut off": good[:middle], "damaged": damaged}.items():
         draws.write_bytes(content)
         case.run(*arguments, code=EXIT_OK)
         check(result.read_text() == text, f"{what}: the result is the same")
@@ -105,6 +105,20 @@ def keep_draws(case, *arguments):
     case.run(*arguments, code=EXIT_OK)
     check(result.read_text() == alone, "without a file the result is the same")
     check(not [name for name in case.files() if "draws" in name], f"nothing is left: {case.files()}")
+
+
+def share_draws(case, ini, *arguments):
+    """Three programs that begin at once with one file leave it whole, and nothing else."""
+    text = (case.folder / ini).read_text()
+    for number in range(3):
+        case.write(f"{number}.ini", text + f"[Saving]\nname = run{number};\ndraws = shared.h5;\n")
+    running = [subprocess.Popen([case.program, f"{number}.ini", *arguments], cwd=case.folder, stdout=subprocess.DEVNULL,
+                                stderr=subprocess.DEVNULL) for number in range(3)]
+    check([program.wait(120) for program in running] == 3 * [EXIT_OK], "all three end well")
+    check([name for name in case.files() if "shared" in name] == ["shared.h5"], f"one file is left: {case.files()}")
+    written = (case.folder / "shared.h5").stat().st_ino
+    case.flusi("0.ini", *arguments)
+    check((case.folder / "shared.h5").stat().st_ino == written, "it is whole: another run uses it")
 
 
 def coarse_flight():
@@ -167,6 +181,7 @@ def test_few(case):
     planned = json.loads((case.folder / "diagnosis_plan.json").read_text())["effects"]
     told = [e for e in planned if e["status"] == "tested"]
     check(told and all(e["name"] in plan.out and e["detectable"] > 0 for e in told), "the plan is the one on the terminal")
+    share_draws(case, "diagnose.ini", "--plan")
     keep_draws(case, "diagnose.ini", "--plan")
 
 
