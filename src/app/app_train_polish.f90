@@ -338,7 +338,7 @@ contains
     do l = 1, size(problem%is_left_out)
       i = count(trained%is_left_out(l, :))
       if (i > 0) call log%say('warning   the shape under '//settings%experiment%measurement%loads(l)%name// &
-                              ' jumps: '//number_text(i)//' of the intervals are from the other loads')
+                              ' jumps: it is left out of '//counted(i, 'interval'))
     end do
   end subroutine find_intervals
 

@@ -110,7 +110,7 @@ contains
       if (evaluation%is_feasible()) exit
     end do
     call require(evaluation%is_feasible(), 'write_twin: an equilibrium under load '//number_text(l))
-    if (t > 1) write (output_unit, '(a,es7.0,a)') m%loads(l)%name//' is solved to', TOLERANCES(t), ' of the load'
+    if (t > 1) write (output_unit, '(a,es8.1,a)') m%loads(l)%name//' is solved to', TOLERANCES(t), ' of the load'
     associate (comparison => experiment%comparisons(l))
       do k = 1, comparison%n_heights
         m%loads(l)%height(comparison%node(1, k) + nx*(comparison%node(2, k) - 1)) = evaluation%residuals(k)
