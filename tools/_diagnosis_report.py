@@ -55,7 +55,7 @@ def unknown_html(verdict):
     text, region = "", verdict.get("region")
     if region:
         what = {"stiffness": "a stiffness that differs", "force": "further forces",
-                "veins": "veins of another stiffness"}[region["of"]]
+                "scans": "bent scans (shown at the places of their loads)", "veins": "veins of another stiffness"}[region["of"]]
         parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
                  f"({share(p['share'])})" for p in region["parts"]]
         text = f"<p>As {what}, it would be " + ("at one place, with these probabilities: " if region["form"] == "one_place"

@@ -63,6 +63,7 @@ module diagnosis_simulator
     integer :: n_baseline = 0                 !< parameters 1 .. n_baseline are the unknowns of the baseline
     integer :: n_nuisances = 0                !< directions of errors that are known only by their sd
     integer :: n_patterns = 0                 !< of unknown causes
+    integer :: n_alone = huge(1)              !< so many of them, the first, may also be alone such a cause
     type(labels_t) :: labels
     type(quantity_t), allocatable :: quantities(:)
     type(effect_t), allocatable :: effects(:)

@@ -25,7 +25,9 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  character(*), parameter, public :: FAMILY_NAMES(3) = [character(9) :: 'stiffness', 'force', 'veins'] !< of unknown causes
+  !> Of unknown causes: stiffness and forces around places of the wing, stiffness along the veins, errors of single scans.
+  character(*), parameter, public :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
+  integer, parameter :: N_BOWS = 4 !< smooth errors of a scan
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
   type, extends(simulator_t) :: wing_simulator_t
@@ -73,7 +75,7 @@ contains
     type(effect_t), intent(in) :: effects(:)
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
-    integer :: l, n
+    integer :: l, n, n_own
     self%experiment => experiment
     self%quantities = quantities
     self%effects = effects
@@ -81,12 +83,16 @@ contains
     self%n_baseline = n_baseline
     self%n_observations = bins%n
     n = size(patterns%place, 2)
-    self%n_patterns = 2*n
+    n_own = merge(N_BOWS, 0, any(bins%cell(1, :bins%n) > 0))
+    self%n_alone = 2*n
+    self%n_patterns = 2*n + n_own*size(experiment%loads)
     self%field = pack([(l, l=1, size(kinds))], kinds%kind == KIND_SOFT)
-    self%family = [(1, l=1, n), (2, l=1, n), (3, l=1, size(self%field))]
+    self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
+                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), &
+                                    l=1, size(experiment%loads))], &
                                   experiment%model%layout%hinge_place(:, kinds(self%field)%number)], &
-                                 [2, 2*n + size(self%field)])
+                                 [2, self%n_patterns + size(self%field)])
     call self%runner%init(experiment, wing, kinds, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%output_size())
     n = size(experiment%loads)
@@ -362,11 +368,32 @@ contains
         if (i == self%membrane) nuisances(first:first + b - 1, shared + 2) = sd(2)*outputs(at + 1:at + b, l)
         at = at + b
       end do
-      do i = 1, size(patterns, 2)
+      if (size(patterns, 2) == 0) cycle
+      do i = 1, self%n_alone
         patterns(first:first + b - 1, i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
+      if (self%n_patterns == self%n_alone) cycle
+      i = self%n_alone + N_BOWS*(l - 1)
+      call bow(self, first, first + b - 1, patterns(first:first + b - 1, i + 1:i + N_BOWS))
     end do
     nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%band
   end subroutine wing_directions
+
+  !> Smooth errors of a scan beside its tilt and height: the rig has bent, or the wing remembers. Second degree, and the
+  !> third along the wing.
+  subroutine bow(self, first, last, patterns)
+    class(wing_simulator_t), intent(in) :: self
+    integer, intent(in) :: first, last
+    real(rp), intent(out) :: patterns(:, :)
+    real(rp) :: x(last - first + 1), y(last - first + 1)
+    x = (self%bins%place(1, first:last) - self%experiment%root(1))/self%experiment%model%size
+    y = (self%bins%place(2, first:last) - self%experiment%root(2))/self%experiment%model%size
+    x = merge(x, 0.0_rp, self%bins%cell(1, first:last) > 0) ! else observed otherwise
+    y = merge(y, 0.0_rp, self%bins%cell(1, first:last) > 0)
+    patterns(:, 1) = x**2
+    patterns(:, 2) = x*y
+    patterns(:, 3) = y**2
+    patterns(:, 4) = x**3
+  end subroutine bow
 end module diagnosis_wing_simulator
