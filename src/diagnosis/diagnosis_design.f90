@@ -311,7 +311,7 @@ contains
         one%weights = transpose(vt(:i, :))/maxval(s)
         call one%strengths%init(one%scale)
         call one%strength_alone%init([1.0_rp])
-        one%shown = pack([(i, i=1, size(one%patterns))], norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s) .and. &
+      one%shown = pack([(i, i=1, size(one%patterns))], norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s) .and. &
                          one%patterns <= min(simulator%n_patterns, simulator%n_alone))
         one%alone = retained(:, one%patterns(one%shown))
         do i = 1, size(one%alone, 2)
