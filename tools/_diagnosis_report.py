@@ -55,12 +55,15 @@ def unknown_html(verdict):
     text, region = "", verdict.get("region")
     if region:
         what = {"stiffness": "a stiffness that differs", "force": "further forces",
-                "scans": "bent scans (shown at the places of their loads)", "veins": "veins of another stiffness"}[region["of"]]
+                "scans": "bent scans", "veins": "veins of another stiffness"}[region["of"]]
         parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
                  f"({share(p['share'])})" for p in region["parts"]]
         text = f"<p>As {what}, it would be " + ("at one place, with these probabilities: " if region["form"] == "one_place"
                                                 else "a field over the wing, with these shares: ") + "; ".join(parts) + ".</p>"
-        if not parts:
+        if region["of"] == "scans":
+            text = "<p>It is not on the wing: scans are bent, each in another way, as if the rig bent or the wing kept " \
+                   "something of the scan before.</p>"
+        elif not parts:
             text = f"<p>As {what}, it would be a field over the wing in which no place stands out.</p>"
     if verdict.get("related"):
         text += "<p>Related, but not sufficient: " + "; ".join(

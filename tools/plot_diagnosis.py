@@ -46,7 +46,8 @@ def read(path):
                 loads[name] = (np.asarray(table), np.ravel(table.attrs["point"]),
                                float(np.ravel(table.attrs["force"])[0]))
             for name, table in file.get("unknown", {}).items():
-                unknown[name] = np.asarray(table)
+                if name != "scans":  # errors of scans have no place on the wing
+                    unknown[name] = np.asarray(table)
     return diagnosis, loads, unknown
 
 

@@ -142,6 +142,8 @@ contains
     type(unknown_t), intent(in) :: unknown
     character(:), allocatable :: text
     real(rp) :: middle(2)
+    text = 'not on the wing: scans are bent, each in another way (the rig, or what the scan before has left)'
+    if (FAMILY_NAMES(unknown%region%family) == 'scans') return
     text = 'no place stands out'
     if (unknown%region%n_parts == 0) return
     middle = centre(unknown, 1)
