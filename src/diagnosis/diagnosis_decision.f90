@@ -5,7 +5,7 @@
 !> |---|---|
 !> | adequate | chance alone is as sure as the combined test in more than LEVEL of all experiments |
 !> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high;
-!> and were the truth an unknown cause of this strength, the name would be rejected with a probability of at least
+!> and were the truth an unknown cause of this strength, of any kind, the name would be rejected with a probability of at least
 !> POWER |
 !> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
 !> | unknown | no effects of the catalogue, up to three together, leave nothing but noise, or an unknown cause is more
@@ -14,7 +14,7 @@
 module diagnosis_decision
   use base_kinds, only: i8, rp
   use diagnosis_calibration, only: calibration_t, statistics_t
-  use diagnosis_design, only: design_t
+  use diagnosis_design, only: design_t, is_part_of
   use diagnosis_distributions, only: log_add
   use diagnosis_hypotheses, only: add_effect, expect_loss, explain, explained_t, hypotheses_t, name_power, remainder_log_p, &
                                   IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
@@ -29,7 +29,7 @@ module diagnosis_decision
   real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
-  integer, parameter :: POWER_DRAWS = 200, MOST_TOGETHER = 3, MOST_LEADERS = 8
+  integer, parameter :: POWER_DRAWS = 100, MOST_TOGETHER = 3, MOST_LEADERS = 8
 
   type :: decision_t
     integer :: verdict = VERDICT_INSUFFICIENT
@@ -258,25 +258,13 @@ contains
       least = huge(least)
       do c = 1, size(design%candidates)
         if (design%candidates(c)%effect /= order(i)) cycle
-        if (has_all_of(c, hypotheses%best(order(1)))) cycle
+        if (is_part_of(design%candidates(hypotheses%best(order(1))), design%candidates(c))) cycle ! a larger one is no rival
         call expect_loss(design, hypotheses%best(order(1)), c, z, loss, share)
         if (behind > 2*ALIAS_LOSS .and. share > ALIAS_SHARE) cycle
         least = min(least, loss)
       end do
       if (behind <= ALIAS_LOSS .or. least <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
     end do
-
-  contains
-
-    !> Whether candidate b releases what a does and more: a larger hypothesis is no rival.
-    pure logical function has_all_of(b, a)
-      integer, intent(in) :: b, a
-      integer :: k
-      associate (one => design%candidates(a)%columns, other => design%candidates(b)%columns)
-        has_all_of = size(other) > size(one) .and. all([(any(other == one(k)), k=1, size(one))])
-      end associate
-    end function has_all_of
-
   end subroutine find_set
 
   !> A name or a set, and its probability. `together` are the effects of the best explanation by several.

@@ -15,7 +15,7 @@ module diagnosis_design
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
-  public :: design_t, candidate_t, family_t, build_design
+  public :: design_t, candidate_t, family_t, build_design, is_part_of
 
   real(rp), parameter, public :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
   !> But what is so large that its remainder still has this signal-to-noise ratio for one prior sd can be seen, down to the
@@ -70,6 +70,14 @@ module diagnosis_design
   end type design_t
 
 contains
+
+  !> Whether a candidate releases a part of what another does.
+  pure logical function is_part_of(one, other)
+    type(candidate_t), intent(in) :: one, other
+    integer :: k
+    is_part_of = size(one%columns) < size(other%columns) .and. &
+                 all([(any(other%columns == one%columns(k)), k=1, size(one%columns))])
+  end function is_part_of
 
   !> The design of a simulator at q. Candidates whose data are missing, and finer variants, are left out. Fails if the
   !> simulator has no result at q. `known` is a design of the same simulator at the same q, of which only some effects,

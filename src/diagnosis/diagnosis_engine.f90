@@ -8,7 +8,7 @@ module diagnosis_engine
   use diagnosis_calibration_store, only: calibrate, calibration_store_t
   use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, &
                                 VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
-  use diagnosis_design, only: build_design, design_t
+  use diagnosis_design, only: build_design, design_t, is_part_of
   use diagnosis_exchange, only: add_finer, find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
   use diagnosis_noise_share, only: find_share
@@ -23,7 +23,6 @@ module diagnosis_engine
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
 
   real(rp), parameter :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
-
   integer, parameter :: FEWEST_REST = 30    !< degrees of freedom from which the size of the noise is estimated
 
   type :: diagnosis_options_t
@@ -165,7 +164,8 @@ contains
   end subroutine compress_at
 
   !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
-  !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much.
+  !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much; a part of
+  !> a fitted one is; and if most of the misfit is left, all are until one leaves less.
   subroutine refit_leaders(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -173,26 +173,33 @@ contains
     real(rp), parameter :: FAR = 10.0_rp ! of the log evidence
     type(refit_t) :: one
     type(explained_t) :: alone
-    real(rp) :: linear(size(d%hypotheses%effect))
+    real(rp) :: linear(size(d%hypotheses%effect)), least
     integer, allocatable :: order(:)
-    integer :: i
+    integer :: i, k
     order = rank_effects(d%hypotheses)
     linear = d%hypotheses%effect
-    do i = 1, min(options%most_refits, size(order))
-      if (.not. any(d%linear%set == order(i)) .and. linear(order(i)) < linear(order(1)) - FAR - &
-          maxval(abs(d%hypotheses%correction))) cycle
+    least = huge(least)
+    do i = 1, size(order)
       one%candidate = d%hypotheses%best(order(i))
+      if (.not. any([(is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate)), &
+                      k=1, size(d%refits))])) then
+        if (i > options%most_refits .and. least < LARGEST_SCALE) cycle
+        if (.not. any(d%linear%set == order(i)) .and. linear(order(i)) < linear(order(1)) - FAR - &
+            maxval(abs(d%hypotheses%correction))) cycle
+      end if
       call fit_extended(simulator, options, d, [one%candidate], one%found)
       if (.not. one%found%is_found) cycle
       call explain(d%design, [one%candidate], d%z, alone)
       one%promised = alone%square
       call take_refit(simulator, d, one)
       d%refits = [d%refits, one]
+      least = min(least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
     end do
     do i = 1, size(d%refits)
       if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
       call improve_place(simulator, options, d, d%refits(i))
     end do
+    call d%hypotheses%correct_unknown(d%design)
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
 
   contains
