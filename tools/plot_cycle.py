@@ -119,6 +119,11 @@ def shade(ax, down, labelled):
                     ha="center", va="top", fontsize="small", color="0.35")
 
 
+def settled(values):
+    """Without the first one if that is the flow's sudden start, which would make everything else small."""
+    return values[1:] if len(values) > 2 and abs(values[0]) > 2 * np.abs(values[1:]).max() else values
+
+
 def draw_panel(ax, runs, main, extra):
     ax.axhline(0, color="0.6", linewidth=0.6)
     strong = []
@@ -139,8 +144,8 @@ def draw_panel(ax, runs, main, extra):
     if any(moving(run, extra) for run, _, _ in runs):
         ax.plot([], [], "--", color="0.3", linewidth=1.1, label=" ".join(extra).replace(" power", ""))
     ax.set_xlim(0, 1)
-    low = min(0.0, *(np.min(y) for _, y in strong))
-    high = max(0.0, *(np.max(y) for _, y in strong))
+    low = min(0.0, *(np.min(settled(y)) for _, y in strong))
+    high = max(0.0, *(np.max(settled(y)) for _, y in strong))
     room = 0.08 * ((high - low) or 1.0)
     ax.set_ylim(low - room, high + 1.8 * room)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2 if len(runs) < 2 else 1, borderaxespad=0.2,

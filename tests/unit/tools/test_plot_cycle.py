@@ -139,6 +139,13 @@ class Pictures(Cycle):
         done = run_tool("plot_cycle.py", self.folder / "plain")
         self.assertIn("not shaded", done.stderr)
 
+    def test_start_of_the_flow(self):
+        """One first record far above all others does not set the scale; one that is not does."""
+        import plot_cycle
+        curve = np.array([70.0, 1.0, -2.0, 3.0])
+        self.assertEqual(plot_cycle.settled(curve).max(), 3)
+        self.assertEqual(plot_cycle.settled(curve / [20, 1, 1, 1]).max(), 3.5)
+
     def test_refusals(self):
         def refused(*arguments, because):
             done = run_tool("plot_cycle.py", *arguments)
