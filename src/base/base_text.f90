@@ -291,7 +291,7 @@ contains
     text = plain_form(trim(buffer))
   end function real_text
 
-  !> Rewrites d.ddde+xxx as a person would: 0.001, 12.5, 32.0, 1e-5, 1.25e+10.
+  !> Rewrites d.ddde+ddd as a person would: 0.001, 12.5, 32.0, 1e-5, 1.25e+10.
   pure function plain_form(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text, figures, sign

@@ -319,8 +319,8 @@ contains
         one%weights = transpose(vt(:i, :))/maxval(s)
         call one%strengths%init(one%scale)
         call one%strength_alone%init([1.0_rp])
-      one%shown = pack([(i, i=1, size(one%patterns))], norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s) .and. &
-                         one%patterns <= min(simulator%n_patterns, simulator%n_alone))
+        one%shown = pack([(i, i=1, size(one%patterns))], one%patterns <= min(simulator%n_patterns, simulator%n_alone) &
+                         .and. norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s))
         one%alone = retained(:, one%patterns(one%shown))
         do i = 1, size(one%alone, 2)
           one%alone(:, i) = one%alone(:, i)/norm2(one%alone(:, i))

@@ -4,8 +4,8 @@ program test_hypotheses
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, P_SOFT
-  use diagnosis_design, only: build_design, design_t
-  use diagnosis_hypotheses, only: add_effect, explain, explained_t
+  use diagnosis_design, only: build_design, candidate_t, design_t, is_part_of
+  use diagnosis_hypotheses, only: add_effect, explain, explained_t, hypotheses_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
@@ -22,6 +22,8 @@ program test_hypotheses
   call check(.not. failure%failed, 'the design exists')
   call test_choice()
   call test_field()
+  call test_nonlinear()
+  call test_parts()
   call test%finish()
 
 contains
@@ -87,4 +89,34 @@ contains
     end associate
     call check(wide%k == design%k, 'and costs no directions')
   end subroutine test_field
+
+  !> A fit that leaves nothing of what its tangents could not explain takes that from unknown causes too: their evidence is
+  !> that of data without it, and grows with the fit's.
+  subroutine test_nonlinear()
+    type(hypotheses_t) :: all, seen
+    real(rp), parameter :: GROWN = 800
+    real(rp) :: z(design%k)
+    integer :: c
+    do c = 1, size(design%candidates)
+      if (design%candidates(c)%effect == E_DRIFT) z = 60*design%candidates(c)%basis(:, 1)
+    end do
+    call seen%init(design, size(beam%effects), z)
+    call all%init(design, size(beam%effects), z + 40*design%families(1)%basis(:, 1))
+    call check(maxval(all%unknown - seen%unknown) > 100, 'what tangents miss looks like an unknown cause')
+    call all%correct_unknown(design)
+    call check(maxval(all%unknown - seen%unknown) > 100, 'as long as nothing is fitted')
+    call all%correct(E_DRIFT, GROWN, 0.0_rp, z)
+    call all%correct_unknown(design)
+    call check(maxval(abs(all%unknown - GROWN - seen%unknown)) < 1.0e-9_rp, 'but not to a fit that explains it')
+  end subroutine test_nonlinear
+
+  !> Parts are strict.
+  subroutine test_parts()
+    type(candidate_t) :: one, both, other
+    one%columns = [4]
+    both%columns = [7, 4]
+    other%columns = [3, 5]
+    call check(is_part_of(one, both), 'one of two parameters is a part')
+    call check(.not. any([is_part_of(both, one), is_part_of(one, one), is_part_of(one, other)]), 'and nothing else')
+  end subroutine test_parts
 end program test_hypotheses
