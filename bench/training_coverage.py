@@ -24,13 +24,14 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ[variable] = "1"
 SOURCE = Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(SOURCE / "tools"))
+sys.path[:0] = [str(SOURCE / "tools"), str(SOURCE / "bench")]
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from _bending_statics import NoEquilibrium  # noqa: E402
 from _measurement_case import read_case  # noqa: E402
 from _measurement_file import write_test  # noqa: E402
+from training_program import write_input  # noqa: E402
 from _measurement_synthesis import Bench, joint_truth, synthesise  # noqa: E402
 
 SEED = 20261122
@@ -75,12 +76,7 @@ def cover_wing(options, w, folder):
     sections = {"Wing": {"file": options.wing.resolve()}, "Measurement": {"file": "measurement.h5"},
                 **{name: dict(keys) for name, keys in SECTIONS.items()}}
     sections["Train"]["seed"] = w
-    for change in options.changes:
-        place, value = change.split("=", 1)
-        section, key = place.split(".")
-        sections.setdefault(section, {})[key] = value
-    (folder / "train.ini").write_text("".join(f"[{name}]\n" + "".join(f"{k} = {v};\n" for k, v in keys.items())
-                                              for name, keys in sections.items()))
+    write_input(folder, sections, options.changes)
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     done = subprocess.run([options.build.resolve() / "bin/msm_train", "train.ini"], cwd=folder, stdout=subprocess.PIPE,
                           text=True)

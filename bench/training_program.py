@@ -28,6 +28,16 @@ LIMIT = 1e-3     # sd of the logarithm of an identifiable joint
 FORCE = 0.25     # of the forces of ini/static.ini, so that no load snaps
 
 
+def write_input(folder, sections, changes):
+    """folder/train.ini with changes of the form SECTION.KEY=VALUE."""
+    for change in changes:
+        place, value = change.split("=", 1)
+        section, key = place.split(".")
+        sections.setdefault(section, {})[key] = value
+    (folder / "train.ini").write_text("".join(f"[{name}]\n" + "".join(f"{k} = {v};\n" for k, v in keys.items())
+                                              for name, keys in sections.items()))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=Path)
@@ -45,12 +55,7 @@ def main():
                     "21", *words], check=True)
     sections = {"Wing": {"file": options.wing.resolve()}, "Measurement": {"file": "twin.h5"},
                 "Train": {"parameters": "E, joint:*", "seed": options.seed}, "Polish": {"intervals": "no"}}
-    for change in options.changes:
-        place, value = change.split("=", 1)
-        section, key = place.split(".")
-        sections.setdefault(section, {})[key] = value
-    (folder / "train.ini").write_text("".join(f"[{name}]\n" + "".join(f"{k} = {v};\n" for k, v in keys.items())
-                                              for name, keys in sections.items()))
+    write_input(folder, sections, options.changes)
     begun = time.monotonic()
     done = subprocess.run(["mpirun", "-n", str(options.ranks), build / "bin/msm_train", "train.ini"], cwd=folder,
                           stdout=subprocess.PIPE, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
@@ -75,4 +80,5 @@ def main():
         "cpu_s": round(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime, 1), "wall_s": round(wall, 1)}))
 
 
-main()
+if __name__ == "__main__":
+    main()
