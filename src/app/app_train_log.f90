@@ -70,36 +70,37 @@ contains
     real(rp), intent(in) :: best, sigma, condition
     real(rp) :: now, left
     character(160) :: line
-    character(:), allocatable :: estimate
+    character(:), allocatable :: until
     if (.not. self%speaks) return
     now = wall_seconds()
-    estimate = ''
+    until = ''
     if (self%first_evaluations < 0) then
       self%first_evaluations = evaluations
       self%begun = now
     else
       if (.not. is_due(self, now)) return
       left = (now - self%begun)*evaluations_left/max(1_i8, evaluations - self%first_evaluations)
-      estimate = '  the search ends in at most '//duration(left)
+      until = '  the search ends in at most '//duration(left)
     end if
     write (line, '(a,i6,a,i9,a,es11.4,a,es9.2,a,es9.2,a)') 'generation', generation, '  evaluations', evaluations, &
-      '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, estimate
+      '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, until
     call show(self, trim(line), now)
   end subroutine log_progress
 
-  !> How far least squares is from one of its starts: points solved, and the lowest chi^2 so far.
-  subroutine log_polish_progress(self, start, n_starts, evaluations, chi2)
+  !> How far least squares is from one of its starts: points solved, and the lowest chi^2 so far. What the starts before
+  !> took since the wall time `begun` [s] tells when the last may end; of the first nothing is known.
+  subroutine log_polish_progress(self, start, n_starts, evaluations, chi2, begun)
     class(train_log_t), intent(inout) :: self
     integer, intent(in) :: start, n_starts !< of so many at most
     integer, intent(in) :: evaluations
-    real(rp), intent(in) :: chi2
+    real(rp), intent(in) :: chi2, begun
     real(rp) :: now
     character(160) :: line
     if (.not. self%speaks) return
     now = wall_seconds()
     if (.not. is_due(self, now)) return
-    write (line, '(2(a,i0),a,i9,a,es11.4)') 'polish from start ', start, ' of at most ', n_starts, '  evaluations', &
-      evaluations, '  best chi^2', min(chi2, 9.999e99_rp)
+    write (line, '(2(a,i0),a,i9,a,es11.4,a)') 'polish from start ', start, ' of at most ', n_starts, '  evaluations', &
+      evaluations, '  best chi^2', min(chi2, 9.999e99_rp), estimate(start - 1, n_starts, now - begun)
     call show(self, trim(line), now)
   end subroutine log_polish_progress
 
@@ -111,16 +112,22 @@ contains
     real(rp), intent(in) :: begun
     real(rp) :: now
     character(160) :: line
-    character(:), allocatable :: estimate
     if (.not. self%speaks) return
     now = wall_seconds()
     if (.not. is_due(self, now)) return
-    estimate = ''
-    if (done > 0) estimate = '  all end in about '//duration((now - begun)*(n - done)/done)
-    write (line, '(2(a,i0),a,i9,a)') &
-      'interval ', done + 1, ' of ', n, ', '//name//'  evaluations', evaluations, estimate
+    write (line, '(2(a,i0),a,i9,a)') 'interval ', done + 1, ' of ', n, ', '//name//'  evaluations', evaluations, &
+      estimate(done, n, now - begun)
     call show(self, trim(line), now)
   end subroutine log_interval_progress
+
+  !> When all of n parts end if the `done` first of them took `seconds`; empty before one is done.
+  function estimate(done, n, seconds) result(text)
+    integer, intent(in) :: done, n
+    real(rp), intent(in) :: seconds
+    character(:), allocatable :: text
+    text = ''
+    if (done > 0) text = '  all end in about '//duration(seconds*(n - done)/done)
+  end function estimate
 
   !> Whether it is time for another progress line.
   pure logical function is_due(self, now)

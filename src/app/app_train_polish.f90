@@ -31,7 +31,7 @@ module app_train_polish
     character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
     integer :: n_solved = 0                  !< points so far
     real(rp) :: lowest = huge(1.0_rp)        !< chi^2 from the present start
-    real(rp), private :: begun = 0           !< [s] wall time of the first interval
+    real(rp), private :: begun = 0           !< [s] wall time of the first start or interval
   contains
     procedure :: run => problem_run
   end type crew_problem_t
@@ -106,7 +106,7 @@ contains
       chi2 = chi2 + sum((self%evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
     end do
     self%lowest = min(self%lowest, chi2)
-    call self%log%polish_progress(self%part, self%n_parts, self%n_solved, self%lowest)
+    call self%log%polish_progress(self%part, self%n_parts, self%n_solved, self%lowest, self%begun)
   end subroutine tell_progress
 
   !> The box and the priors about the values of [Wing], as coordinates of the experiment.
@@ -150,6 +150,7 @@ contains
     problem%crew => crew
     if (settings%polish) problem%log => log
     problem%n_parts = size(starts, 2)
+    problem%begun = wall_seconds()
     unknowns = make_unknowns(settings, space)
     n_residuals = problem%n_residuals
     n_evaluations = 0
