@@ -4,10 +4,10 @@
 module app_diagnose_settings
   use app_diagnose_keys, only: register_diagnose_keys
   use app_instrument, only: read_instrument
+  use app_outputs, only: refuse_overwriting
   use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
   use base_errors, only: failure_t, message_list_t
-  use base_files, only: real_path
   use base_kinds, only: i8, rp
   use diagnosis_engine, only: diagnosis_options_t
   use diagnosis_noise, only: estimate_noise, noise_estimate_t
@@ -82,16 +82,10 @@ contains
       if (allocated(problem)) then
         call s%config%complain(errors, 'Measurement', 'file', problem)
       else
-        if (real_path(s%measurement_path) == real_path(s%name//'.h5')) &
-          call s%config%complain(errors, 'Saving', 'name', s%name//'.h5 is the measurement and would be overwritten')
-        if (s%draws_path /= '') then
-          if (real_path(s%measurement_path) == real_path(s%draws_path)) &
-            call s%config%complain(errors, 'Saving', 'draws', &
-                                   s%draws_path//' is the measurement and would be overwritten')
-        end if
         call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
       end if
     end if
+    call check_outputs(s, errors)
     if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
     call read_instrument(s%config, s%instrument, errors)
     call read_sought(s%config, 'Diagnose', s%setup%asked, s%instrument, .true., s%sought, errors)
@@ -101,6 +95,23 @@ contains
     if (s%fits_finer) call take_finer(s)
     call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
+
+  !> No result may take the place of what is read.
+  subroutine check_outputs(s, errors)
+    type(diagnose_settings_t), intent(in) :: s
+    type(message_list_t), intent(inout) :: errors
+    character(22), parameter :: ENDINGS(6) = [character(22) :: &
+                                              '.json', '.h5', '_baseline.ini', '_extended.ini', &
+                                              '_next_measurements.csv', '_plan.json']
+    type(message_list_t) :: inputs
+    integer :: i
+    call inputs%add(s%setup%path)
+    if (allocated(s%measurement_path)) call inputs%add(s%measurement_path)
+    do i = 1, size(ENDINGS)
+      call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(ENDINGS(i)), inputs, errors)
+    end do
+    call refuse_overwriting(s%config, 'Saving', 'draws', s%draws_path, inputs, errors)
+  end subroutine check_outputs
 
   !> The finer wing takes the place of that of the file.
   subroutine take_finer(s)

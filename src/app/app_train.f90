@@ -51,7 +51,7 @@ contains
     type(world_t), intent(in) :: world
     type(message_list_t) :: errors, ignored
     self%world = world
-    call load_train_settings(command%ini, number, world, self%settings, errors, ignored)
+    call load_train_settings(command%ini, number, command%action == TRAIN_RUN, world, self%settings, errors, ignored)
     if (errors%count() > 0) self%code = EXIT_USER
     if (world%is_root) call errors%print(error_unit, '')
     flush (error_unit)
@@ -68,9 +68,17 @@ contains
     call self%runner%init(self%settings%experiment)
     call self%crew%init(self%world, self%settings%experiment, self%runner, self%settings%output)
     if (self%world%is_root) &
-      call print_wing(output_unit, trim(merge('training by CMA-ES and least squares', &
-                                              'every load from the unloaded wing   ', &
-                                              command%action == TRAIN_RUN)), self%settings%setup)
+      call print_wing(output_unit, what(), self%settings%setup)
+
+  contains
+
+    function what() result(text)
+      character(:), allocatable :: text
+      text = 'every load from the unloaded wing'
+      if (command%action /= TRAIN_RUN) return
+      text = 'training by CMA-ES'
+      if (self%settings%polish) text = text//' and least squares'
+    end function what
   end subroutine training_begin
 
   !> Rank 0: searches, polishes, writes.

@@ -5,9 +5,11 @@ module app_train_files
   use base_files, only: name_of
   use base_text, only: count_words, next_word, number_text, quoted
   use io_config, only: config_t
+  use io_shared_text, only: named_path
+  use parallel_world, only: world_t
   implicit none
   private
-  public :: choose_individual, of_individual
+  public :: choose_individual, individual_files, of_individual
 
 contains
 
@@ -43,6 +45,27 @@ contains
       end do
     end do
   end subroutine choose_individual
+
+  !> Paths of the wings and measurements of all individuals that the input file `ini` names; empty where there is no such
+  !> file. Collective.
+  subroutine individual_files(config, ini, world, paths)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: ini
+    type(world_t), intent(in) :: world
+    type(message_list_t), intent(inout) :: paths
+    call add_paths(config%get_text('Wing', 'file'))
+    call add_paths(config%get_text('Measurement', 'file'))
+
+  contains
+
+    subroutine add_paths(list)
+      character(*), intent(in) :: list
+      integer :: i
+      do i = 1, count_words(list, ',')
+        call paths%add(named_path(item(list, i), ini, world))
+      end do
+    end subroutine add_paths
+  end subroutine individual_files
 
   !> The name of a file of this individual: `individual` goes before `ending`, or behind a name that does not end so.
   pure function of_individual(name, individual, ending) result(own)

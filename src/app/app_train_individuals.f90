@@ -77,7 +77,8 @@ contains
     subroutine add_new_messages(number)
       integer, intent(in) :: number
       type(message_list_t) :: own_errors, own_notices
-      call load_train_settings(command%ini, number, world, settings, own_errors, own_notices)
+      call load_train_settings(command%ini, number, any(command%action == [TRAIN_RUN, TRAIN_CHECK]), world, settings, &
+                               own_errors, own_notices)
       call add_new(errors, own_errors)
       call add_new(notices, own_notices)
     end subroutine add_new_messages

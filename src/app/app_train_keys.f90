@@ -82,7 +82,7 @@ contains
     call r%add_real('CMAES', 'tolx', 1.0e-11_rp, 'the run ends when the step is shorter, over sigma0', min=0.0_rp)
     call r%add_integer('CMAES', 'tolstagnation', 0, 'generations without progress that end a run; 0: by n and '// &
                        'lambda', min=0)
-    call r%add_real('CMAES', 'condition_limit', 1.0e14_rp, 'of the covariance matrix', min=1.0_rp)
+    call r%add_real('CMAES', 'condition_limit', 1.0e14_rp, 'of the covariance matrix', above=1.0_rp)
     call register_strategy(r)
   end subroutine register_search
 
@@ -103,9 +103,9 @@ contains
                     min=-1.0_rp, max=1.0_rp)
     call r%add_real('CMAES', 'alpha_minus', -1.0_rp, 'what the negative weights sum to, sign changed'//AUTO// &
                     '; larger values can make the covariance indefinite, which is repaired', min=-1.0_rp, max=10.0_rp)
-    call r%add_real('CMAES', 'tolfacupx', 1.0e3_rp, 'the run ends when the step is longer, over sigma0', min=1.0_rp)
+    call r%add_real('CMAES', 'tolfacupx', 1.0e3_rp, 'the run ends when the step is longer, over sigma0', above=1.0_rp)
     call r%add_real('CMAES', 'tolupsigma', 1.0e20_rp, 'the same of sigma over sigma0, over the longest axis', &
-                    min=1.0_rp)
+                    above=1.0_rp)
     call r%add_integer('CMAES', 'tolflatfitness', 1, 'generations in a row with equal parents that do not end a run', &
                        min=0)
   end subroutine register_strategy

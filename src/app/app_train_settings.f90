@@ -3,16 +3,16 @@
 !> choices of search and fit. Whatever a user can do wrong is found here. SI units.
 module app_train_settings
   use app_instrument, only: read_instrument
+  use app_outputs, only: refuse_overwriting
   use app_settings, only: output_params_t
-  use app_train_files, only: choose_individual, of_individual
+  use app_train_files, only: choose_individual, individual_files, of_individual
   use app_train_keys, only: register_train_keys
   use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
   use base_errors, only: failure_t, message_list_t
-  use base_files, only: real_path
   use base_kinds, only: i8, rp
   use base_text, only: number_text
-  use cmaes_options, only: cmaes_options_t, option_problem
+  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_shared_text, only: read_shared_text
@@ -60,9 +60,10 @@ contains
 
   !> Reads the ini file `path` and what it names for one individual on all ranks; all mistakes go to `errors`, remarks to
   !> `notices`. Collective.
-  subroutine load_train_settings(path, number, world, s, errors, notices)
+  subroutine load_train_settings(path, number, writes, world, s, errors, notices)
     character(*), intent(in) :: path
     integer, intent(in) :: number !< of the individual
+    logical, intent(in) :: writes !< files of results, which must not be among those that are read
     type(world_t), intent(in) :: world
     type(train_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -79,7 +80,8 @@ contains
     s%is_paper = s%config%get_word('Train', 'preset') == 'paper'
     call choose_individual(s%config, number, s%n_individuals, s%individual, wing, measurement, errors)
     if (number > s%n_individuals) return
-    call read_options(s, path, errors)
+    call read_options(s, errors)
+    if (writes) call check_outputs(s, path, world, errors)
     call load_wing(s%config, path, .false., s%setup, found, errors, notices, world, wing)
     if (.not. found) return
     scale = s%config%get_word('Train', 'scale')
@@ -92,12 +94,13 @@ contains
     call make_experiment(s, errors)
     if (errors%count() > 0) return
     call read_search(s, errors)
+    if (errors%count() > 0) return
+    call settle_choices(s)
     call add_notices(s, notices)
   end subroutine load_train_settings
 
-  subroutine read_options(s, ini, errors)
+  subroutine read_options(s, errors)
     type(train_settings_t), intent(inout) :: s
-    character(*), intent(in) :: ini
     type(message_list_t), intent(inout) :: errors
     associate (c => s%config)
       s%options%tolerance = c%get_real('Solver', 'tolerance')
@@ -117,14 +120,28 @@ contains
       s%result = of_individual(c%get_text('Saving', 'result'), s%individual, '.ini')
       call check_name(c, s%name, errors)
       if (s%result == '') call c%complain(errors, 'Saving', 'result', 'must be the name of a file')
-      if (real_path(s%result) == real_path(ini)) &
-        call c%complain(errors, 'Saving', 'result', 'would overwrite the parameter file')
       s%checkpoint_every = c%get_integer('Saving', 'checkpoint_every')
       s%output%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
       s%output%job_end_margin = c%get_real('Saving', 'job_end_margin')
       s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
     end associate
   end subroutine read_options
+
+  !> No result may take the place of an input, not even of another individual.
+  subroutine check_outputs(s, ini, world, errors)
+    type(train_settings_t), intent(in) :: s
+    character(*), intent(in) :: ini
+    type(world_t), intent(in) :: world
+    type(message_list_t), intent(inout) :: errors
+    character(12), parameter :: ENDINGS(4) = [character(12) :: '.log', '_history.h5', '_backup0.h5', '_backup1.h5']
+    type(message_list_t) :: inputs
+    integer :: i
+    call individual_files(s%config, ini, world, inputs)
+    call refuse_overwriting(s%config, 'Saving', 'result', s%result, inputs, errors)
+    do i = 1, size(ENDINGS)
+      call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(ENDINGS(i)), inputs, errors)
+    end do
+  end subroutine check_outputs
 
   subroutine read_measurement_file(s, ini, file, world, errors)
     type(train_settings_t), intent(inout) :: s
@@ -242,6 +259,55 @@ contains
     word = usual
     if (s%is_paper) word = 'paper'
   end function preset_word
+
+  !> Gives --check what was chosen where the file leaves the choice, or nothing says otherwise. Constants that follow from
+  !> lambda, which restarts change, stay open.
+  subroutine settle_choices(s)
+    type(train_settings_t), intent(inout) :: s
+    associate (o => s%search)
+      call settle_integer('lambda', merge(o%lambda, default_lambda(s%experiment%count()), o%lambda > 0))
+      if (o%max_iterations < UNLIMITED) call settle_integer('max_generations', o%max_iterations)
+      if (.not. s%is_paper) call settle_integer('max_evaluations', int(o%max_evaluations))
+      call settle_real('target', o%f_target)
+      call settle_real('tolfun', o%tolfun)
+      call settle_word('CMAES', 'weights', trim(o%weights))
+      call settle_word('CMAES', 'constants', trim(o%constants))
+    end associate
+    call settle_word('Train', 'scale', trim(merge('linear', 'log   ', s%is_paper)))
+    call settle_word('Train', 'cost', trim(merge('chi2', 'h   ', s%use_chi2)))
+    call settle_word('Train', 'stages', number_text(s%n_stages))
+    call settle_word('Polish', 'polish', trim(merge('yes', 'no ', s%polish)))
+    call settle_word('Wing', 'cross_springs', trim(merge('yes', 'no ', s%setup%asked%cross_springs)))
+
+  contains
+
+    !> Words that leave the choice.
+    subroutine settle_word(section, key, word)
+      character(*), intent(in) :: section, key, word
+      character(:), allocatable :: given
+      given = s%config%get_word(section, key)
+      if (given == 'preset' .or. given == 'auto') call s%config%settle(section, key, word, origin())
+    end subroutine settle_word
+
+    subroutine settle_integer(key, value)
+      character(*), intent(in) :: key
+      integer, intent(in) :: value
+      if (s%config%get_integer('CMAES', key) /= value) &
+        call s%config%settle('CMAES', key, number_text(value), origin())
+    end subroutine settle_integer
+
+    subroutine settle_real(key, value)
+      character(*), intent(in) :: key
+      real(rp), intent(in) :: value
+      if (abs(s%config%get_real('CMAES', key) - value) > 0) &
+        call s%config%settle('CMAES', key, number_text(value), origin())
+    end subroutine settle_real
+
+    function origin() result(text)
+      character(:), allocatable :: text
+      text = trim(merge('by the preset', 'worked out   ', s%is_paper))
+    end function origin
+  end subroutine settle_choices
 
   !> A joint that is not sought but was never set stays as stiff as a vein of the E of [Wing], also if E is sought.
   subroutine add_notices(s, notices)

@@ -6,14 +6,15 @@
 !> its default. Nothing here is collective: every rank loads the same text.
 module io_config
   use base_errors, only: message_list_t, require
+  use base_files, only: real_path
   use base_kinds, only: rp
-  use base_text, only: number_text, printable
-  use io_ini, only: ini_document_t, ini_entry_t
+  use base_text, only: number_text
+  use io_entries, only: read_section
+  use io_ini, only: ini_document_t
   use io_include, only: add_included, INCLUDE_SECTION
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
                     KEY_TEXT, KEY_WORD
-  use io_lookup, only: note_inert, report_unknown_key, report_unknown_section
-  use io_peek, only: find_spacing, section_counts
+  use io_peek, only: find_spacing
   use io_registry, only: registry_t
   use io_shared_text, only: read_text_file
   use io_units, only: unit_scales_t, unit_value
@@ -28,6 +29,7 @@ module io_config
     type(registry_t) :: registry
     type(value_t), allocatable :: values(:) !< of the key with the same index in the registry
     character(:), allocatable :: name       !< of the file
+    type(message_list_t) :: sources         !< real paths of the file and of those that it includes
     real(rp) :: spacing = 0                 !< what dx means, 0 if unknown
     type(unit_scales_t) :: scales           !< of the numbers of the file
     logical :: has_scales = .false.
@@ -46,6 +48,8 @@ module io_config
     procedure :: line_of => config_line_of
     procedure :: print_effective => config_print_effective
     procedure :: complain => config_complain
+    procedure :: settle => config_settle
+    procedure :: reads => config_reads
   end type config_t
 
 contains
@@ -88,7 +92,9 @@ contains
     if (present(flusi_compat)) first_wins = flusi_compat
     call start(self, name, registry)
     call document%parse(text, name, errors)
-    if (registry%find_section(INCLUDE_SECTION) > 0) call add_included(document, errors, world)
+    self%sources = message_list_t()
+    call self%sources%add(real_path(name))
+    if (registry%find_section(INCLUDE_SECTION) > 0) call add_included(document, errors, self%sources, world)
     ! The spacing is needed before any length can be read, wherever its keys stand in the file.
     self%spacing = find_spacing(registry, document)
     do i = 1, registry%n_keys
@@ -97,7 +103,7 @@ contains
     inert = ''
     j = 1
     do i = 1, document%n_sections
-      call read_section(self, document, i, j, first_wins, errors, notices, inert)
+      call read_section(registry, self%spacing, document, i, j, first_wins, self%values, errors, notices, inert)
     end do
     do i = 1, registry%n_keys
       associate (key => self%registry%keys(i)%key)
@@ -140,111 +146,6 @@ contains
       call read_value(key, key%default_text, .false., 0, self%spacing, value, problem)
     end associate
   end subroutine set_default
-
-  !> Section i of the document, whose entries begin at index e; e moves to those of the next one.
-  subroutine read_section(self, document, i, e, first_wins, errors, notices, inert)
-    class(config_t), intent(inout) :: self
-    type(ini_document_t), intent(in) :: document
-    integer, intent(in) :: i
-    integer, intent(inout) :: e
-    logical, intent(in) :: first_wins
-    type(message_list_t), intent(inout) :: errors, notices
-    character(:), allocatable, intent(inout) :: inert
-    character(:), allocatable :: name, meant
-    integer :: s, k
-    logical :: is_inert, counts
-
-    name = document%sections(i)%name
-    s = self%registry%find_section(name)
-    meant = name
-    if (s == 0 .and. len(name) > 0) &
-      call report_unknown_section(self%registry, document%sections(i)%file, document%sections(i)%line, name, &
-                                  meant, errors)
-    is_inert = .false.
-    counts = .true.
-    if (s > 0) then
-      is_inert = self%registry%sections(s)%is_inert
-      counts = section_counts(self%registry, document, s)
-    end if
-    do while (e <= document%n_entries)
-      associate (entry => document%entries(e))
-        if (entry%section /= i) exit
-        e = e + 1
-        if (len(meant) == 0) cycle ! the header was broken or unknown, which is mistake enough
-        k = self%registry%find(meant, entry%key)
-        if (k > 0 .and. counts) then
-          call read_entry(self, entry, k, first_wins, errors, notices, inert)
-        else if (k > 0) then
-          call note_inert(inert, '['//printable(name, 60)//']', '')
-          call read_quietly(self, entry, k)
-        else if (is_inert .or. .not. counts) then
-          call note_inert(inert, '['//printable(name, 60)//']', '')
-        else
-          call report_unknown_key(self%registry, entry%file, entry%line, meant, entry%key, k, errors)
-          if (k > 0) self%values(k)%is_excused = .true.
-        end if
-      end associate
-    end do
-  end subroutine read_section
-
-  subroutine read_entry(self, entry, k, first_wins, errors, notices, inert)
-    class(config_t), intent(inout) :: self
-    type(ini_entry_t), intent(in) :: entry
-    integer, intent(in) :: k
-    logical, intent(in) :: first_wins
-    type(message_list_t), intent(inout) :: errors, notices
-    character(:), allocatable, intent(inout) :: inert
-    character(:), allocatable :: problem, place
-    associate (key => self%registry%keys(k)%key, value => self%values(k))
-      if (key%kind == KEY_INERT) then
-        call note_inert(inert, '['//key%section//'] '//printable(entry%key, 60), &
-                        ' (line '//number_text(entry%line)//')')
-        return
-      end if
-      place = entry%file//':'//number_text(entry%line)//': ['//key%section//'] '//entry%key//': '
-      if (value%line > 0) then
-        if (entry%depth > value%depth) return ! a file has the last word on what it includes
-        problem = 'is given twice, first in '//line_text(value, entry%file)
-        if (value%spelling /= entry%key) problem = problem//' under the name '//value%spelling
-        if (first_wins) then
-          call notices%add(place//problem//'; the first one counts')
-        else
-          call errors%add(place//problem)
-        end if
-        return
-      end if
-      value%line = entry%line
-      value%file = entry%file
-      value%depth = entry%depth
-      value%spelling = entry%key
-      if (len(entry%value) == 0 .and. .not. entry%is_matrix) return ! "key=;" asks for the default
-      call read_value(key, entry%value, entry%is_matrix, entry%line, self%spacing, value, problem)
-      value%is_given = .not. allocated(problem)
-      value%is_excused = .not. value%is_given
-      value%is_known = value%is_known .or. value%is_given
-      if (allocated(problem)) call errors%add(place//problem)
-    end associate
-  end subroutine read_entry
-
-  !> Where a value stands, as seen from `file`.
-  function line_text(value, file) result(text)
-    type(value_t), intent(in) :: value
-    character(*), intent(in) :: file
-    character(:), allocatable :: text
-    text = 'line '//number_text(value%line)
-    if (value%file /= file) text = text//' of '//value%file
-  end function line_text
-
-  !> `read_entry` where mistakes do not matter.
-  subroutine read_quietly(self, entry, k)
-    class(config_t), intent(inout) :: self
-    type(ini_entry_t), intent(in) :: entry
-    integer, intent(in) :: k
-    type(message_list_t) :: errors, notices
-    character(:), allocatable :: inert
-    inert = ''
-    call read_entry(self, entry, k, .true., errors, notices, inert)
-  end subroutine read_quietly
 
   !> Value of an integer key.
   integer function config_get_integer(self, section, key) result(value)
@@ -322,6 +223,31 @@ contains
     character(*), intent(in) :: section, key
     is_given = self%values(find(self, section, key))%is_given
   end function config_is_given
+
+  !> Whether `path` is the file itself, or one that it includes.
+  logical function config_reads(self, path) result(reads)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: path
+    integer :: i
+    reads = .false.
+    do i = 1, self%sources%count()
+      reads = reads .or. self%sources%text(i) == real_path(path)
+    end do
+  end function config_reads
+
+  !> Gives a key the value that the program has worked out from what the file says, or from its not saying anything, with
+  !> `origin`, which --check prints.
+  subroutine config_settle(self, section, key, text, origin)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, text, origin
+    character(:), allocatable :: problem
+    integer :: i
+    i = find(self, section, key)
+    call read_value(self%registry%keys(i)%key, text, .false., 0, self%spacing, self%values(i), problem)
+    call require(.not. allocated(problem), 'io_config: ['//section//'] '//key//' cannot be '//text)
+    self%values(i)%is_known = .true.
+    self%values(i)%origin = origin
+  end subroutine config_settle
 
   !> Line of the file in which the key stands, right or wrong; 0 if nowhere.
   integer function config_line_of(self, section, key) result(line)

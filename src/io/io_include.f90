@@ -40,11 +40,11 @@ contains
   end subroutine register_include
 
   !> Puts the sections and keys of all files that `document` includes, directly or not, behind its own. A file that
-  !> is included twice is read once. Missing files and files that include themselves are added to `errors`. With
-  !> `world` root reads, and this is collective.
-  subroutine add_included(document, errors, world)
+  !> is included twice is read once. Missing files and files that include themselves are added to `errors`, the real paths of
+  !> the files that were read to `paths`. With `world` root reads, and this is collective.
+  subroutine add_included(document, errors, paths, world)
     type(ini_document_t), intent(inout) :: document
-    type(message_list_t), intent(inout) :: errors
+    type(message_list_t), intent(inout) :: errors, paths
     type(world_t), intent(in), optional :: world
     type(source_t), allocatable :: sources(:)
     character(:), allocatable :: names
@@ -66,6 +66,9 @@ contains
         if (.not. found) exit
         call add_one(document, e, names(first:last), parent, sources, errors, world)
       end do
+    end do
+    do e = 2, size(sources)
+      call paths%add(sources(e)%real_name)
     end do
   end subroutine add_included
 

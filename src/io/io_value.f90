@@ -19,6 +19,7 @@ module io_value
     logical :: is_known = .false. !< there is a value: given or default
     logical :: is_excused = .false. !< the file gives it wrongly, which is reported: do not call it missing
     character(:), allocatable :: spelling !< the key as the file writes it (it may be an alias)
+    character(:), allocatable :: origin !< of a value that the program has worked out
     integer :: whole = 0
     real(rp) :: number = 0
     real(rp) :: unit = 1         !< numbers and reals are given in this many units of the key
@@ -327,6 +328,7 @@ contains
     text = text//'; '
     remark = 'default'
     if (value%is_given) remark = value%file//':'//number_text(value%line)
+    if (allocated(value%origin)) remark = remark//', '//value%origin
     if (.not. value%is_known) remark = 'default: '//key%default_text//', worked out by the program'
     if (present(scale)) then
       if (abs(scale - 1) > 0) remark = 'in SI units, '//remark

@@ -307,6 +307,7 @@ def test_mistakes(case):
         check(done.err.count(sentence) == 1, f"'{sentence}' once:\n{done.err}")
     check("train.ini:" in done.err, "with the line")
     check(case.files() == ["train.ini", "twin.h5"], f"nothing is written: {case.files()}")
+    case.write("part.ini", "[Wing]\nk_e = 50;\n")
     for changed, sentence in (({"Measurement": {"file": "none.h5"}}, "'none.h5' does not exist"),
                               ({"Measurement": {"file": str(WING)}}, "schema"),
                               ({"CMAES": {"lambda": 2}}, "lambda must be at least 3"),
@@ -314,7 +315,10 @@ def test_mistakes(case):
                               ({"CMAES": {"c_1": 0.6, "c_mu": 0.5}}, "[CMAES] c_1: c_1 + c_mu must not exceed 1"),
                               ({"CMAES": {"c_sigma": 1.5}}, "[CMAES] c_sigma"),
                               ({"CMAES": {"alpha_minus": 1, "weights": "positive"}}, "alpha_minus needs active"),
-                              ({"Saving": {"result": "train.ini"}}, "would overwrite the parameter file"),
+                              ({"Saving": {"result": "train.ini"}}, "train.ini is read, and would be overwritten"),
+                              ({"Saving": {"result": "twin.h5"}}, "[Saving] result: twin.h5 is read"),
+                              ({"Saving": {"result": str(WING)}}, f"{WING} is read"),
+                              ({"include": {"file": "part.ini"}, "Saving": {"result": "part.ini"}}, "part.ini is read"),
                               ({"Train": {"parameters": "joint:*", "stages": 2}}, "second stage fixes E"),
                               ({"Train": {"parameters": "D, thickness"}}, "are one parameter"),
                               ({"Train": {"parameters": ","}}, "nothing is sought")):
@@ -346,6 +350,18 @@ def test_check(case):
         if found:
             printed.add((section, found.group(1)))
     check(printed == known, f"every key: {printed ^ known}")
+    case.write("train.ini", training(Train={"preset": "paper", "parameters": "E, joint:*"}, CMAES={"max_generations": 0}))
+    done = case.run("train.ini", "--check", ranks=0)
+    for key, value in (("lambda", 16), ("max_generations", 100), ("target", 1e-6), ("tolfun", 1e-11)):
+        said = re.search(rf"^  {key} = (\S+); .*by the preset", done.out, re.M)
+        check(said and float(said.group(1)) == value, f"{key} is {value}:\n{done.out}")
+    for said in ("weights = paper", "constants = paper", "scale = linear", "cost = h", "stages = 2", "polish = no",
+                 "cross_springs = yes"):
+        check(re.search(rf"^  {said};", done.out, re.M), f"{said}:\n{done.out}")
+    case.write("train.ini", done.out)
+    again = case.run("train.ini", "--check", ranks=0)
+    values = [re.findall(r"^  (.*); ", text, re.M) for text in (done.out, again.out)]
+    check(values[0] == values[1], "what --check prints is an input with the same meaning")
     check(case.run("--help", ranks=2).out.count("usage:") == 1, "help is said once")
 
 

@@ -11,6 +11,7 @@ program test_train_settings
   use io_registry, only: registry_t
   use measurement_data, only: measurement_t
   use measurement_write, only: write_measurement
+  use solid_params, only: PARAM_YOUNG
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = new_line('a')
@@ -67,10 +68,42 @@ program test_train_settings
   end associate
   call read_settings('weights = positive;'//NL)
   call t%check('weights', s%search%weights == 'positive')
+  call check_paper()
   call know_all_keys()
   call t%finish()
 
 contains
+
+  !> Truong et al.: 16 candidates, a linear box with joints from 0.1 to 1000 mN cm/rad, an end at h < 1e-4 cm or after 100
+  !> generations, E fixed in a second search, nothing behind it.
+  subroutine check_paper()
+    integer :: i
+    call read_settings('', 'preset = paper;'//NL)
+    associate (o => s%search)
+      call t%check('paper: lambda', o%lambda == 16)
+      call t%check('paper: weights and constants', o%weights == 'paper' .and. o%constants == 'paper')
+      call t%check('paper: generations', o%max_iterations == 100)
+      call t%check('paper: evaluations without limit', o%max_evaluations > 1600)
+      call t%check_close('paper: target [m]', o%f_target, 1.0e-6_rp)
+      call t%check_close('paper: tolfun', o%tolfun, 1.0e-11_rp)
+    end associate
+    call t%check('paper: two stages, no polish', s%n_stages == 2 .and. .not. s%polish)
+    call t%check('paper: cross-springs', s%setup%asked%cross_springs)
+    call t%check('paper: h, in a linear box',.not. s%use_chi2 .and. .not. any(s%sought%is_log))
+    do i = 1, s%sought%count()
+      if (s%sought%numbers(i) == PARAM_YOUNG) cycle
+      call t%check_close('paper: lower bound of a joint [N m/rad]', s%sought%lower(i), 1.0e-6_rp)
+      call t%check_close('paper: upper bound of a joint [N m/rad]', s%sought%upper(i), 1.0e-2_rp)
+    end do
+    call t%check('paper: E and ten joints', s%sought%count() == 11)
+    call read_settings('lambda = 9;'//NL//'tolfun = 1e-5;'//NL//'target = 2e-6;'//NL, &
+                       'preset = paper;'//NL//'stages = 1;'//NL)
+    associate (o => s%search)
+      call t%check('what is given counts before the paper', o%lambda == 9 .and. s%n_stages == 1)
+      call t%check_close('tolfun counts before the paper', o%tolfun, 1.0e-5_rp)
+      call t%check_close('target counts before the paper', o%f_target, 2.0e-6_rp)
+    end associate
+  end subroutine check_paper
 
   !> A load, and heights that it does not change.
   subroutine write_flat_measurement(path)
@@ -100,16 +133,20 @@ contains
     call t%check('a measurement is written',.not. failure%failed)
   end subroutine write_flat_measurement
 
-  !> Fills `s` from an ini file with these lines in [CMAES].
-  subroutine read_settings(lines)
+  !> Fills `s` from an ini file with these lines in [CMAES], and others in [Train].
+  subroutine read_settings(lines, others)
     character(*), intent(in) :: lines
+    character(*), intent(in), optional :: others
+    character(:), allocatable :: train
     type(message_list_t) :: errors, notices
     character(1000) :: wing
     logical :: ok
     call get_command_argument(1, wing)
+    train = ''
+    if (present(others)) train = '[Train]'//NL//others
     call write_text('train.ini', '[Wing]'//NL//'file = '//trim(wing)//';'//NL//'[Measurement]'//NL// &
-                    'file = flat.h5;'//NL//'[CMAES]'//NL//lines, ok)
-    call load_train_settings('train.ini', 1, t%world, s, errors, notices)
+                    'file = flat.h5;'//NL//train//'[CMAES]'//NL//lines, ok)
+    call load_train_settings('train.ini', 1, .true., t%world, s, errors, notices)
     call t%check('the input is valid', ok .and. errors%count() == 0)
   end subroutine read_settings
 
