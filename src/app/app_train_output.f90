@@ -69,8 +69,13 @@ contains
     character(160) :: line
     integer :: i, n
     n = settings%experiment%count_residuals(0)
-    write (line, '(a,es11.4,a,es11.4,a,i0,a)') 'h = ', trained%h, ' m; chi^2 = ', trained%chi2, ' of ', n, ' residuals'
-    text = prefix//trim(line)//NL
+    text = prefix
+    if (any(settings%experiment%comparisons%n_heights > 0)) then
+      write (line, '(a,es11.4,a)') 'h = ', trained%h, ' m; '
+      text = text//trim(line)//' '
+    end if
+    write (line, '(a,es11.4,a,i0,a)') 'chi^2 = ', trained%chi2, ' of ', n, ' residuals'
+    text = text//trim(line)//NL
     if (.not. trained%fits) text = text//prefix//'warning: this does not fit within the declared errors; how well '// &
                                    'parameters are determined, as told below, holds for a fit only'//NL
     do i = 1, size(trained%values)

@@ -293,6 +293,36 @@ def test_screen(case):
     case.run("next.ini", "--check", ranks=0)
 
 
+def test_screen_numbers(case):
+    """At the truth, where nothing else differs: the effects are those of a wing whose E is 0.1 % larger, and the third
+    standard deviation is what a training of the first three says."""
+    twin(case)
+    true = {"E": TRUTH["E"], "parameters": ", ".join(f"{name} {TRUTH[name]}" for name in TRUTH if name != "E")}
+    case.write("train.ini", training(Wing=true))
+    done = case.run("train.ini", "--screen", ranks=0)
+    rows = re.findall(r"^ +\d+  (\S+) +(\S+) +(\S+) +(\S+) +(\S+) +yes$", done.out, re.M)
+    check(rows[0][0] == "E" and len(rows) > 3, f"E is first:\n{done.out}")
+    moved, effect, alone = map(float, rows[0][1:4])
+    step = 1e-3
+    case.write("more.ini", training(Wing={**true, "E": TRUTH["E"] * math.exp(step)}))
+    more = case.run("more.ini", "--evaluate", ranks=0).out
+    loads = [(int(n), float(chi2)) for n, chi2 in re.findall(r"^load_\w +\S+ +(\d+) +\S+ +\S+ +(\S+)", more, re.M)]
+    check(len(loads) == 3, f"three loads:\n{more}")
+    # Second order: the step, times a few. The table has three digits.
+    seen = math.sqrt(sum(n * chi2 for n, chi2 in loads)) / step
+    check(abs(effect / seen - 1) < 0.01, f"the effect over the noise is {seen}: {effect}")
+    check(abs(alone * seen - 1) < 0.01, f"and E is known to {1 / seen}: {alone}")
+    # h is the root of a sum over loads of mean squares.
+    seen = 1e6 * 0.1 * number(r"\nh = +(\S+) m", more) / math.sqrt(len(loads)) / step
+    check(abs(moved / seen - 1) < 0.01, f"10 % move the wing by {seen} um: {moved}")
+    names = [row[0] for row in rows[:3]]
+    case.write("next.ini", training(Wing=true, Train={"parameters": ", ".join(names), "start": "wing"},
+                                    CMAES={"max_evaluations": 7, "sigma0": 1e-3}, Polish={"intervals": "no"}))
+    told = case.run("next.ini", ranks=0).out
+    sd = number(re.escape(names[2]) + r": .*predicted sd of the logarithm (\S+)", told)
+    check(abs(float(rows[2][4]) / sd - 1) < 0.006, f"{names[2]} is known to {sd} beside the others: {rows[2][4]}")
+
+
 def test_mistakes(case):
     """All mistakes are told together, with file, line and what is valid; nothing is written."""
     twin(case)

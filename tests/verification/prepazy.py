@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stiffness of a beam from readings of its tip, as tools/import_prepazy.py and bench_prepazy find it.
+"""The stiffness of a beam from readings of its tip, as tools/import_prepazy.py with bench_prepazy and msm_train find it.
 
-usage: prepazy.py BENCH_PREPAZY synthetic    exact readings of the elastica with known stiffness and zeros
-       prepazy.py BENCH_PREPAZY measured     the Pre-Pazy wing; exit code 77 where its readings are not
+usage: prepazy.py BENCH_PREPAZY MSM_TRAIN synthetic    exact readings of the elastica with known stiffness and zeros
+       prepazy.py BENCH_PREPAZY MSM_TRAIN measured     the Pre-Pazy wing; exit code 77 where its readings are not
 
 The readings are looked for in the folder that FLUSI_PREPAZY names, or in ../shared/data/prepazy beside the repository.
 Both are compared with a fit of the elastica, which shares nothing with the solver.
 """
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -34,25 +35,56 @@ def check(condition, sentence):
         sys.exit(1)
 
 
-def run(program, folder, sd_mm):
+TRAINING = """[Wing]
+file = w.h5;
+E = 4e10;
+k_e = 3e7;
+[Measurement]
+file = m.h5;
+[Train]
+parameters = E 1e9 1e12;
+"""
+
+
+def run(programs, folder, sd_mm):
+    """What bench_prepazy finds; what msm_train finds must be the same."""
     with tempfile.TemporaryDirectory() as place:
         wing, measurement, fit, picture = (Path(place) / name for name in ("w.h5", "m.h5", "fit.txt", "fit.png"))
         subprocess.run([sys.executable, "-B", SOURCE / "tools/import_prepazy.py", folder, "--wing", wing,
                         "-o", measurement, "--sd", repr(sd_mm)], check=True)
-        fit.write_text(subprocess.run([program, wing, measurement], check=True, capture_output=True, text=True).stdout)
+        fit.write_text(subprocess.run([programs[0], wing, measurement], check=True, capture_output=True, text=True).stdout)
         subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_prepazy.py", fit, "-o", picture], check=True)
         check(picture.stat().st_size > 10000, "the picture is drawn")
-        return read_fit(fit)
+        unknowns, found = read_fit(fit)
+        check_training(programs[1], Path(place), unknowns)
+        return unknowns, found
 
 
-def synthetic(program):
+def check_training(program, place, unknowns):
+    """The search from a random start, least squares and intervals of the program end where those of bench_prepazy do,
+    which begin near; and its history can be drawn."""
+    (place / "train.ini").write_text(TRAINING)
+    told = subprocess.run([program, "train.ini"], cwd=place, check=True, capture_output=True, text=True).stdout
+    said = re.search(r"^E: (\S+) Pa, with 90 % confidence between (\S+) and (\S+) Pa", told, re.M)
+    check(said and "h = " not in told, f"E has an interval, and no heights are spoken of:\n{told}")
+    value, low, high = (1e-10 * float(number) for number in said.groups())
+    best, lower, upper = unknowns["EI"]
+    # Ends are sought to 1 % of the threshold's root; six and four digits are printed.
+    check(abs(value / best - 1) < 1e-4, f"the stiffness is the same: {value} and {best}")
+    check(max(abs(low - lower), abs(high - upper)) < 0.015 * (upper - lower), f"so is the interval: {low} to {high}")
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_training.py", place], check=True)
+    page = (place / "report.html").read_text()
+    check("zero" in page and page.count("<img") + page.count("<svg") >= 3, "the report has pictures and zeros")
+
+
+def synthetic(programs):
     stiffness, zeros = 3.7, {"first": 0.012, "second": -0.004}
     with tempfile.TemporaryDirectory() as folder:
         rows = [(mass, zero - LENGTH * elastica.deflection(GRAVITY * mass * LENGTH**2 / stiffness))
                 for zero, masses in zip(zeros.values(), (np.arange(0, 1.3, 0.3), np.arange(0, 2.6, 0.5)))
                 for mass in masses]
         np.savetxt(Path(folder) / "bending_with_skin.txt", rows)
-        unknowns, _ = run(program, folder, 1.0)
+        unknowns, _ = run(programs, folder, 1.0)
     value, low, high = unknowns["EI"]
     check(abs(value / stiffness - 1) < MODEL, f"the stiffness is found: {value:.5f} of {stiffness}")
     check(low < stiffness < high, "and lies in its interval")
@@ -60,7 +92,7 @@ def synthetic(program):
         check(abs(unknowns[f"zero:{name}"][0] - zero) < ZERO_MODEL, f"the zero of the {name} loading is found")
 
 
-def measured(program):
+def measured(programs):
     folder = Path(os.environ.get("FLUSI_PREPAZY", SOURCE.parent / "shared/data/prepazy"))
     if not (folder / "bending_with_skin.txt").is_file():
         print(f"skipped: no readings in {folder}")
@@ -70,7 +102,7 @@ def measured(program):
     rows = np.concatenate(loadings)
     loading = np.repeat(np.arange(len(loadings)), [len(part) for part in loadings])
     stiffness, deviation, zeros, squares = elastica.fit(GRAVITY * rows[:, 0], rows[:, 1], loading, sd, LENGTH)
-    unknowns, found = run(program, folder, float(1e3 * sd))
+    unknowns, found = run(programs, folder, float(1e3 * sd))
     value, low, high = unknowns["EI"]
     print(f"EI {value:.4f} N m^2, {low:.4f} to {high:.4f}; elastica {stiffness:.4f}, sd {deviation:.4f}")
     check(sum(map(len, found.values())) == len(rows), "every reading is used")
@@ -84,4 +116,4 @@ def measured(program):
 
 
 if __name__ == "__main__":
-    {"synthetic": synthetic, "measured": measured}[sys.argv[2]](sys.argv[1])
+    {"synthetic": synthetic, "measured": measured}[sys.argv[3]](sys.argv[1:3])
