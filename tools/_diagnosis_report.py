@@ -76,13 +76,46 @@ def extension(diagnosis):
     rows = []
     for one in diagnosis["extended"].get("intervals_90", []):
         lower, best, upper = one["lower_best_upper"]
-        interval = f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else "one end only"
+        interval = (f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else
+                    f"more than {lower:.4g} (95 %)" if one["has_lower"] else
+                    f"less than {upper:.4g} (95 %)" if one["has_upper"] else "the data set no end")
         rows.append(f"<tr><td class=name>{escape(one['name'])}</td><td class=number>{best:.4g}</td>"
                     f"<td class=number>{interval}</td></tr>")
     if not rows:
         return ""
     return ("<h2>What was added to the model</h2><table><thead><tr><th>parameter</th><th class=number>value</th>"
             "<th class=number>90 % interval</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>")
+
+
+def alternatives(diagnosis):
+    """What the data cannot tell apart; '' if the verdict is no set."""
+    verdict = diagnosis["verdict"]
+    if verdict["word"] != "consistent_with_set" or verdict["is_together"]:
+        return ""
+    known = {e["name"]: e for e in diagnosis["effects"]}
+    rows = [f"<tr><td class=name>{escape(known[name]['title'])}</td><td class=number>{share(known[name]['posterior'])}</td>"
+            f"<td>{escape(known[name]['sentence'])}</td></tr>" for name in verdict["set"]]
+    return ("<h2>What these data cannot tell apart</h2><table><thead><tr><th>cause</th><th class=number>alone, with "
+            "probability</th><th>in words</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>")
+
+
+def shifts(diagnosis):
+    """What the usual parameters become if the model has the cause; '' if it was not extended."""
+    if not diagnosis["extended"]["is_found"]:
+        return ""
+    before = {p["name"]: p for p in diagnosis["baseline"]["parameters"]}
+    rows = [f"<tr><td class=name>{escape(p['name'])}</td><td class=number>{before[p['name']]['value']:.4g}</td>"
+            f"<td class=number>{p['value']:.4g}</td><td>{escape(p['unit'])}</td></tr>"
+            for p in diagnosis["extended"]["parameters"] if p["name"] in before]
+    return ("<h2>What becomes of the other parameters</h2><table><thead><tr><th>parameter</th><th class=number>without the "
+            "cause</th><th class=number>with it</th><th>unit</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>")
+
+
+def smallest(effect):
+    """From which strength on the data would show an effect."""
+    found = [f"{name} {value:.3g}" for name, value in zip(effect["parameters"], effect["detectable"])
+             if value is not None and 0 < value < 1e30]
+    return escape("; ".join(found)) or "–"
 
 
 def candidates(effects):
@@ -92,15 +125,16 @@ def candidates(effects):
     for e in sorted(effects, key=lambda e: (order[e["status"]], -(e.get("log_evidence") or 0))):
         if e["status"] == "tested":
             cells = (f"<td class=number>{probability(e['local_p'])}</td><td class=number>{probability(e['p'])}</td>"
-                     f"<td class=number>{share(e['posterior'])}</td><td class=number>{e['retained']:.2f}</td>")
+                     f"<td class=number>{share(e['posterior'])}</td><td class=number>{e['retained']:.2f}</td>"
+                     f"<td>{smallest(e)}</td>")
             where = f" ({escape(e['variant'])})" if e["variant"] else ""
         else:
             word = "absorbed by the baseline" if e["status"] == "absorbed" else f"not testable: {e['missing']}"
-            cells, where = f"<td colspan=4>{escape(word)}</td>", ""
+            cells, where = f"<td colspan=5>{escape(word)}</td>", ""
         rows.append(f"<tr><td class=name>{escape(e['title'])}{where}</td>{cells}<td>{escape(e['sentence'])}</td></tr>")
     return ("<h2>All candidates</h2><div class=scroll><table><thead><tr><th>cause</th><th class=number>local p</th>"
             "<th class=number>p with its positions</th><th class=number>alone, with probability</th>"
-            "<th class=number>seen beside baseline</th><th>in words</th></tr></thead><tbody>"
+            "<th class=number>seen beside baseline</th><th>found with 90 % from</th><th>in words</th></tr></thead><tbody>"
             + "\n".join(rows) + "</tbody></table></div>")
 
 
@@ -167,7 +201,9 @@ def page(diagnosis, pictures, flight=None):
 <p class=quiet>Wing {escape(diagnosis["wing"])}, measured in {escape(diagnosis["measurement"])}.</p>
 <ul class=numbers>{boxes}</ul>
 {f'<div class=warnings>{escape(warning)}.</div>' if warning else ''}
+{alternatives(diagnosis)}
 {extension(diagnosis)}
+{shifts(diagnosis)}
 {flight_html(flight)}
 {"".join(figure_html(picture) for picture in pictures)}
 {candidates(diagnosis["effects"])}
@@ -179,6 +215,8 @@ def page(diagnosis, pictures, flight=None):
 positions that were tried. With many causes one of them looks good by chance; the number at the top allows for it.</dd>
 <dt>seen beside baseline</dt><dd>How much of what a cause does to the deformations the baseline cannot imitate by other
 values of its parameters. Below 0.05 a cause is absorbed.</dd>
+<dt>found with 90 % from</dt><dd>The change of a parameter that these data would show in nine of ten experiments; in units of the
+parameter, of its natural logarithm for stiffnesses.</dd>
 <dt>probability</dt><dd>Holds if one of the hypotheses is true: nothing, an entry of the catalogue, several, or an unknown
 smooth cause.</dd>
 </dl>

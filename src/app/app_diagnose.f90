@@ -100,7 +100,11 @@ contains
       if (self%failure%failed) self%code = EXIT_NUMERICAL
       return
     end if
-    if (self%has_band) call self%band%find(self%settings, self%simulator)
+    if (self%has_band) then
+      call self%band%find(self%settings, self%simulator)
+      if (.not. self%band%is_found) write (error_unit, '(a)') 'notice: what the mesh does is not known, and not '// &
+        'counted as an error: one of the two meshes could not be fitted'
+    end if
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, store)
     if (self%failure%failed) then
       self%code = EXIT_NUMERICAL

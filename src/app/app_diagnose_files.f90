@@ -8,6 +8,7 @@ module app_diagnose_files
   use app_wing_fragment, only: wing_lines
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
+  use base_files, only: remove_file
   use base_kinds, only: rp
   use base_text_file, only: write_text
   use diagnosis_decision, only: verdict_word
@@ -26,16 +27,21 @@ module app_diagnose_files
 
 contains
 
-  !> Writes NAME_baseline.ini and, if a cause was found, NAME_extended.ini. They are for the wing of the file: fitted on a
+  !> Writes NAME_baseline.ini and, if a cause was found, NAME_extended.ini; if none was, that of an earlier diagnosis is
+  !> removed. They are for the wing of the file: fitted on a
   !> finer mesh, the same wing differs from them by what the mesh does.
   subroutine write_fragments(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: what
+    logical :: is_removed
     integer :: i
     call write_fragment(s, d%baseline%q, 'baseline of a diagnosis', s%name//'_baseline.ini', failure)
-    if (.not. d%extended%is_found) return
+    if (.not. d%extended%is_found) then
+      call remove_file(s%name//'_extended.ini', is_removed)
+      return
+    end if
     what = 'diagnosis: '//verdict_word(d%decision%verdict)//', '//verdict_sentence(s, d)//NL//'; extended by'
     do i = 1, size(d%decision%causes)
       what = what//' '//cause_name(s, d, i)//';'

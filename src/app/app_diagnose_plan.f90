@@ -58,6 +58,8 @@ contains
       end if
     end do
     call print_loads(unit, s, simulator, design, snr, helpful)
+    write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
+    if (s%finds_band) write (unit, '(a)') 'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
     flush (unit)
     call write_plan(s, design, snr, helpful, failure)
   end subroutine print_plan

@@ -26,6 +26,7 @@ contains
     type(next_t), intent(in) :: next
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
+    character(:), allocatable :: extended
     character(200) :: line
     integer :: i
     call print_data(unit, s)
@@ -56,10 +57,10 @@ contains
     end if
     if (size(zeros%value) > 1) then
       i = maxloc(abs(zeros%difference)/max(zeros%error, tiny(1.0_rp)), 1)
-      write (line, '(a,es9.2,a,es8.1,3a)') 'zeros     '//trim(zeros%names(i))//' reads ', abs(zeros%difference(i)), &
-        ' m +-', zeros%error(i), ' m ', merge('more', 'less', zeros%difference(i) > 0), ' than '// &
-        trim(zeros%names(1))//'; they are equal with p = '//probability_text(zeros%log_p)
-      write (unit, '(a)') trim(line)
+      write (line, '(a,es9.2,a,es8.1,3a)') ' reads ', abs(zeros%difference(i)), ' m +-', zeros%error(i), ' m ', &
+        merge('more', 'less', zeros%difference(i) > 0), ' than '
+      write (unit, '(a)') 'zeros     '//trim(zeros%names(i))//trim(line)//' '//trim(zeros%names(1))// &
+        '; they are equal with p = '//probability_text(zeros%log_p)
     end if
     if (d%has_gain) then
       write (line, '(a,f0.2,a,f0.2,a)') 'gain      of log predictive density ', d%gain, ' +- ', d%gain_error, &
@@ -67,7 +68,9 @@ contains
       write (unit, '(a)') trim(line)
     end if
     if (size(next%order) > 0) call print_next(unit, s, next)
-    write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini, _extended.ini, _next_measurements.csv'
+    extended = ''
+    if (d%extended%is_found) extended = ', _extended.ini'
+    write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini'//extended//', _next_measurements.csv'
     flush (unit)
   end subroutine print_verdict
 
@@ -100,17 +103,17 @@ contains
   subroutine print_data(unit, s)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
-    character(300) :: line
+    character(120) :: line
     if (.not. any(s%measurement%loads%has_surface)) then
       write (line, '(a,i0,a,i0,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
-        ' readings of single points; '//s%measurement_path
-      write (unit, '(a)') trim(line)
+        ' readings of single points; '
+      write (unit, '(a)') trim(line)//' '//s%measurement_path
       write (unit, '(a)') 'noise     as the file declares for each reading'
       return
     end if
     write (line, '(a,i0,a,i0,a,es10.3,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
-      ' averages over squares of ', s%bins%size, ' m; '//s%measurement_path
-    write (unit, '(a)') trim(line)
+      ' averages over squares of ', s%bins%size, ' m; '
+    write (unit, '(a)') trim(line)//' '//s%measurement_path
     write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, &
       ' um, declared are ', 1.0e6_rp*s%noise%declared, ' um'
     write (unit, '(a)') trim(line)

@@ -4,16 +4,17 @@
 
     test_fixed    the cases in ini/blind.json, at two levels of force in place of three: nothing, one cause each, and two
                   that no entry of the catalogue has
-    test_random   three cases with a seed from the operating system, which is printed; one at least has an acceptable
-                  verdict, as is true in all but 1e-3 of all runs of a program that fails in a tenth of its cases, twice
-                  as often as the targets of docs/diagnosis.md allow
-    test_controls data that are wrong, or nothing: scans under each other's names, a stated error of half the true size,
-                  nothing hidden in a wing of a finer mesh
+    test_random   eight cases with a seed from the operating system, which is printed; four at least have an acceptable
+                  verdict, as is true in all but 4e-4 of all runs of a program that fails in a tenth of its cases, twice
+                  as often as the targets of docs/diagnosis.md allow. One that always says "adequate" passes in 6 % of all runs
+    test_controls data that are wrong, or nothing: scans under each other's names, stated errors of half and twice the true
+                  size, nothing hidden in a wing of a finer mesh
 
 usage: blind_diagnoses.py <msm_diagnose> <h5dump> [test ...]; BLIND_SEED repeats a random batch
 """
 import json
 import os
+import random
 import re
 import secrets
 import shutil
@@ -35,11 +36,12 @@ ALLOWED = {
     "E_gradient": ((NAMED, "E_gradient"), (SET, "E_gradient")),
     "joint_hardening": ((NAMED, "joint_hardening"), (SET, "joint_hardening")),
     "damage": ((NAMED, "damage"), (SET, "damage")),
-    "force_gain": ((SET, "force_gain"),),  # no bending test tells it from the stiffness of everything
+    "force_gain": ((SET, "force_gain"),),  # and of ALIASES
     "drift": ((NAMED, "drift"), (SET, "drift")),
     "E_wave": ((UNKNOWN, ""),),
     "memory": ((UNKNOWN, ""),),  # of a scan, for the one before
 }
+ALIASES = {"force_gain": {"force_gain", "elasticity"}}  # no bending test tells it from the stiffness of everything
 INPUT = """[Wing]
 file = {wing};
 E = 12.58e9;
@@ -118,7 +120,7 @@ def test_fixed(case):
     data = {name: folder / f"{name}.h5" for folder, (members, _) in zip(folders, batches.values()) for name in members}
     wrong = []
     for name, (code, found, _) in zip(data, two_at_a_time(lambda name: diagnose(case, data[name], name), data)):
-        if not is_allowed(ALLOWED[name], code, found):
+        if not is_allowed(ALLOWED[name], code, found) or not ALIASES.get(name, set()) <= set(causes(found)):
             wrong.append(f"{name}: {found['verdict']['sentence']}")
     check(not wrong, "; ".join(wrong))
 
@@ -127,11 +129,11 @@ def test_random(case):
     """A fresh batch of one wing, signals at ratios of 8 to 20."""
     seed = int(os.environ.get("BLIND_SEED", secrets.randbits(48)))
     print(f"    BLIND_SEED={seed}", flush=True)
-    data = blindgen(case, quick_design(), "--cases", 3, "--seed", seed, "--individuals", 1, "--meshes", "same",
-                    "--snr", 8, 20, "--mix", "null=0.3,single=0.5,outside=0.2")
+    data = blindgen(case, quick_design(), "--cases", 8, "--seed", seed, "--individuals", 1, "--meshes", "same",
+                    "--snr", 8, 20, "--mix", "null=0.2,single=0.6,outside=0.2", "--jobs", 2)
     failed = []
-    for name in sorted(path.stem for path in data.glob("[0-9]*.h5")):
-        code, found, _ = diagnose(case, data / f"{name}.h5", name)
+    names = sorted(path.stem for path in data.glob("[0-9]*.h5"))
+    for name, (code, found, _) in zip(names, two_at_a_time(lambda name: diagnose(case, data / f"{name}.h5", name), names)):
         truth = json.loads(json.loads((data / f"sealed/{name}.json").read_text())["truth"])
         hidden = [name for cause in truth["causes"] for name in (cause["name"], *cause["also"])]
         known = [effect["name"] for effect in found["effects"] if effect["status"] == "tested"]
@@ -140,31 +142,37 @@ def test_random(case):
         elif any(name in known for name in hidden):
             verdicts = [(code, name) for name in hidden for code in (NAMED, SET)]
         else:  # not a name; a set says that other causes are not excluded
-            verdicts = ((UNKNOWN, ""), (SET, ""), (ADEQUATE, ""))
+            verdicts = ((UNKNOWN, ""), (SET, ""))
         if not is_allowed(verdicts, code, found):
             failed.append(f"{name}, {hidden or 'nothing'} hidden: {found['verdict']['sentence']}")
-    check(len(failed) <= 2, f"all three verdicts are wrong, BLIND_SEED={seed}: {'; '.join(failed)}")
+    check(len(failed) <= 4, f"{len(failed)} of 8 verdicts are wrong, BLIND_SEED={seed}: {'; '.join(failed)}")
 
 
 def test_controls(case):
-    """Scans of loads at different places exchanged: no cause is named. Errors twice as large as stated: it is said, and
-    nothing is found. A null on a finer mesh, with `refine = yes` and `fit`: nothing is found."""
+    """Scans under each other's names, two of them or all: the cause is not in the catalogue. Errors twice or half as large as
+    stated: it is said, and nothing is found. A null on a finer mesh, with `refine = yes` and `fit`: nothing is found."""
     data = blindgen(case, quick_design(), "--fixed", "none", "E_gradient")
-    shuffled, bold = data / "shuffled.h5", data / "bold.h5"
-    shutil.copy(data / "E_gradient.h5", shuffled)
-    with h5py.File(shuffled, "r+") as file:
-        loads = sorted(file["loads"].values(), key=lambda load: load.attrs["point"][0])
-        first, last = loads[0], loads[-1]
-        heights = first["z"][()]
-        first["z"][()], last["z"][()] = last["z"][()], heights
-    code, found, _ = diagnose(case, shuffled, "shuffled")
-    check(code in (SET, UNKNOWN), f"scans under wrong names are not {found['verdict']['sentence']}")
-    shutil.copy(data / "none.h5", bold)
-    with h5py.File(bold, "r+") as file:
-        file["accuracy"].attrs["height"] = 0.5 * file["accuracy"].attrs["height"]
-    code, found, _ = diagnose(case, bold, "bold")
-    check(code == ADEQUATE, f"errors that are stated too small are not {found['verdict']['sentence']}")
-    check("scatter more" in found["noise"]["warning"], f"the stated error is called wrong: {found['noise']}")
+    for name in "exchanged", "shuffled":
+        shutil.copy(data / "E_gradient.h5", data / f"{name}.h5")
+        with h5py.File(data / f"{name}.h5", "r+") as file:
+            loads = sorted(file["loads"].values(), key=lambda load: load.attrs["point"][0])
+            order = list(range(len(loads)))
+            if name == "exchanged":
+                order[0], order[-1] = order[-1], order[0]
+            else:
+                random.Random(3).shuffle(order)
+            heights = [load["z"][()] for load in loads]
+            for load, i in zip(loads, order):
+                load["z"][()] = heights[i]
+        code, found, _ = diagnose(case, data / f"{name}.h5", name)
+        check(code == UNKNOWN, f"scans under wrong names are not {found['verdict']['sentence']}")
+    for name, factor, word in ("bold", 0.5, "more"), ("timid", 2.0, "less"):
+        shutil.copy(data / "none.h5", data / f"{name}.h5")
+        with h5py.File(data / f"{name}.h5", "r+") as file:
+            file["accuracy"].attrs["height"] = factor * file["accuracy"].attrs["height"]
+        code, found, _ = diagnose(case, data / f"{name}.h5", name)
+        check(code == ADEQUATE, f"errors that are stated wrong are not {found['verdict']['sentence']}")
+        check(f"scatter {word}" in found["noise"]["warning"], f"the stated error is called wrong: {found['noise']}")
     blindgen(case, quick_design(), "--cases", 1, "--seed", 5, "--individuals", 1, "--meshes", "finer", "--mix", "null=1")
     for refine in "yes", "fit":
         code, found, _ = diagnose(case, data / "0001.h5", f"finer_{refine}", refine=refine)

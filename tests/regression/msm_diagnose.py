@@ -46,9 +46,9 @@ EXIT_NAMED, EXIT_USER, EXIT_INSUFFICIENT = 10, 2, 20
 SCHEMA = SOURCE / "docs/diagnosis.schema.json"
 
 
-def synthesise(case, **changes):
+def synthesise(case, *arguments, **changes):
     (case.folder / "case.json").write_text(json.dumps({**CASE, **changes}))
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", "case.json", "-o", "bending.h5"],
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", "case.json", "-o", "bending.h5", *arguments],
                    cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
     (case.folder / "diagnose.ini").write_text(INPUT.format(wing=CASE["wing"]))
 
@@ -78,6 +78,31 @@ def test_name(case):
     check(abs(value + 1.2) < 0.25, f"the gradient is that of the generator, -1.2, not {value}")
     check("E_gradient" in (case.folder / "diagnosis_extended.ini").read_text(), "the extended wing has it")
     fly(case)
+
+
+def test_refine(case):
+    """A wing of a finer mesh, in which nothing is hidden, under exact measurements: with `refine = yes` the difference is
+    the mesh's and no cause, the same on one and on two ranks; without it, something is found that is not there. What an
+    earlier diagnosis found is not left."""
+    synthesise(case, "--refine", "1", stiffness={"plate": "edges", "E": 9.0e9},
+               noise={"height": 1.0e-6, "tilt": 3.0e-4, "piston": 1.0e-6, "reference_scans": 4})
+    text = INPUT.format(wing=CASE["wing"]).replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
+    text = text.replace("observations = 400", "observations = 300")
+    case.write("diagnose.ini", text)
+    done = case.flusi("diagnose.ini", timeout=300)
+    blind = json.loads((case.folder / "diagnosis.json").read_text())
+    check(done.code in (EXIT_NAMED, 11, 12) and 0 < blind["verdict"]["global_p"] < 0.05,
+          f"the mesh is taken for a cause: {blind['verdict']['sentence']}, p = {blind['verdict']['global_p']}")
+    (case.folder / "diagnosis_extended.ini").write_text("; of an earlier diagnosis\n")
+    texts = []
+    for ranks in 1, 2:
+        done = case.run("diagnose.ini", "--refine=yes", ranks=ranks, code=EXIT_OK, timeout=300)
+        texts.append((case.folder / "diagnosis.json").read_text())
+    check(texts[0] == texts[1], "the JSON file is the same to the byte on one and on two ranks")
+    band = json.loads(texts[0])["mesh_band"]
+    check(band["is_found"] and not band["is_fitted_on"] and band["snr"] > 5 and 1e-7 < band["rms_m"] < 1e-5,
+          f"the band is told: {band}")
+    check("_extended.ini" not in done.out and "diagnosis_extended.ini" not in case.files(), "nothing is left of another")
 
 
 def keep_draws(case, *arguments):
