@@ -6,7 +6,7 @@ import numpy as np
 
 from _blind_calibration import fortran_of, table_of as calibration_table, try_on_even
 from _blind_ledger import dump, read, write
-from _blind_scores import Case, confusion_of, scores_of
+from _blind_scores import Case, calibration_error, confusion_of, scores_of
 
 KEYS = ("false_alarm_rate", "detection_snr5", "right_or_in_set_snr8", "single_right_snr8", "wrong_single_name_rate",
         "wrong_single_name_outside", "unknown_called_snr12")
@@ -31,9 +31,12 @@ def collect(study, folder, count):
     return cases, records, oracles
 
 
-def gain_of(oracles):
-    """(gain of all extensions over that of all true causes, 95 % bounds by bootstrap over cases, cases), or None."""
-    rows = np.array([(one["gain"], one["oracle"]) for one in oracles.values() if one["oracle"] is not None])
+def gain_of(oracles, cases):
+    """(gain of all extensions over that of all true causes, 95 % bounds by bootstrap over cases, cases), or None. What was
+    added beside a verdict that names nothing is no gain."""
+    says = {case.name: case.verdict in ("named", "consistent_with_set") for case in cases}
+    rows = np.array([(one["gain"] if says[name] else 0.0, one["oracle"]) for name, one in oracles.items()
+                     if one["oracle"] is not None])
     if len(rows) == 0 or rows[:, 1].sum() <= 0:
         return None, (None, None), len(rows)
     rng = np.random.default_rng(1)
@@ -125,7 +128,7 @@ def print_report(study, folder, count, figure=None, map_file=None):
             print(table_of(title, scores[name]))
     print(snr_table(scores["all"]))
     print(causes_table(cases))
-    fraction, ends, n = gain_of(oracles)
+    fraction, ends, n = gain_of(oracles, cases)
     if fraction is not None:
         print(f"  gain on locations left out over that of the true cause, SNR >= 8: {100 * fraction:.1f} % of {n} cases "
               f"({100 * ends[0]:.1f} to {100 * ends[1]:.1f}; bar 90)")
@@ -143,7 +146,11 @@ def print_report(study, folder, count, figure=None, map_file=None):
         print(f"  no verdict on {name}: exit code {records[name]['exit_code']}, {records[name]['problem']}")
     print(costs(cases))
     whole = scores["all"]
-    result = {**{key: whole["shares"][key]["value"] for key in KEYS}, "ece": whole["ece"], "gain_fraction_snr8": fraction,
+    # A program with a map has learned it on the odd cases.
+    is_mapped = any(case.probability != case.raw for case in cases)
+    even = [case for case in cases if int(case.name) % 2 == 0]
+    error = calibration_error(even)[0] if is_mapped else whole["ece"]
+    result = {**{key: whole["shares"][key]["value"] for key in KEYS}, "ece": error, "gain_fraction_snr8": fraction,
               "interval_coverage": whole["interval_coverage"], "ece_raw_even": tried["ece_raw"],
               "ece_mapped_even": tried["ece_mapped"]}
     rows, columns, counts = confusion_of(cases)
