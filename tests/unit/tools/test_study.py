@@ -6,6 +6,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 SOURCE = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(SOURCE / "tools"))
@@ -122,9 +123,12 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(lines("drift", drift=1e-3)["Instrument"], {"parameters": "drift 0.001"})
         self.assertEqual(lines("membrane_bending", D=3e-7)["Wing"], {"D": "3e-07"})
         self.assertIn("sided_joints", lines("one_way_joint", **{"one_way:C_h": 2.0})["Wing"])
-        oracles = {"1": {"gain": 9.0, "oracle": 10.0}, "2": {"gain": 0.0, "oracle": 2.0}, "3": {"gain": 1, "oracle": None}}
-        fraction, (low, high), n = gain_of(oracles)
-        self.assertEqual((fraction, n), (9 / 12, 2))
+        oracles = {"1": {"gain": 9.0, "oracle": 10.0}, "2": {"gain": 0.0, "oracle": 2.0}, "3": {"gain": 1, "oracle": None},
+                   "4": {"gain": 5.0, "oracle": 6.0}}
+        verdicts = {"1": "named", "2": "adequate", "3": "named", "4": "unknown_cause"}
+        cases = [SimpleNamespace(name=name, verdict=verdict) for name, verdict in verdicts.items()]
+        fraction, (low, high), n = gain_of(oracles, cases)
+        self.assertEqual((fraction, n), (9 / 18, 3))
         self.assertTrue(low <= fraction <= high)
 
 
