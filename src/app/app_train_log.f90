@@ -13,7 +13,7 @@ module app_train_log
   type :: train_log_t
     type(text_file_t), private :: file
     logical, private :: speaks = .false., is_live = .false., is_line_open = .false.
-    real(rp), private :: interval = 30, begun = 0, shown = -huge(1.0_rp)
+    real(rp), private :: interval = 30, begun = 0, shown = -huge(1.0_rp), filed = -huge(1.0_rp)
     integer(i8), private :: first_evaluations = -1
   contains
     procedure :: open => log_open
@@ -136,7 +136,8 @@ contains
     is_due = now - self%shown >= merge(0.2_rp, self%interval, self%is_live)
   end function is_due
 
-  !> A progress line: on a terminal in the place of the last one, in the file always as a line of its own.
+  !> A progress line: on a terminal in the place of the last one; in the file a line of its own, no more often than the
+  !> interval allows.
   subroutine show(self, line, now)
     type(train_log_t), intent(inout) :: self
     character(*), intent(in) :: line
@@ -150,7 +151,8 @@ contains
     end if
     flush (output_unit)
     self%shown = now
-    if (.not. self%file%is_open()) return
+    if (.not. self%file%is_open() .or. (self%is_live .and. now - self%filed < self%interval)) return
+    self%filed = now
     call self%file%write(line, ignored)
     call self%file%flush(ignored)
   end subroutine show

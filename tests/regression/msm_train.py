@@ -6,6 +6,7 @@ usage: msm_train.py <msm_train> <h5dump> <write_twin> [tests]
 """
 import math
 import os
+import pty
 import random
 import re
 import signal
@@ -268,6 +269,29 @@ def test_individuals(case):
     check("goes with one individual" in case.run("train.ini", "--restart=x.h5", ranks=0, code=EXIT_USER).err, "no FILE")
     case.write("wings.ini", merged(ini, {"Wing": {"file": f"{WING}, {WING}"}}))
     case.run("wings.ini", "--check", ranks=0)
+
+
+def test_terminal(case):
+    """On a terminal lines move, and the log has no more of them than elsewhere."""
+    twin(case)
+    joint = "joint:R4+5_base"
+    case.write("train.ini", training(Train={"parameters": f"E 4e9 3e10, {joint} 1e-4 1e-3"}, CMAES={"max_generations": 3},
+                                     Polish={"intervals": "no", "starts": 1}, Saving={"progress_interval": 30}))
+    leader, follower = pty.openpty()
+    with subprocess.Popen([case.program, "train.ini"], cwd=case.folder, stdin=subprocess.DEVNULL, stdout=follower,
+                          stderr=follower) as run:
+        os.close(follower)
+        out = ""
+        try:
+            while True:
+                out += os.read(leader, 4096).decode()
+        except OSError:  # that is how a terminal ends
+            os.close(leader)
+        check(run.wait() == 0, out)
+    moves = out.count("\rgeneration") + out.count("\rpolish from")
+    log = (case.folder / "train.log").read_text()
+    filed = len(re.findall("^generation|^polish from", log, re.M))
+    check(moves >= 3 and filed == 1, f"{moves} lines on the terminal, the first of 30 s in the log, not {filed}")
 
 
 def test_infeasible(case):
