@@ -294,6 +294,18 @@ def test_terminal(case):
     check(moves >= 3 and filed == 1, f"{moves} lines on the terminal, the first of 30 s in the log, not {filed}")
 
 
+def test_stopped(case):
+    """Without time left, nothing is said of loads that were not solved, and no batch is begun to its end."""
+    twin(case)
+    case.write("train.ini", training())
+    case.write("short.ini", training(Saving={"wtimemax": 1e-9}))
+    for ini, word, ranks, env, why in (("short.ini", "--evaluate", 0, {}, "wtimemax"), ("short.ini", "--screen", 2, {}, "wtimemax"),
+                                       ("train.ini", "--evaluate", 3, {"SLURM_JOB_END_TIME": "1"}, "the job ends soon")):
+        done = case.run(ini, word, ranks=ranks, env=env, code=EXIT_STOPPED)
+        check("stopped early" in done.out and why in done.out, f"the end is told:\n{done.out}")
+        check("no equilibrium" not in done.out and "load_" not in done.out, f"and nothing of loads:\n{done.out}")
+
+
 def test_infeasible(case):
     """Nothing is feasible: the program says so."""
     twin(case)
