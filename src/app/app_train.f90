@@ -190,6 +190,7 @@ contains
     call self%log%say('evaluations '//number_text(int(self%search%evaluations()) + trained%n_evaluations)// &
                       ' in all')
     self%has_outcome = .true.
+    if (trained%has_failed_polish()) self%code = EXIT_NUMERICAL
     call write_fragment(self%settings, self%search%space, trained, self%failure)
     call write_history(self%settings, self%search%space, self%search%history, self%failure, trained)
     if (.not. self%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
