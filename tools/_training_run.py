@@ -145,7 +145,7 @@ class Parameter:
             return "Nothing can be said: the search for its interval did not come to its end. Fewer parameters or " \
                    "more steps ([Polish] iterations) may help."
         elif np.isfinite(self.value):
-            text = "How well the measurements determine it was not asked: take the number as one that fits, not as " \
+            text = "How well the measurements determine it is not known: take the number as one that fits, not as " \
                    "known."
         else:
             text = "The training has not reached its end."

@@ -25,6 +25,7 @@ module app_stop
     procedure :: init => stop_init
     procedure, nopass :: listen => stop_listen
     procedure :: look => stop_look
+    procedure :: is_time_over => stop_is_time_over
     procedure :: backup_done => stop_backup_done
   end type stop_rules_t
 
@@ -78,8 +79,7 @@ contains
         if (poll_control('.', messages) == CONTROL_SAVE_STOP) verdict = STOP_FILE
       end if
       call messages%print(error_unit, 'flusi: ')
-      if (wall_seconds() - self%begun > self%stop_seconds) verdict = STOP_WALLTIME
-      if (epoch_seconds() >= self%job_end) verdict = STOP_JOB_END
+      if (time_verdict(self) /= GO_ON) verdict = time_verdict(self)
     end if
     call world%broadcast_integer(verdict)
     if (signals > 0) verdict = STOP_SIGNAL
@@ -98,6 +98,20 @@ contains
       self%must_stop = .false.
     end select
   end subroutine stop_look
+
+  !> Whether the wall time is used up or the job ends soon, by this rank's clock. Not collective: for rank 0, within work
+  !> that lasts long, before all ranks look.
+  logical function stop_is_time_over(self) result(is_over)
+    class(stop_rules_t), intent(in) :: self
+    is_over = time_verdict(self) /= GO_ON
+  end function stop_is_time_over
+
+  integer function time_verdict(self) result(verdict)
+    class(stop_rules_t), intent(in) :: self
+    verdict = GO_ON
+    if (wall_seconds() - self%begun > self%stop_seconds) verdict = STOP_WALLTIME
+    if (epoch_seconds() >= self%job_end) verdict = STOP_JOB_END
+  end function time_verdict
 
   !> Counts the time to the next backup from now.
   subroutine stop_backup_done(self)

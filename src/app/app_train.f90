@@ -198,13 +198,15 @@ contains
     call self%log%say('evaluations '//number_text(int(self%search%evaluations()) + trained%n_evaluations)// &
                       ' in all')
     self%has_outcome = .true.
+    if (trained%has_failed_polish()) self%code = EXIT_NUMERICAL
     call write_fragment(self%settings, self%search%space, trained, self%failure)
     call write_history(self%settings, self%search%space, self%search%history, self%failure, trained)
     if (.not. self%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
                                                      '[include]; '//self%settings%name//'_history.h5 the search')
   end subroutine tell_outcome
 
-  !> Rank 0: the cost of the wing as it is, or the screening of its parameters.
+  !> Rank 0: the cost of the wing as it is, or the screening of its parameters. Loads that were not solved because of a
+  !> stop say nothing of the wing.
   subroutine training_evaluate(self, command)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command
@@ -214,7 +216,14 @@ contains
     else
       call evaluate_wing(self%settings, self%crew, ok)
     end if
-    if (.not. ok) self%code = EXIT_NUMERICAL
+    if (self%crew%is_stopped) then
+      self%code = EXIT_STOPPED
+      call self%crew%look()
+      write (output_unit, '(a)') 'stopped early: '//trim(self%crew%stop_rules%reason)//'; not all loads were solved'
+      flush (output_unit)
+    else if (.not. ok) then
+      self%code = EXIT_NUMERICAL
+    end if
   end subroutine training_evaluate
 
   !> Ends the work of all ranks; `code` is the same on all. Collective.

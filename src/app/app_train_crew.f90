@@ -40,12 +40,12 @@ module app_train_crew
 
 contains
 
-  !> The runner, made for the experiment, must live as long as the crew. Collective.
+  !> The runner, made for the experiment, must live as long as the crew, which it asks for the time. Collective.
   subroutine crew_init(self, world, experiment, runner, output)
-    class(train_crew_t), intent(inout) :: self
+    class(train_crew_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in) :: experiment
-    class(train_runner_t), intent(in), target :: runner
+    class(train_runner_t), intent(inout), target :: runner
     type(output_params_t), intent(in) :: output !< when to stop
     integer :: n_input
     self%world = world
@@ -54,6 +54,7 @@ contains
     call self%cost_farm%start(world, n_input, COST_SIZE)
     call self%full_farm%start(world, n_input, full_size(experiment))
     call self%stop_rules%init(output)
+    runner%stop_rules => self%stop_rules
   end subroutine crew_init
 
   !> Tasks for costs, with `starts` (flat) as what warm solutions start from. On rank 0. If `is_stopped` is set

@@ -15,7 +15,7 @@ module app_train_evaluate
 
 contains
 
-  !> Prints the table and h; `ok` if every shape was found.
+  !> Prints the table and h; `ok` if every shape was found. Nothing is printed if the crew is stopped on the way.
   subroutine evaluate_wing(settings, crew, ok)
     type(train_settings_t), intent(in) :: settings
     type(train_crew_t), intent(inout) :: crew
@@ -23,7 +23,9 @@ contains
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: residuals(:)
     integer :: l
+    ok = .false.
     call solve_all_cold(settings%experiment, crew, settings%experiment%start(), evaluations)
+    if (crew%is_stopped) return
     call fit_offsets(settings%experiment, evaluations)
     call print_loads(output_unit, settings%experiment, evaluations)
     allocate (residuals(0))
@@ -62,7 +64,7 @@ contains
     end do
   end subroutine fit_offsets
 
-  !> All loads at these coordinates, without warm starts.
+  !> All loads at these coordinates, without warm starts. If the crew is stopped afterwards some are missing.
   subroutine solve_all_cold(experiment, crew, coordinates, evaluations)
     type(experiment_t), intent(in) :: experiment
     type(train_crew_t), intent(inout) :: crew

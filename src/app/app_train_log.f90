@@ -3,6 +3,7 @@
 module app_train_log
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_progress, only: duration
+  use app_train_budget, only: budget_t
   use base_kinds, only: i8, rp
   use base_process, only: is_terminal, wall_seconds
   use base_text_file, only: text_file_t
@@ -13,7 +14,7 @@ module app_train_log
   type :: train_log_t
     type(text_file_t), private :: file
     logical, private :: speaks = .false., is_live = .false., is_line_open = .false.
-    real(rp), private :: interval = 30, begun = 0, shown = -huge(1.0_rp)
+    real(rp), private :: interval = 30, begun = 0, shown = -huge(1.0_rp), filed = -huge(1.0_rp)
     integer(i8), private :: first_evaluations = -1
   contains
     procedure :: open => log_open
@@ -62,13 +63,14 @@ contains
     call self%file%flush(ignored)
   end subroutine log_say
 
-  !> How far the search is; `evaluations_left` at most, with which the time is estimated from the second generation on.
-  subroutine log_progress(self, generation, evaluations, evaluations_left, best, sigma, condition)
+  !> How far the search is; what is left to it, with which the time is estimated from the second generation on.
+  subroutine log_progress(self, generation, evaluations, left, best, sigma, condition)
     class(train_log_t), intent(inout) :: self
     integer, intent(in) :: generation
-    integer(i8), intent(in) :: evaluations, evaluations_left
+    integer(i8), intent(in) :: evaluations
+    type(budget_t), intent(in) :: left
     real(rp), intent(in) :: best, sigma, condition
-    real(rp) :: now, left
+    real(rp) :: now, seconds
     character(160) :: line
     character(:), allocatable :: until
     if (.not. self%speaks) return
@@ -79,8 +81,8 @@ contains
       self%begun = now
     else
       if (.not. is_due(self, now)) return
-      left = (now - self%begun)*evaluations_left/max(1_i8, evaluations - self%first_evaluations)
-      until = '  the search ends in at most '//duration(left)
+      seconds = (now - self%begun)*left%evaluations/max(1_i8, evaluations - self%first_evaluations)
+      until = '  '//left%subject()//' ends in at most '//duration(seconds)
     end if
     write (line, '(a,i6,a,i9,a,es11.4,a,es9.2,a,es9.2,a)') 'generation', generation, '  evaluations', evaluations, &
       '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, until
@@ -136,7 +138,8 @@ contains
     is_due = now - self%shown >= merge(0.2_rp, self%interval, self%is_live)
   end function is_due
 
-  !> A progress line: on a terminal in the place of the last one, in the file always as a line of its own.
+  !> A progress line: on a terminal in the place of the last one; in the file a line of its own, no more often than the
+  !> interval allows.
   subroutine show(self, line, now)
     type(train_log_t), intent(inout) :: self
     character(*), intent(in) :: line
@@ -150,7 +153,8 @@ contains
     end if
     flush (output_unit)
     self%shown = now
-    if (.not. self%file%is_open()) return
+    if (.not. self%file%is_open() .or. (self%is_live .and. now - self%filed < self%interval)) return
+    self%filed = now
     call self%file%write(line, ignored)
     call self%file%flush(ignored)
   end subroutine show

@@ -36,6 +36,13 @@ contains
                                                   e%measurement%loads(l)%force, e%measurement%loads(l)%point, &
                                                   e%measurement%loads(l)%direction], l*10000000_i8))
       end do
+      do i = 1, size(e%measurement%observations)
+        associate (one => e%measurement%observations(i))
+          mark = checksum_add(mark, checksum_reals([one%point, one%axis, &
+                                                    real([one%load, one%quantity, one%zero], rp)], &
+                                                   5000000_i8 + 100*i))
+        end associate
+      end do
     end associate
   end function mark_of
 end module app_train_mark

@@ -53,6 +53,7 @@ contains
     character(:), allocatable :: text
     integer :: i
     text = ''
+    if (trained%has_failed_polish()) return ! the outcome says so of all
     do i = 1, size(trained%values)
       if (.not. trained%determines(i)) text = text//', '//trim(space%names(i))
     end do
@@ -78,22 +79,43 @@ contains
     text = text//trim(line)//NL
     if (.not. trained%fits) text = text//prefix//'warning: this does not fit within the declared errors; how well '// &
                                    'parameters are determined, as told below, holds for a fit only'//NL
+    if (trained%has_failed_polish()) &
+      text = text//prefix//'warning: least squares failed ('//trained%reason//'): the values are where the search '// &
+             'ended, and how well the data determine them is not known'//NL
     do i = 1, size(trained%values)
       if (trained%has_intervals) then
         text = text//prefix//interval_sentence(settings%experiment, space, trained, i)//NL
-      else if (trained%is_polished) then
-        write (line, '(es13.6,a)') trained%values(i), ' '//trim(space%units(i))
-        if (.not. trained%determines(i)) line = 'not determined by these data (intervals = yes tells what can be said)'
-        text = text//prefix//trim(space%names(i))//': '//trim(adjustl(line))
-        write (line, '(a,es9.2)') trim(merge('of the logarithm', '                ', space%is_log(i))), &
-          trained%posterior%sd(i)
-        text = text//', predicted sd '//trim(adjustl(line))//NL
       else
-        text = text//prefix//trim(space%names(i))//': '//number_text(trained%values(i))//' '//trim(space%units(i))// &
-               ', how well the data determine it was not asked'//NL
+        text = text//prefix//trim(space%names(i))//': '//value_words(space, trained, i)//NL
       end if
     end do
   end function outcome_lines
+
+  !> What is said about unknown i where no interval was sought: its value, and how far it is to be believed.
+  function value_words(space, trained, i) result(words)
+    type(search_space_t), intent(in) :: space
+    type(trained_t), intent(in) :: trained
+    integer, intent(in) :: i
+    character(:), allocatable :: words, value
+    character(40) :: buffer
+    write (buffer, '(es13.6)') trained%values(i)
+    value = trim(adjustl(buffer))//' '//trim(space%units(i))
+    if (trained%bound(i) /= 0) then
+      words = 'at the '//trim(merge('lower', 'upper', trained%bound(i) < 0))//' bound of its box: '//value// &
+              '; the box holds it, not the data, and a '//trim(merge('smaller', 'larger ', trained%bound(i) < 0))// &
+              ' value may fit better'
+    else if (trained%has_failed_polish()) then
+      words = 'not determined; the search ended at '//value
+    else if (trained%is_polished) then
+      words = value
+      if (.not. trained%determines(i)) words = 'not determined by these data (intervals = yes tells what can be said)'
+      write (buffer, '(a,es9.2)') trim(merge('of the logarithm', '                ', space%is_log(i))), &
+        trained%posterior%sd(i)
+      words = words//', predicted sd '//trim(adjustl(buffer))
+    else
+      words = number_text(trained%values(i))//' '//trim(space%units(i))//', how well the data determine it was not asked'
+    end if
+  end function value_words
 
   !> Writes the history, and the outcome if there is one.
   subroutine write_history(settings, space, history, failure, trained)

@@ -11,6 +11,7 @@ module app_train_polish
   use base_kinds, only: rp
   use base_process, only: wall_seconds
   use base_text, only: number_text
+  use cmaes_box, only: bound_side
   use measurement_continuation, only: fit_by_continuation
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
@@ -22,6 +23,8 @@ module app_train_polish
   implicit none
   private
   public :: crew_problem_t, trained_t, polish_points, make_unknowns, interval_sentence, left_out_names
+
+  real(rp), parameter :: AT_BOUND = 1.0e-3_rp !< of the box's side: nearer to a bound is at it
 
   !> The problem of least squares whose loads are solved by the crew. With a log it tells how far it is.
   type, extends(wing_problem_t) :: crew_problem_t
@@ -40,9 +43,10 @@ module app_train_polish
   type :: trained_t
     real(rp), allocatable :: coordinates(:)  !< of the experiment
     real(rp), allocatable :: values(:)       !< of the unknowns, in their units
+    integer, allocatable :: sides(:)         !< (unknowns) -1 or 1: the value is at the lower or upper bound of its box
     logical :: is_cold = .false.             !< all solutions of the polish were cold
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
-    character(:), allocatable :: reason      !< why least squares ended
+    character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
     real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
     real(rp), allocatable :: ends(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
@@ -59,22 +63,40 @@ module app_train_polish
     integer :: n_evaluations = 0             !< points at which all loads were solved
   contains
     procedure :: determines => trained_determines
+    procedure :: has_failed_polish => trained_has_failed_polish
+    procedure :: bound => trained_bound
   end type trained_t
 
 contains
 
   !> Whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take
-  !> away half of the standard deviation that it had before. True if neither is known.
+  !> away half of the standard deviation that it had before, and it is not its box that holds it. A polish that failed
+  !> determines nothing. If none was asked for, true but at a bound.
   pure logical function trained_determines(self, i) result(is_determined)
     class(trained_t), intent(in) :: self
     integer, intent(in) :: i
-    is_determined = .true.
     if (self%has_intervals) then
       is_determined = self%intervals(i)%has_lower .and. self%intervals(i)%has_upper
-    else if (self%is_polished) then
-      if (self%prior_sd(i) > 0) is_determined = self%posterior%sd(i) <= self%prior_sd(i)/2
+      return
     end if
+    is_determined = self%bound(i) == 0 .and. .not. self%has_failed_polish()
+    if (.not. self%is_polished) return
+    if (self%prior_sd(i) > 0) is_determined = is_determined .and. self%posterior%sd(i) <= self%prior_sd(i)/2
   end function trained_determines
+
+  !> Whether a polish was asked for, but least squares accepted no step, so that nothing is known but the search's point.
+  pure logical function trained_has_failed_polish(self) result(has_failed)
+    class(trained_t), intent(in) :: self
+    has_failed = allocated(self%reason) .and. .not. self%is_polished
+  end function trained_has_failed_polish
+
+  !> -1, 0 or 1: unknown i is at the lower bound of its box, inside, at the upper one.
+  pure integer function trained_bound(self, i) result(side)
+    class(trained_t), intent(in) :: self
+    integer, intent(in) :: i
+    side = 0
+    if (allocated(self%sides)) side = self%sides(i)
+  end function trained_bound
 
   !> See `wing_problem_t`.
   subroutine problem_run(self, p)
@@ -171,6 +193,7 @@ contains
     trained%n_evaluations = n_evaluations
     trained%values = trained%coordinates
     where (space%is_log) trained%values = exp(merge(trained%coordinates, 0.0_rp, space%is_log))
+    trained%sides = bound_side(space%box%coordinate(trained%values), AT_BOUND)
     if (trained%is_polished .and. trained%is_solved .and. settings%intervals) then
       problem%is_cold = trained%is_cold
       problem%is_start = .false.

@@ -36,7 +36,8 @@ contains
     end associate
   end subroutine prepare_screen
 
-  !> Prints the ranking and a proposal; `ok` if every shape was found.
+  !> Prints the ranking and a proposal; `ok` if every shape was found. Nothing is printed if the crew is stopped on the
+  !> way.
   subroutine screen_wing(settings, crew, ok)
     type(train_settings_t), intent(in) :: settings
     type(train_crew_t), intent(inout) :: crew
@@ -46,7 +47,9 @@ contains
     integer, allocatable :: order(:)
     integer :: n, l, k, first, points
     associate (e => settings%experiment)
+      ok = .false.
       call solve_all_cold(e, crew, e%start(), evaluations)
+      if (crew%is_stopped) return
       call print_loads(output_unit, e, evaluations)
       ok = all(evaluations%is_solved)
       if (.not. ok) return

@@ -2,6 +2,7 @@
 !> The global search of a training: CMA-ES generation by generation, with a checkpoint and a row of the history for
 !> each; in two stages if wanted, the second with E fixed. On rank 0; the others serve the crew.
 module app_train_search
+  use app_train_budget, only: find_budget
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
   use app_train_log, only: train_log_t
@@ -230,7 +231,7 @@ contains
     type(train_log_t), intent(inout) :: log
     do while (.not. self%is_done)
       call crew%look()
-      if (.not. crew%is_stopped) call make_generation(self, crew, log)
+      if (.not. crew%is_stopped) call make_generation(self, settings%n_stages - self%stage, crew, log)
       if (crew%is_stopped) exit
       self%since_checkpoint = self%since_checkpoint + 1
       if (self%search%state%stop_code /= RUNNING) call finish_stage(self, settings, log)
@@ -241,8 +242,9 @@ contains
   end subroutine search_run
 
   !> One generation; if the crew is stopped on the way, everything is as before.
-  subroutine make_generation(self, crew, log)
+  subroutine make_generation(self, n_coming, crew, log)
     class(train_search_t), intent(inout) :: self
+    integer, intent(in) :: n_coming !< stages behind this one
     type(train_crew_t), intent(inout) :: crew
     type(train_log_t), intent(inout) :: log
     type(train_objective_t) :: before
@@ -278,21 +280,12 @@ contains
     counts(5) = self%evaluations()
     call self%history%add_generation(counts, best, sigma, condition, costs, mean)
     call self%history%add_candidates(counts, costs, values)
-    call log%progress(int(counts(3)), counts(5), evaluations_left(self), best, sigma, condition)
+    call log%progress(int(counts(3)), counts(5), find_budget(self%search, n_coming), best, sigma, condition)
     if (self%search%state%restart /= run) then
       call log%say('run '//number_text(run + 1)//' ended: '//self%search%stop_sentence())
       call self%objective%forget()
     end if
   end subroutine make_generation
-
-  !> At most so many candidates will be evaluated in this run.
-  pure integer(i8) function evaluations_left(self) result(n)
-    class(train_search_t), intent(in) :: self
-    associate (run => self%search%run)
-      n = max(0_i8, min(self%search%options%max_evaluations - self%search%evaluations(), &
-                        int(run%params%max_iterations - run%state%generation, i8)*run%params%lambda))
-    end associate
-  end function evaluations_left
 
   !> Says why the stage ended, and begins the next one or ends the search.
   subroutine finish_stage(self, settings, log)

@@ -2,6 +2,7 @@
 !> The task of which a training consists: one load on one candidate, done by any rank. What comes out depends on the
 !> task and on what rank 0 has shared, never on what the rank has done before.
 module app_train_task
+  use app_stop, only: stop_rules_t
   use base_errors, only: require
   use base_kinds, only: rp
   use base_signals, only: signal_caught
@@ -21,6 +22,7 @@ module app_train_task
 
   !> Does tasks. The context that rank 0 shares is empty or holds the starts of warm solutions, (3, n_all, loads).
   type, extends(task_runner_t) :: train_runner_t
+    type(stop_rules_t), pointer :: stop_rules => null() !< whose clock rank 0 heeds between tasks, if there are any
     type(experiment_t), pointer, private :: experiment => null()
     type(evaluation_work_t), private :: work
     type(evaluation_t), allocatable, private :: plain(:), full(:) !< (loads) without and with derivatives
@@ -136,10 +138,13 @@ contains
     output(COST_REDONE) = merge(1, 0, evaluation%was_redone_cold)
   end subroutine sum_up
 
-  !> Whether a signal has asked rank 0 to stop.
+  !> Whether a signal has asked rank 0 to stop, or its time is over: a generation may last longer than a job has left.
   logical function runner_wants_stop(self) result(wants)
     class(train_runner_t), intent(inout) :: self
     if (signal_caught() > 0) self%is_stopping = .true.
+    if (associated(self%stop_rules)) then
+      if (self%stop_rules%is_time_over()) self%is_stopping = .true.
+    end if
     wants = self%is_stopping
   end function runner_wants_stop
 end module app_train_task

@@ -24,6 +24,7 @@ program test_train_ends
   call test_others()
   call test_left_out()
   call test_outcome()
+  call test_unfinished()
   call test_stages()
   call t%finish()
 
@@ -152,6 +153,47 @@ contains
     text = outcome_lines(settings, space, trained, '')
     call t%check('what was not asked is said', index(text, 'was not asked') > 0 .and. free_note(space, trained) == '')
   end subroutine test_outcome
+
+  !> Least squares that failed, and values at a bound of their box, 1.0E-6 to 1.0E-2: neither is a result.
+  subroutine test_unfinished()
+    real(rp), parameter :: JOINT = 1.0e-6_rp
+    type(train_settings_t) :: settings
+    type(search_space_t) :: space
+    type(trained_t) :: trained
+    character(:), allocatable :: text
+    allocate (settings%experiment%comparisons(1))
+    space%names = NAMES
+    space%units = [character(16) :: 'Pa', 'N m/rad']
+    space%is_log = [.true., .true.]
+    trained%values = [8.0e9_rp, JOINT]
+    trained%fits = .true.
+    trained%reason = 'the start is not valid'
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('least squares that failed are told, and why: '//text, &
+                 index(text, 'warning: least squares failed (the start is not valid)') > 0)
+    call t%check('what they were asked for is not said to be unasked', index(text, 'was not asked') == 0 .and. &
+                 index(text, 'E: not determined; the search ended at') > 0)
+    call t%check('and nothing counts as determined',.not. (trained%determines(1) .or. trained%determines(2)))
+    ! At a bound, with a posterior that looks as if it were known.
+    trained%is_polished = .true.
+    trained%posterior%sd = [1.0e-3_rp, 1.0e-3_rp]
+    trained%prior_sd = [2.3_rp, 2.3_rp]
+    trained%sides = [0, -1]
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('a value at its lower bound is said to be there: '//text, &
+                 index(text, 'joint:a: at the lower bound of its box: 1.000000E-06 N m/rad;') > 0 .and. &
+                 index(text, 'a smaller value may fit better') > 0)
+    call t%check('and another is not', index(text, 'E: 8.000000E+09 Pa, predicted') > 0)
+    call t%check('it is not determined', trained%determines(1) .and. .not. trained%determines(2) .and. &
+                 index(free_note(space, trained), 'joint:a.') > 0)
+    trained%is_polished = .false.
+    deallocate (trained%reason)
+    trained%sides = [1, 0]
+    text = outcome_lines(settings, space, trained, '')
+    call t%check('nor without a polish: '//text,.not. trained%determines(1) .and. trained%determines(2) .and. &
+                 index(text, 'E: at the upper bound of its box') > 0 .and. index(text, 'a larger value may') > 0 .and. &
+                 index(text, 'was not asked') > 0)
+  end subroutine test_unfinished
 
   subroutine test_alone()
     character(END_LENGTH), allocatable :: lines(:)

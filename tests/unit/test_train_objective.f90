@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Costs of candidates for a training of the wing in the file that the first argument names: the same to the bit on any
 !> number of ranks, failed tasks are failed candidates, and a search in which every fifth candidate fails finds the truth, as do
-!> least squares in which every fifth point fails.
+!> least squares in which every fifth point fails. A batch ends when the time is over, and checkpoints know their readings.
 program test_train_objective
   use app_settings, only: output_params_t
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
+  use app_train_mark, only: mark_of
   use app_train_objective, only: candidate_costs_t, train_objective_t
-  use app_train_task, only: task_input
+  use app_train_settings, only: train_settings_t
+  use app_train_task, only: task_input, train_runner_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use base_random, only: random_uniforms
@@ -16,7 +18,7 @@ program test_train_objective
   use cmaes_stop, only: RUNNING
   use failing_runner, only: counting_problem_t, failing_runner_t, is_to_fail
   use measurement_continuation, only: fit_by_continuation
-  use measurement_data, only: measurement_t
+  use measurement_data, only: measurement_t, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_fit, only: fit_options_t, fit_report_t
@@ -46,11 +48,12 @@ program test_train_objective
   ! What rank 0 found while the others served.
   logical :: is_same = .true., is_right = .true., is_warm = .true., is_fifth = .true.
   real(rp) :: error = 0, polish_error = 0
-  logical :: has_ended = .true., is_fifth_point = .true.
+  logical :: has_ended = .true., is_fifth_point = .true., ends_in_time = .false.
 
   call t%start(parallel=.true.)
   call test_starts()
   call make_experiment()
+  call test_marks()
   output%stop_seconds = 1.0e6_rp
   call runner%init(experiment)
   runner%one_of = ONE_OF
@@ -61,6 +64,7 @@ program test_train_objective
     runner_alone%one_of = ONE_OF
     call alone%init(world_alone, experiment, runner_alone, output)
     call test_costs()
+    call test_clock()
     if (t%world%size == SEARCHERS) then
       call test_search()
       call test_polish()
@@ -72,6 +76,7 @@ program test_train_objective
   call t%check('all ranks compute what one computes, to the bit', is_same)
   call t%check('candidates fail whose tasks fail', is_right)
   call t%check('solutions are warm, or cold where the mean failed', is_warm)
+  call t%check('a batch begun in time ends when the time is over', ends_in_time .or. .not. t%world%is_root)
   if (t%world%size == SEARCHERS) then
     call t%check('in the search every fifth candidate failed', is_fifth)
     call t%check_below('it finds the truth all the same', error, 3.0e-2_rp)
@@ -195,6 +200,60 @@ contains
     end do
     is_warm = together%n_warm + together%n_cold == 2*LAMBDA*N_LOADS .and. together%n_warm > 0
   end subroutine test_costs
+
+  !> Nobody looks between batches here; tasks take milliseconds, and the first one is over after the wall time.
+  subroutine test_clock()
+    type(train_objective_t) :: objective
+    type(candidate_costs_t) :: costs
+    type(train_runner_t), target :: runner_late
+    type(train_crew_t), target :: late
+    type(output_params_t) :: soon
+    soon%stop_seconds = 1.0e-6_rp
+    call runner_late%init(experiment)
+    call late%init(world_alone, experiment, runner_late, soon)
+    call objective%init(experiment, late, .false.)
+    call objective%evaluate(reshape([truth, truth], [2, 2]), costs)
+    ends_in_time = late%is_stopped .and. late%n_tasks < 2*N_LOADS
+    call runner_late%free()
+  end subroutine test_clock
+
+  !> A checkpoint belongs to one geometry of the scalar readings.
+  subroutine test_marks()
+    type(train_settings_t) :: settings
+    integer(i8) :: mark
+    settings%experiment = experiment
+    settings%restarts = 'none'
+    settings%sought%numbers = [1]
+    settings%sought%lower = [1.0_rp]
+    settings%sought%upper = [2.0_rp]
+    settings%sought%is_log = [.true.]
+    settings%sought%instrument_numbers = [integer ::]
+    deallocate (settings%experiment%measurement%observations)
+    allocate (settings%experiment%measurement%observations(1))
+    associate (one => settings%experiment%measurement%observations(1))
+      one%load = 1
+      one%point = [1.0e-3_rp, 2.0e-3_rp]
+      one%axis = [0.0_rp, 0.0_rp, 1.0_rp]
+      mark = mark_of(settings)
+      call t%check('the mark is that of the input', mark == mark_of(settings))
+      one%point(2) = 2.1e-3_rp
+      call t%check('a reading at another point is another measurement', mark /= mark_of(settings))
+      one%point(2) = 2.0e-3_rp
+      one%axis = [0.0_rp, 1.0_rp, 0.0_rp]
+      call t%check('as is one along another axis', mark /= mark_of(settings))
+      one%axis = [0.0_rp, 0.0_rp, 1.0_rp]
+      one%quantity = QUANTITY_ROTATION
+      call t%check('of another quantity', mark /= mark_of(settings))
+      one%quantity = QUANTITY_DISPLACEMENT
+      one%load = 2
+      call t%check('under another load', mark /= mark_of(settings))
+      one%load = 1
+      one%zero = 1
+      call t%check('or with an offset', mark /= mark_of(settings))
+      one%zero = 0
+      call t%check('back at the first it is the same', mark == mark_of(settings))
+    end associate
+  end subroutine test_marks
 
   !> The box is 0.92 wide to both sides; 30 generations make it 30 times smaller.
   subroutine test_search()
