@@ -15,18 +15,22 @@ from synthetic import CYCLE_MEANS, run_tool, write_flapping_run  # noqa: E402
 
 EFFECT = {"name": "drift", "title": "a wing that changed", "sentence": "It dried.", "is_measurement": True, "variants": 1,
           "status": "tested", "missing": "", "variant": "", "place": [0.0, 0.0], "local_p": 1e-9, "p": 1e-8,
-          "retained": 0.4, "log_evidence": 20.0, "posterior": 0.9999, "parameters": ["drift"]}
+          "retained": 0.4, "log_evidence": 20.0, "posterior": 0.9999, "parameters": ["drift"],
+          "detectable": [0.0012]}
 FOLDS = {"location": [1.0, 2.0], "observations": [20.0, 20.0], "log_density": [10.0, 11.0], "chi2": [60.0, 50.0],
          "sum_of_squares": [1e-9, 1e-9]}
 DIAGNOSIS = {
     "schema": "flusi-msm diagnosis", "schema_version": 1, "program": "msm_diagnose", "seed": 1,
     "wing": str(SOURCE / "wings/calliphora_small.h5"), "measurement": "bending.h5",
-    "verdict": {"word": "named", "sentence": "a wing that changed", "probability": 0.9999, "global_p": 1e-8, "snr": 7.0,
+    "verdict": {"word": "named", "is_together": False, "sentence": "a wing that changed", "probability": 0.9999, "global_p": 1e-8, "snr": 7.0,
                 "grade": "A",
                 "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0]}],
                 "set": ["drift"]},
     "noise": {"warning": ""}, "questions": [], "next_measurements": [], "effects": [EFFECT],
-    "extended": {"is_found": True, "intervals_90": [{"name": "drift", "lower_best_upper": [0.001, 0.002, 0.003],
+    "baseline": {"parameters": [{"name": "E", "unit": "Pa", "value": 9.1e9}]},
+    "extended": {"is_found": True, "parameters": [{"name": "E", "unit": "Pa", "value": 8.2e9},
+                                                  {"name": "drift", "unit": "1", "value": 0.002}],
+                 "intervals_90": [{"name": "drift", "lower_best_upper": [0.001, 0.002, 0.003],
                                                      "has_lower": True, "has_upper": True}]},
     "validation": {"has_gain": True, "gain_per_location": 5.0, "standard_error": 1.0, "baseline": FOLDS,
                    "extended": {**FOLDS, "log_density": [16.0, 15.0], "chi2": [22.0, 19.0]}}}
@@ -64,6 +68,9 @@ class Report(unittest.TestCase):
                          [f"diagnosis_{n}.png" for n in ("evidence", "folds", "residuals", "unknown")])
         self.assertIn("Grade A: one answer", text)
         self.assertNotIn("in flight", text)
+        self.assertIn("<td class=number>9.1e+09</td><td class=number>8.2e+09</td><td>Pa</td>", text)
+        self.assertIn("drift 0.0012", text)
+        self.assertNotIn("cannot tell apart", text)
 
     def test_flight(self):
         """The table has the means that the runs were made with; the other run has 0.5 n more lift in cycle n."""
@@ -84,6 +91,14 @@ class Report(unittest.TestCase):
         self.assertIn("The model is adequate", text)
         self.assertEqual(text.count("data:image/png;base64,"), 3)
         self.assertNotIn("It dried.</p>", text)
+
+    def test_set(self):
+        """What cannot be told apart has a table, and an interval with one end says which."""
+        interval = {"name": "drift", "lower_best_upper": [0.001, 0.002, 0.9], "has_lower": True, "has_upper": False}
+        text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**DIAGNOSIS["verdict"], "word": "consistent_with_set", "grade": "B"},
+                                    "extended": {**DIAGNOSIS["extended"], "intervals_90": [interval]}})
+        self.assertIn("What these data cannot tell apart", text)
+        self.assertIn("more than 0.001 (95 %)", text)
 
     def test_unknown(self):
         """An unknown cause has its region and what is related to it; sentences of causes that are not sufficient are left
