@@ -2,10 +2,12 @@
 !> Odds of several causes, and unknown causes made of known quantities, on a wing in closed form (diagnosis_beam).
 program test_hypotheses
   use base_errors, only: failure_t
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, P_SOFT
+  use diagnosis_calibration, only: calibration_t
   use diagnosis_design, only: build_design, candidate_t, design_t, is_part_of
-  use diagnosis_hypotheses, only: add_effect, explain, explained_t, hypotheses_t
+  use diagnosis_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, PRIOR_ONE, PRIOR_TWO
+  use diagnosis_rejection, only: name_power
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
@@ -24,6 +26,7 @@ program test_hypotheses
   call test_field()
   call test_nonlinear()
   call test_parts()
+  call test_power()
   call test%finish()
 
 contains
@@ -41,10 +44,7 @@ contains
     type(explained_t) :: first, pair, one
     real(rp) :: z(design%k), mean, most
     integer :: c, n, drift
-    drift = 0
-    do c = 1, size(design%candidates)
-      if (design%candidates(c)%effect == E_DRIFT) drift = c
-    end do
+    drift = first_of(E_DRIFT)
     z = [(sin(1.7_rp*c**2), c=1, size(z))] + 8*design%candidates(drift)%basis(:, 1)
     call explain(design, [drift], z, first)
     call add_effect(design, first, E_SOFT, pair)
@@ -119,4 +119,53 @@ contains
     call check(is_part_of(one, both), 'one of two parameters is a part')
     call check(.not. any([is_part_of(both, one), is_part_of(one, one), is_part_of(one, other)]), 'and nothing else')
   end subroutine test_parts
+
+  !> What could be anywhere imitates more of what nobody knows, so that such a name says less; and names are rejected at the
+  !> level of the rule, and for their odds. Bounds are 3 sd of a share of DRAWS.
+  subroutine test_power()
+    integer, parameter :: DRAWS = 200
+    real(rp), parameter :: CLEAR = 3*sqrt(0.5_rp/DRAWS), RATIO = 6, WEAK_RATIO = 2, LEVEL = log(0.01_rp)
+    type(calibration_t) :: calibration
+    type(design_t) :: one, many
+    real(rp) :: alone, anywhere, weak
+    integer :: i, place
+    call calibration%init(design, size(beam%effects), .true., 1000, 5_i8)
+    ! A soft place in the middle, and others wherever the first kind of unknown causes has a pattern.
+    place = first_of(E_SOFT) + 5
+    one = design
+    where (one%candidates%effect == E_SOFT) one%candidates%effect = 0
+    one%candidates(place)%effect = E_SOFT
+    many = one
+    do i = 1, size(design%families(1)%alone, 2)
+      many%candidates = [many%candidates, one%candidates(place)]
+      many%candidates(size(many%candidates))%basis(:, 1) = design%families(1)%alone(:, i)
+    end do
+    call check(abs(5*exp(log_prior(1, 5)) - PRIOR_ONE) + abs(10*exp(log_prior(2, 5)) - PRIOR_TWO) < 1.0e-12_rp, &
+               'five effects, or ten pairs of them, share a prior')
+    alone = name_power(one, calibration, 1, [E_SOFT], RATIO, LEVEL, DRAWS, 3_i8)
+    anywhere = name_power(many, calibration, 1, [E_SOFT], RATIO, LEVEL, DRAWS, 3_i8)
+    call check(anywhere < alone - CLEAR, 'a name that may be at many places is harder to reject')
+    call check(name_power(many, calibration, 100, [E_SOFT], RATIO, LEVEL, DRAWS, 3_i8) > anywhere + CLEAR, &
+               'and easier if it is improbable')
+    call check(name_power(many, calibration, 2, [E_DRIFT, E_SOFT], RATIO, LEVEL, DRAWS, 3_i8) > anywhere + CLEAR, &
+               'as two causes together are')
+    weak = name_power(one, calibration, 1, [E_SOFT], WEAK_RATIO, LEVEL, DRAWS, 3_i8)
+    call check(name_power(one, calibration, 1, [E_SOFT], WEAK_RATIO, log(0.5_rp), DRAWS, 3_i8) > weak + CLEAR, &
+               'at a larger level names are rejected more often')
+    ! Places of no use: where none of the unknown causes is seen.
+    i = first_of(E_DRIFT)
+    many%candidates = [many%candidates, spread(one%candidates(i), 1, 400)]
+    where (many%candidates%effect == E_DRIFT) many%candidates%effect = E_SOFT
+    call check(name_power(many, calibration, 1, [E_SOFT], RATIO, LEVEL, DRAWS, 3_i8) > anywhere + CLEAR, &
+               'as are those that pay for places of no use')
+  end subroutine test_power
+
+  !> The first candidate of an effect.
+  integer function first_of(e) result(c)
+    integer, intent(in) :: e
+    do c = 1, size(design%candidates)
+      if (design%candidates(c)%effect == e) return
+    end do
+    c = 0
+  end function first_of
 end program test_hypotheses
