@@ -11,13 +11,14 @@ module diagnosis_engine
   use diagnosis_design, only: build_design, design_t, is_part_of
   use diagnosis_exchange, only: add_finer, find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
+  use diagnosis_intervals, only: find_intervals, is_null_outside, move_to_better
   use diagnosis_noise_share, only: find_share
-  use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
+  use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t
   use diagnosis_simulator, only: simulator_t
   use diagnosis_validation, only: compare_folds, validate, validation_t
   use diagnosis_whitener, only: whitener_t
   use measurement_fit, only: fit_options_t
-  use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use measurement_profile, only: interval_t
   implicit none
   private
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
@@ -325,9 +326,11 @@ contains
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
     if (options%finds_intervals) then
-      call find_intervals(simulator, options, d)
-      call move_to_better(simulator, options, d, ok)
-      if (ok) call find_intervals(simulator, options, d)
+      call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
+      if (ok) call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      d%is_null_excluded = any(is_null_outside(d%intervals, &
+                                               simulator%quantities(d%extended%active(simulator%n_baseline + 1:))%null))
     end if
     if (options%validates) then
       call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
@@ -339,62 +342,4 @@ contains
     if (options%finds_intervals .and. .not. d%is_null_excluded .or. options%validates .and. &
         .not. (d%has_gain .and. d%gain > d%gain_error)) call take_back_name(d%decision)
   end subroutine confirm
-
-  !> 90 % intervals of the parameters of the causes by profile likelihood, in units of the noise as it is estimated.
-  subroutine find_intervals(simulator, options, d)
-    class(simulator_t), intent(inout), target :: simulator
-    type(diagnosis_options_t), intent(in) :: options
-    type(diagnosis_t), intent(inout), target :: d
-    real(rp), parameter :: RESOLUTION = 0.01_rp ! of the threshold, in sums of squares
-    type(nested_problem_t) :: problem
-    type(fit_options_t) :: fits
-    integer :: i, n, first
-    logical :: is_outside
-    n = size(d%extended%active)
-    first = size(d%baseline%active) + 1
-    call problem%init(simulator, d%whitener, d%extended%active, d%extended%q)
-    if (allocated(d%intervals)) deallocate (d%intervals)
-    allocate (d%intervals(n - first + 1))
-    fits = options%fit
-    fits%most_rejections = 3
-    ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
-    fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/ &
-                                   (d%extended%cost() + THRESHOLD_90*d%scale))
-    d%is_null_excluded = .false.
-    do i = first, n
-      associate (interval => d%intervals(i - first + 1))
-        call profile_interval(problem, nested_unknowns(simulator, d%extended%active, d%extended%q), &
-                              d%extended%q(d%extended%active), i, sqrt(d%extended%covariance(i, i)), &
-                              THRESHOLD_90*d%scale, fits, interval, &
-                              d%extended%covariance(:, i)/d%extended%covariance(i, i))
-        associate (null => simulator%quantities(d%extended%active(i))%null)
-          is_outside = (interval%has_lower .and. null < interval%lower) .or. &
-                       (interval%has_upper .and. null > interval%upper)
-        end associate
-        d%is_null_excluded = d%is_null_excluded .or. is_outside
-      end associate
-    end do
-  end subroutine find_intervals
-
-  !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes
-  !> are fitted again from there.
-  subroutine move_to_better(simulator, options, d, is_better)
-    class(simulator_t), intent(inout), target :: simulator
-    type(diagnosis_options_t), intent(in) :: options
-    type(diagnosis_t), intent(inout), target :: d
-    logical, intent(out) :: is_better
-    type(nested_fit_t) :: other
-    integer :: columns(size(d%intervals))
-    real(rp) :: q(size(d%extended%q))
-    columns = d%extended%active(size(d%baseline%active) + 1:)
-    q = d%extended%q
-    is_better = any((d%intervals%has_lower .and. q(columns) < d%intervals%lower) .or. &
-                    (d%intervals%has_upper .and. q(columns) > d%intervals%upper))
-    if (.not. is_better) return
-    q(columns) = d%intervals%best
-    call fit_nested(simulator, d%whitener, d%extended%active, q, options%fit, other)
-    is_better = other%is_found
-    if (is_better) is_better = other%cost() < d%extended%cost()
-    if (is_better) d%extended = other
-  end subroutine move_to_better
 end module diagnosis_engine
