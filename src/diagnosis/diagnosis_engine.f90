@@ -124,20 +124,27 @@ contains
     call confirm(simulator, options, d)
   end subroutine run_diagnosis
 
-  !> What the tangents alone say: z, statistics, odds, and a first verdict.
+  !> What the tangents alone say: z, statistics, odds, and a first verdict. Statistics that are there already are those of
+  !> the scan, which the global p stays with.
   subroutine judge(simulator, options, is_scale_known, d, failure)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
     type(diagnosis_t), intent(inout) :: d
     type(failure_t), intent(out) :: failure
+    type(statistics_t) :: scan
     integer :: n_effects
     n_effects = size(simulator%effects)
+    scan = d%statistics
     if (allocated(d%z)) deallocate (d%z)
     allocate (d%z(d%design%k))
     call compress_at(simulator, d%baseline%q, d%design, d%z, d%rest, failure)
     if (failure%failed) return
     call find_statistics(d%design, n_effects, is_scale_known, d%z, d%rest, d%statistics)
+    if (allocated(scan%effect)) then
+      d%statistics%effect = scan%effect
+      d%statistics%unknown = scan%unknown
+    end if
     if (.not. is_scale_known) d%scale = d%rest/d%design%n_rest
     d%z = d%z/sqrt(d%scale)
     call d%hypotheses%init(d%design, n_effects, d%z)

@@ -70,7 +70,7 @@ contains
   end subroutine hypotheses_init
 
   !> For z(k): the variant of effect e that has the largest evidence, 0: none, the logarithm of its evidence, and that of the
-  !> effect, which is averaged over its variants.
+  !> effect, which is averaged over its variants by their weights.
   pure subroutine average_variants(design, e, z, best, most, average)
     type(design_t), intent(in) :: design
     integer, intent(in) :: e
@@ -78,21 +78,18 @@ contains
     integer, intent(out) :: best
     real(rp), intent(out) :: most, average
     real(rp) :: one
-    integer :: c, n
-    n = 0
+    integer :: c
     best = 0
     most = IMPOSSIBLE
     average = IMPOSSIBLE
     do c = 1, size(design%candidates)
       if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
-      n = n + 1
       one = design%candidates(c)%strengths%log_evidence(matmul(z, design%candidates(c)%basis))
-      average = log_add(average, one)
+      average = log_add(average, one + log(design%candidates(c)%weight))
       if (best > 0 .and. one <= most) cycle
       most = one
       best = c
     end do
-    if (n > 0) average = average - log(real(n, rp))
   end subroutine average_variants
 
   !> log of the prior probability that these n_causes (1, 2 or more) of n_effects are there, and no others: each one beyond
@@ -205,18 +202,16 @@ contains
     type(explained_t), intent(out) :: explained
     type(candidate_t) :: one, best
     real(rp) :: log_evidence, total, most
-    integer :: c, n, member
-    n = 0
+    integer :: c, member
     member = 0
     total = IMPOSSIBLE
     most = IMPOSSIBLE
     do c = 1, size(design%candidates)
       if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
-      n = n + 1
       one = beside(design%candidates(c), known)
       log_evidence = 0
       if (one%df > 0) log_evidence = one%strengths%log_evidence(matmul(known%left, one%basis))
-      total = log_add(total, log_evidence)
+      total = log_add(total, log_evidence + log(design%candidates(c)%weight))
       if (one%df == 0 .or. log_evidence <= most) cycle
       most = log_evidence
       member = c
@@ -228,7 +223,7 @@ contains
       return
     end if
     explained%members = [known%members, member]
-    explained%log_evidence = known%log_evidence + total - log(real(n, rp))
+    explained%log_evidence = known%log_evidence + total
     explained%left = known%left - matmul(best%basis, matmul(known%left, best%basis))
     explained%basis = reshape([known%basis, best%basis], [size(known%left), known%df + best%df])
     explained%df = known%df + best%df

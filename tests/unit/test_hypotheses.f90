@@ -3,11 +3,12 @@
 program test_hypotheses
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
-  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, P_SOFT
-  use diagnosis_calibration, only: calibration_t
+  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, N_BASE, P_SOFT
+  use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
   use diagnosis_design, only: build_design, candidate_t, design_t, is_part_of
   use diagnosis_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, PRIOR_ONE, PRIOR_TWO
   use diagnosis_rejection, only: name_power
+  use diagnosis_weights, only: cell_weights
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
@@ -27,6 +28,8 @@ program test_hypotheses
   call test_nonlinear()
   call test_parts()
   call test_power()
+  call test_cells()
+  call test_scan()
   call test%finish()
 
 contains
@@ -135,6 +138,7 @@ contains
     one = design
     where (one%candidates%effect == E_SOFT) one%candidates%effect = 0
     one%candidates(place)%effect = E_SOFT
+    one%candidates(place)%weight = 1
     many = one
     do i = 1, size(design%families(1)%alone, 2)
       many%candidates = [many%candidates, one%candidates(place)]
@@ -142,6 +146,7 @@ contains
     end do
     call check(abs(5*exp(log_prior(1, 5)) - PRIOR_ONE) + abs(10*exp(log_prior(2, 5)) - PRIOR_TWO) < 1.0e-12_rp, &
                'five effects, or ten pairs of them, share a prior')
+    where (many%candidates%effect == E_SOFT) many%candidates%weight = 1.0_rp/count(many%candidates%effect == E_SOFT)
     alone = name_power(one, calibration, 1, [E_SOFT], RATIO, LEVEL, DRAWS, 3_i8)
     anywhere = name_power(many, calibration, 1, [E_SOFT], RATIO, LEVEL, DRAWS, 3_i8)
     call check(anywhere < alone - CLEAR, 'a name that may be at many places is harder to reject')
@@ -156,9 +161,82 @@ contains
     i = first_of(E_DRIFT)
     many%candidates = [many%candidates, spread(one%candidates(i), 1, 400)]
     where (many%candidates%effect == E_DRIFT) many%candidates%effect = E_SOFT
+    where (many%candidates%effect == E_SOFT) many%candidates%weight = 1.0_rp/count(many%candidates%effect == E_SOFT)
     call check(name_power(many, calibration, 1, [E_SOFT], RATIO, LEVEL, DRAWS, 3_i8) > anywhere + CLEAR, &
                'as are those that pay for places of no use')
   end subroutine test_power
+
+  !> A scan whose best place is tried once more, and again, is the same scan.
+  subroutine test_cells()
+    integer, parameter :: BEST = 6, COPIES = 4
+    type(beam_t) :: other
+    type(design_t) :: finer
+    type(hypotheses_t) :: before, after
+    type(explained_t) :: first, pair, pair_after
+    real(rp) :: z(design%k)
+    call check(maxval(abs(cell_weights(reshape([0, 0, 1, 0, 2, 0, 3, 0, 9, 0, 11, 0]/1.0_rp, [2, 6]), &
+                                       [.false., .false., .true., .false., .false., .true.], &
+                                       [.true., .true., .true., .false., .true., .true.])*6 - [2, 1, 1, 0, 1, 1])) < &
+               1.0e-12_rp, 'finer places share the weight of their cell')
+    call make_beam(other)
+    call other%observe(q0, other%sigma, 1)
+    associate (soft => other%effects(E_SOFT))
+      soft%variants = [soft%variants, spread(soft%variants(BEST), 1, COPIES)]
+      soft%variants(size(soft%variants) - COPIES + 1:)%is_finer = .true.
+      soft%variants%is_released = .true.
+    end associate
+    call build_design(other, q0, finer, failure)
+    z = 7*design%candidates(first_of(E_SOFT) + BEST - 1)%basis(:, 1) &
+        + 9*design%candidates(first_of(E_DRIFT))%basis(:, 1)
+    call before%init(design, size(beam%effects), z)
+    call after%init(finer, size(beam%effects), z)
+    call check(size(finer%candidates) == size(design%candidates) + COPIES .and. finer%k == design%k .and. &
+               abs(before%effect(E_SOFT) - after%effect(E_SOFT)) < 1.0e-9_rp, &
+               'the evidence of an effect is that of its scan, however often a place of it is tried')
+    call explain(design, [first_of(E_DRIFT)], z, first)
+    call add_effect(design, first, E_SOFT, pair)
+    call add_effect(finer, first, E_SOFT, pair_after)
+    call check(abs(pair%log_evidence - pair_after%log_evidence) < 1.0e-9_rp, 'also beside another cause')
+  end subroutine test_cells
+
+  !> Finer places between those of the scan, where the signal is, find nothing.
+  subroutine test_scan()
+    integer, parameter :: HIDDEN = 6
+    type(beam_t) :: other
+    type(design_t) :: coarse, finer
+    type(statistics_t) :: before, after
+    real(rp) :: q(size(q0))
+    integer :: c
+    call make_beam(other)
+    q = q0
+    q(P_SOFT + HIDDEN - 1) = 1.5_rp
+    call other%observe(q, other%sigma, 1)
+    other%effects(E_SOFT)%variants(HIDDEN)%is_finer = .true.
+    call take(other, coarse, before)
+    other%effects(E_SOFT)%variants(HIDDEN)%is_released = .true.
+    call take(other, finer, after)
+    call check(size(finer%candidates) == size(coarse%candidates) + 1 .and. before%effect(E_SOFT) > 10 .and. &
+               maxval(abs(before%effect - after%effect)) < 1.0e-6_rp, 'the p of a scan is that of its own places')
+    c = after%best(E_SOFT)
+    call check(finer%candidates(c)%variant /= HIDDEN .and. &
+               any(finer%candidates%is_finer .and. after%squares > 1.1_rp*after%squares(c)), &
+               'although a finer one is better')
+  end subroutine test_scan
+
+  !> The design of a wing, and statistics of its data.
+  subroutine take(wing, one, statistics)
+    type(beam_t), intent(inout) :: wing
+    type(design_t), intent(out) :: one
+    type(statistics_t), intent(out) :: statistics
+    real(rp) :: residuals(wing%n_observations), jacobian(wing%n_observations, 0), rest
+    real(rp), allocatable :: z(:)
+    logical :: is_valid
+    call build_design(wing, q0, one, failure)
+    allocate (z(one%k))
+    call wing%evaluate(q0, [integer ::], residuals, jacobian, is_valid)
+    call one%compress(residuals, q0(:N_BASE), z, rest)
+    call find_statistics(one, size(wing%effects), .true., z, rest, statistics)
+  end subroutine take
 
   !> The first candidate of an effect.
   integer function first_of(e) result(c)
