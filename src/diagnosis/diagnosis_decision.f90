@@ -26,6 +26,10 @@ module diagnosis_decision
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
+  !> Why the answer is a set and not a name, as words.
+  character(*), parameter, public :: ALIAS = 'alias', NO_POWER = 'not_rejectable', NOT_SURE = 'probability', &
+                                     NO_FIT = 'no_fit', NO_INTERVAL = 'null_not_excluded', AT_BOUND = 'at_bound', &
+                                     NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
   real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
@@ -43,6 +47,7 @@ module diagnosis_decision
     !> Effects of which one at least is a cause: those that explain the data alone as well, best first, or all of the causes.
     integer, allocatable :: set(:)
     logical :: is_together = .false.        !< the set is no choice: its members explain the data together
+    character(20) :: reason = ''            !< why it is a set: one of the words above, or blank
     logical :: has_further = .false.        !< the best explanation by several causes has one of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
     real(rp) :: name_power = 0              !< see above; 0 where it was not asked
@@ -161,6 +166,7 @@ contains
     decision%probability = probability
     decision%verdict = VERDICT_UNKNOWN
     decision%is_together = .false.
+    decision%reason = ''
     decision%set = [integer ::]
   end subroutine reject_catalogue
 
@@ -296,13 +302,20 @@ contains
         decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
     end if
     decision%verdict = VERDICT_NAMED
-    if (is_name .and. decision%name_power >= POWER .and. decision%probability >= NAME_PROBABILITY) return
-    call take_back_name(decision)
+    if (.not. is_name) then
+      call take_back_name(decision, ALIAS)
+    else if (decision%name_power < POWER) then
+      call take_back_name(decision, NO_POWER)
+    else if (decision%probability < NAME_PROBABILITY) then
+      call take_back_name(decision, NOT_SURE)
+    end if
   end subroutine grade
 
-  !> A set in place of a name.
-  pure subroutine take_back_name(decision)
+  !> A set in place of a name, for a reason.
+  pure subroutine take_back_name(decision, reason)
     type(decision_t), intent(inout) :: decision
+    character(*), intent(in) :: reason
+    decision%reason = reason
     decision%verdict = VERDICT_SET
     decision%probability = sum(decision%posterior(decision%set))
     if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)

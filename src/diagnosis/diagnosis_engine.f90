@@ -7,11 +7,12 @@ module diagnosis_engine
   use diagnosis_calibration, only: calibration_t, find_detectable, find_statistics, statistics_t
   use diagnosis_calibration_store, only: calibrate, calibration_store_t
   use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, &
-                                VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+                                NO_FIT, NO_GAIN, NO_INTERVAL, AT_BOUND, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, &
+                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t, is_part_of
   use diagnosis_exchange, only: add_finer, find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
-  use diagnosis_intervals, only: find_intervals, is_null_outside, move_to_better
+  use diagnosis_intervals, only: find_intervals, find_support, move_to_better
   use diagnosis_noise_share, only: find_share
   use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t
   use diagnosis_simulator, only: simulator_t
@@ -63,7 +64,8 @@ module diagnosis_engine
     type(refit_t), allocatable :: refits(:)
     type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
-    logical :: is_null_excluded = .false.
+    logical :: is_null_excluded = .false. !< for each of the causes
+    logical :: is_at_bound = .false.     !< a parameter that excludes its null
     type(validation_t) :: validated, validated_extended
     real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out
     logical :: has_gain = .false.
@@ -315,7 +317,8 @@ contains
   end subroutine fit_extended
 
   !> The causes of the verdict: fitted together, with intervals, and tried on locations that the fit did not see. A name
-  !> whose interval holds the null, or that does not predict better, is not given.
+  !> is not given if a cause of it has no interval that excludes the null, or an estimate that stands at a bound, or if it
+  !> does not predict better. The rest of several causes gets no name either, as it has been found to explain too little.
   subroutine confirm(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -324,7 +327,7 @@ contains
     if (size(d%decision%causes) == 0) return
     call fit_extended(simulator, options, d, d%decision%causes, d%extended)
     if (.not. d%extended%is_found) then
-      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision)
+      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision, NO_FIT)
       return
     end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
@@ -336,8 +339,8 @@ contains
       call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
       if (ok) call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
-      d%is_null_excluded = any(is_null_outside(d%intervals, &
-                                               simulator%quantities(d%extended%active(simulator%n_baseline + 1:))%null))
+      call find_support(simulator%quantities, d%design%candidates(d%decision%causes), simulator%n_baseline, &
+                        d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
       call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
@@ -346,7 +349,12 @@ contains
       d%has_gain = ok
     end if
     if (d%decision%verdict /= VERDICT_NAMED) return
-    if (options%finds_intervals .and. .not. d%is_null_excluded .or. options%validates .and. &
-        .not. (d%has_gain .and. d%gain > d%gain_error)) call take_back_name(d%decision)
+    if (options%finds_intervals .and. .not. d%is_null_excluded) then
+      call take_back_name(d%decision, NO_INTERVAL)
+    else if (d%is_at_bound) then
+      call take_back_name(d%decision, AT_BOUND)
+    else if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) then
+      call take_back_name(d%decision, NO_GAIN)
+    end if
   end subroutine confirm
 end module diagnosis_engine

@@ -1,15 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> 90 % intervals of the parameters of causes, by profile likelihood, in units of the noise as it is estimated.
+!> 90 % intervals of the parameters of causes, by profile likelihood, in units of the noise as it is estimated, and whether
+!> estimates and intervals are evidence for each cause.
 module diagnosis_intervals
   use base_kinds, only: rp
+  use diagnosis_design, only: candidate_t
   use diagnosis_refit, only: fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
-  use diagnosis_simulator, only: simulator_t
+  use diagnosis_simulator, only: quantity_t, simulator_t
   use diagnosis_whitener, only: whitener_t
   use measurement_fit, only: fit_options_t
   use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
   implicit none
   private
-  public :: find_intervals, is_null_outside, move_to_better
+  public :: find_intervals, find_support, move_to_better
 
 contains
 
@@ -48,6 +50,28 @@ contains
     real(rp), intent(in) :: null
     is_outside = (interval%has_lower .and. null < interval%lower) .or. (interval%has_upper .and. null > interval%upper)
   end function is_null_outside
+
+  !> Whether every one of `causes`, which `extended` fits together, has a parameter whose interval excludes its null; and
+  !> whether a parameter that does so stands at a bound of its box.
+  pure subroutine find_support(quantities, causes, n_baseline, extended, intervals, is_null_excluded, is_at_bound)
+    type(quantity_t), intent(in) :: quantities(:)
+    type(candidate_t), intent(in) :: causes(:)
+    integer, intent(in) :: n_baseline
+    type(nested_fit_t), intent(in) :: extended
+    type(interval_t), intent(in) :: intervals(:)
+    logical, intent(out) :: is_null_excluded, is_at_bound
+    logical :: is_decisive(size(intervals))
+    integer :: i, c, columns(size(intervals))
+    columns = extended%active(n_baseline + 1:)
+    is_decisive = is_null_outside(intervals, quantities(columns)%null)
+    is_null_excluded = .true.
+    do c = 1, size(causes)
+      is_null_excluded = is_null_excluded .and. &
+                         any([(is_decisive(i) .and. any(causes(c)%columns == columns(i)), i=1, size(columns))])
+    end do
+    is_at_bound = any(is_decisive .and. extended%is_at_bound(n_baseline + 1:) .and. &
+                      abs(extended%q(columns) - quantities(columns)%null) > 0)
+  end subroutine find_support
 
   !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes
   !> are fitted again from there.

@@ -1,14 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Odds of several causes, and unknown causes made of known quantities, on a wing in closed form (diagnosis_beam).
+!> Odds of several causes, unknown causes made of known quantities, whether names could have been rejected, finer places,
+!> and what a name needs of intervals, on a wing in closed form (diagnosis_beam).
 program test_hypotheses
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
-  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, N_BASE, P_SOFT
+  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, N_BASE, P_BOTH, P_DRIFT, P_SOFT, P_TORSION
   use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
   use diagnosis_design, only: build_design, candidate_t, design_t, is_part_of
   use diagnosis_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, PRIOR_ONE, PRIOR_TWO
+  use diagnosis_intervals, only: find_support
+  use diagnosis_refit, only: nested_fit_t
   use diagnosis_rejection, only: name_power
   use diagnosis_weights, only: cell_weights
+  use measurement_profile, only: interval_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
@@ -30,6 +34,7 @@ program test_hypotheses
   call test_power()
   call test_cells()
   call test_scan()
+  call test_support()
   call test%finish()
 
 contains
@@ -222,6 +227,37 @@ contains
                any(finer%candidates%is_finer .and. after%squares > 1.1_rp*after%squares(c)), &
                'although a finer one is better')
   end subroutine test_scan
+
+  !> Every cause needs an interval of its own, and none that counts may belong to an estimate at a bound.
+  subroutine test_support()
+    type(nested_fit_t) :: found
+    type(interval_t) :: intervals(3) ! of drift, and of both parameters of torsion
+    logical :: is_excluded, is_bound
+    type(candidate_t) :: causes(2)
+    integer :: c
+    causes(1)%columns = [P_DRIFT]
+    causes(2)%columns = [P_TORSION, P_BOTH]
+    found%active = [(c, c=1, N_BASE), P_DRIFT, P_TORSION, P_BOTH]
+    found%q = q0 + 1
+    found%is_at_bound = [(.false., c=1, N_BASE + 3)]
+    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call check(.not. (is_excluded .or. is_bound), 'no cause without intervals')
+    intervals(1) = interval_t(lower=0.5_rp, has_lower=.true.)
+    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call check(.not. is_excluded, 'nor for that of another cause')
+    intervals(3) = interval_t(upper=-0.5_rp, has_upper=.true.)
+    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call check(is_excluded .and. .not. is_bound, 'but one parameter of each is enough')
+    found%is_at_bound(N_BASE + 2) = .true.
+    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call check(.not. is_bound, 'whatever another one of the same cause is at')
+    found%is_at_bound(N_BASE + 3) = .true.
+    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call check(is_bound, 'unless it stands at a bound')
+    found%q = q0
+    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call check(.not. is_bound, 'which is not where it has no effect')
+  end subroutine test_support
 
   !> The design of a wing, and statistics of its data.
   subroutine take(wing, one, statistics)
