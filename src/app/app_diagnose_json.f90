@@ -120,6 +120,7 @@ contains
       call json%put('remainder_log_p', v%remainder_log_p)
       call json%put('rejection_power', v%name_power)
       call json%put('is_together', v%is_together)
+      call json%put('set_because', trim(v%reason))
       call json%put('linear_word', verdict_word(d%linear%verdict))
       call json%put('posterior_none', v%posterior_none)
       call json%put('posterior_together', v%posterior_together)
@@ -260,6 +261,7 @@ contains
       call put_parameters(json, s, d%extended%active, d%extended%q)
       if (allocated(d%intervals)) then
         call json%put('is_null_excluded', d%is_null_excluded)
+        call json%put('is_at_bound', d%is_at_bound)
         call json%open_list('intervals_90')
         do i = 1, size(d%intervals)
           column = d%extended%active(size(d%baseline%active) + i)

@@ -8,7 +8,8 @@ module app_diagnose_summary
   use app_diagnose_zeros, only: zeros_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use diagnosis_decision, only: verdict_word, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use diagnosis_decision, only: decision_t, verdict_word, AT_BOUND, NO_FIT, NO_GAIN, NO_INTERVAL, VERDICT_ADEQUATE, &
+                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_engine, only: diagnosis_t
   use diagnosis_stated, only: stated_probability
   implicit none
@@ -149,10 +150,10 @@ contains
         do i = 1, size(d%decision%causes)
           text = text//' '//cause_name(s, d, i)//trim(merge(' and', '    ', i < size(d%decision%causes)))
         end do
-        text = text//' together; other causes are not excluded'
+        text = text//' together; other causes are not excluded'//because(d%decision)
       end if
       if (size(d%decision%set) == 1) text = 'consistent with '//s%catalogue%effects(d%decision%set(1))%title// &
-                                            '; other causes are not excluded'
+                                            '; other causes are not excluded'//because(d%decision)
     case (VERDICT_UNKNOWN)
       text = 'something that is not in the catalogue'
     case default
@@ -161,6 +162,24 @@ contains
     end select
     text = text//' (probability '//trim(percent)//' %)'
   end function verdict_sentence
+
+  !> Why the fit of what could have been a name speaks against it, or nothing.
+  pure function because(decision) result(text)
+    type(decision_t), intent(in) :: decision
+    character(:), allocatable :: text
+    select case (decision%reason)
+    case (AT_BOUND)
+      text = ', as the fit stands at a bound'
+    case (NO_INTERVAL)
+      text = ', as an interval holds that there is none'
+    case (NO_GAIN)
+      text = ', as it predicts no better'
+    case (NO_FIT)
+      text = ', as it cannot be fitted'
+    case default
+      text = ''
+    end select
+  end function because
 
   !> Title and place of a cause.
   function cause_name(s, d, i) result(text)

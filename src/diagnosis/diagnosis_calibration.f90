@@ -25,7 +25,7 @@ module diagnosis_calibration
   type :: statistics_t
     real(rp), allocatable :: squares(:)      !< (candidates) |basis^T z|^2
     real(rp), allocatable :: log_p(:)        !< (candidates) local, 0 if absorbed
-    real(rp), allocatable :: effect(:)       !< (effects) largest -log_p of its variants
+    real(rp), allocatable :: effect(:)       !< (effects) largest -log_p of its variants that are scanned
     integer, allocatable :: best(:)          !< (effects) candidate with it, 0: none
     real(rp), allocatable :: unknown(:)      !< (families) log likelihood ratio
   end type statistics_t
@@ -83,6 +83,7 @@ contains
           else
             s%log_p(c) = log_f_tail(s%squares(c)/one%df, one%df, design%n_rest)
           end if
+          if (one%is_finer) cycle
           if (s%best(one%effect) > 0 .and. -s%log_p(c) <= s%effect(one%effect)) cycle
           s%effect(one%effect) = -s%log_p(c)
           s%best(one%effect) = c

@@ -16,14 +16,20 @@ module diagnosis_decision
   use diagnosis_calibration, only: calibration_t, statistics_t
   use diagnosis_design, only: design_t, is_part_of
   use diagnosis_distributions, only: log_add
-  use diagnosis_hypotheses, only: add_effect, expect_loss, explain, explained_t, hypotheses_t, name_power, remainder_log_p, &
-                                  IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
+  use diagnosis_hypotheses, only: add_effect, expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, &
+                                  log_prior, remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, &
+                                  PRIOR_UNKNOWN
+  use diagnosis_rejection, only: name_power
   implicit none
   private
   public :: decision_t, decide, rank_effects, reject_catalogue, take_back_name, verdict_word
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
+  !> Why the answer is a set and not a name, as words.
+  character(*), parameter, public :: ALIAS = 'alias', NO_POWER = 'not_rejectable', NOT_SURE = 'probability', &
+                                     NO_FIT = 'no_fit', NO_INTERVAL = 'null_not_excluded', AT_BOUND = 'at_bound', &
+                                     NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
   real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
@@ -41,6 +47,7 @@ module diagnosis_decision
     !> Effects of which one at least is a cause: those that explain the data alone as well, best first, or all of the causes.
     integer, allocatable :: set(:)
     logical :: is_together = .false.        !< the set is no choice: its members explain the data together
+    character(20) :: reason = ''            !< why it is a set: one of the words above, or blank
     logical :: has_further = .false.        !< the best explanation by several causes has one of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
     real(rp) :: name_power = 0              !< see above; 0 where it was not asked
@@ -127,7 +134,7 @@ contains
         decision%set = [integer ::]
         return
       end if
-      call grade(design, calibration, one, seed, design%candidates(together%members)%effect, decision)
+      call grade(design, calibration, size(order), seed, design%candidates(together%members)%effect, decision)
     else if (size(together%members) > 1) then
       decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
       if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) then
@@ -139,7 +146,7 @@ contains
       decision%snr = sqrt(together%square)
       decision%set = design%candidates(together%members)%effect
       decision%is_together = .true.
-      call grade(design, calibration, together, seed, decision%set, decision)
+      call grade(design, calibration, size(order), seed, decision%set, decision)
     else
       call reject_catalogue(decision, rejected_probability(decision))
     end if
@@ -159,6 +166,7 @@ contains
     decision%probability = probability
     decision%verdict = VERDICT_UNKNOWN
     decision%is_together = .false.
+    decision%reason = ''
     decision%set = [integer ::]
   end subroutine reject_catalogue
 
@@ -200,7 +208,6 @@ contains
         if (one%log_evidence > best%log_evidence) best = one
       end do
     end do
-    log_together = best%log_evidence + log(PRIOR_TWO) - log(0.5_rp*size(order)*(size(order) - 1))
     together = best
     do while (size(together%members) < min(MOST_TOGETHER, size(order)))
       is_better = .false.
@@ -212,11 +219,18 @@ contains
           is_better = .true.
         end if
       end do
-      ! A further cause has the odds of a second one, spread over the catalogue.
-      if (.not. is_better .or. best%log_evidence < together%log_evidence + log(size(order)*PRIOR_ONE/PRIOR_TWO)) exit
-      log_together = log_together + best%log_evidence - together%log_evidence - log(size(order)*PRIOR_ONE/PRIOR_TWO)
+      if (.not. is_better .or. log_odds(best) < log_odds(together)) exit
       together = best
     end do
+    log_together = log_odds(together)
+
+  contains
+
+    real(rp) function log_odds(causes)
+      type(explained_t), intent(in) :: causes
+      log_odds = causes%log_evidence + log_prior(size(causes%members), size(order))
+    end function log_odds
+
   end subroutine find_together
 
   !> Posterior probabilities of all hypotheses.
@@ -226,12 +240,9 @@ contains
     real(rp), intent(in) :: log_together
     type(decision_t), intent(inout) :: decision
     real(rp) :: total, unknown
-    integer :: e, f
-    decision%posterior = hypotheses%effect + log(PRIOR_ONE) - log(real(max(1, n), rp))
-    unknown = IMPOSSIBLE
-    do f = 1, size(hypotheses%unknown)
-      unknown = log_add(unknown, hypotheses%unknown(f) + log(PRIOR_UNKNOWN) - log(real(size(hypotheses%unknown), rp)))
-    end do
+    integer :: e
+    decision%posterior = hypotheses%effect + log_prior(1, n)
+    unknown = log_odds_unknown(hypotheses%unknown)
     total = log_add(log_add(log(PRIOR_NONE), unknown), log_together)
     do e = 1, size(decision%posterior)
       total = log_add(total, decision%posterior(e))
@@ -267,17 +278,18 @@ contains
     end do
   end subroutine find_set
 
-  !> A name or a set, and its probability. `together` are the effects of the best explanation by several.
-  subroutine grade(design, calibration, one, seed, together, decision)
+  !> A name or a set, and its probability. `together` are the effects of the best explanation by several of n_effects.
+  subroutine grade(design, calibration, n_effects, seed, together, decision)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
-    type(explained_t), intent(in) :: one
+    integer, intent(in) :: n_effects
     integer(i8), intent(in) :: seed
     integer, intent(in) :: together(:)
     type(decision_t), intent(inout) :: decision
     logical :: is_name
     integer :: i
-    decision%name_power = name_power(design, calibration, one%basis, decision%snr, log(LEVEL), POWER_DRAWS, seed)
+    decision%name_power = name_power(design, calibration, n_effects, design%candidates(decision%causes)%effect, &
+                                     decision%snr, log(REMAINDER_LEVEL), POWER_DRAWS, seed)
     decision%has_further = any([(any(together == decision%set(i)), i=1, size(decision%set))])
     if (decision%is_together) then
       is_name = .true.
@@ -290,13 +302,20 @@ contains
         decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
     end if
     decision%verdict = VERDICT_NAMED
-    if (is_name .and. decision%name_power >= POWER .and. decision%probability >= NAME_PROBABILITY) return
-    call take_back_name(decision)
+    if (.not. is_name) then
+      call take_back_name(decision, ALIAS)
+    else if (decision%name_power < POWER) then
+      call take_back_name(decision, NO_POWER)
+    else if (decision%probability < NAME_PROBABILITY) then
+      call take_back_name(decision, NOT_SURE)
+    end if
   end subroutine grade
 
-  !> A set in place of a name.
-  pure subroutine take_back_name(decision)
+  !> A set in place of a name, for a reason.
+  pure subroutine take_back_name(decision, reason)
     type(decision_t), intent(inout) :: decision
+    character(*), intent(in) :: reason
+    decision%reason = reason
     decision%verdict = VERDICT_SET
     decision%probability = sum(decision%posterior(decision%set))
     if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)

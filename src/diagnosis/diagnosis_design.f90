@@ -12,6 +12,7 @@ module diagnosis_design
   use diagnosis_lapack, only: decompose, orthogonalise
   use diagnosis_simulator, only: quantity_t, simulator_t
   use diagnosis_strengths, only: strength, strengths_t
+  use diagnosis_weights, only: cell_weights
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
@@ -27,6 +28,8 @@ module diagnosis_design
   !> One variant of one effect.
   type :: candidate_t
     integer :: effect = 0, variant = 0
+    logical :: is_finer = .false.           !< not scanned
+    real(rp) :: weight = 0                  !< prior share of its effect; those of variants with df > 0 add up to 1
     integer, allocatable :: columns(:)      !< its parameters
     integer :: df = 0                       !< directions that the baseline does not absorb; 0: absorbed
     real(rp) :: retained = 0                !< largest retained fraction of a direction
@@ -79,9 +82,9 @@ contains
                  all([(any(other%columns == one%columns(k)), k=1, size(one%columns))])
   end function is_part_of
 
-  !> The design of a simulator at q. Candidates whose data are missing, and finer variants, are left out. Fails if the
-  !> simulator has no result at q. `known` is a design of the same simulator at the same q, of which only some effects,
-  !> or variants, are missing.
+  !> The design of a simulator at q. Candidates whose data are missing, and finer variants that are not released, are left
+  !> out. Fails if the simulator has no result at q. `known` is a design of the same simulator at the same q, of which only
+  !> some effects, or variants, are missing.
   subroutine build_design(simulator, q, design, failure, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -193,7 +196,7 @@ contains
     do e = 1, size(simulator%effects)
       if (.not. simulator%effects(e)%is_testable()) cycle
       do v = 1, size(simulator%effects(e)%variants)
-        if (simulator%effects(e)%variants(v)%is_finer) cycle
+        if (.not. simulator%effects(e)%variants(v)%is_tried()) cycle
         associate (wanted => simulator%effects(e)%variants(v)%columns)
           do i = 1, size(wanted)
             if (.not. any(columns == wanted(i))) columns = [columns, wanted(i)]
@@ -220,22 +223,24 @@ contains
     integer, intent(in) :: columns(:)
     real(rp), intent(in) :: raw(:, :), retained(:, :), beside(:, :)
     type(design_t), intent(inout) :: design
-    integer :: e, v, n, i, j
+    integer :: e, v, n, i, j, first
     integer, allocatable :: at(:)
     n = 0
     do e = 1, size(simulator%effects)
-      if (simulator%effects(e)%is_testable()) n = n + count(.not. simulator%effects(e)%variants%is_finer)
+      if (simulator%effects(e)%is_testable()) n = n + count(simulator%effects(e)%variants%is_tried())
     end do
     allocate (design%candidates(n))
     n = 0
     do e = 1, size(simulator%effects)
       if (.not. simulator%effects(e)%is_testable()) cycle
+      first = n + 1
       do v = 1, size(simulator%effects(e)%variants)
-        if (simulator%effects(e)%variants(v)%is_finer) cycle
+        if (.not. simulator%effects(e)%variants(v)%is_tried()) cycle
         n = n + 1
         associate (c => design%candidates(n))
           c%effect = e
           c%variant = v
+          c%is_finer = simulator%effects(e)%variants(v)%is_finer
           c%columns = simulator%effects(e)%variants(v)%columns
           if (allocated(at)) deallocate (at)
           allocate (at(size(c%columns)))
@@ -249,6 +254,10 @@ contains
                               [(reach(simulator%quantities(c%columns(j))), j=1, size(at))], c)
         end associate
       end do
+      associate (own => design%candidates(first:n), variants => simulator%effects(e)%variants)
+        own%weight = cell_weights(reshape([(variants(own(i)%variant)%place, i=1, size(own))], [2, size(own)]), &
+                                  own%is_finer, own%df > 0)
+      end associate
     end do
   end subroutine make_candidates
 

@@ -7,17 +7,19 @@ module diagnosis_engine
   use diagnosis_calibration, only: calibration_t, find_detectable, find_statistics, statistics_t
   use diagnosis_calibration_store, only: calibrate, calibration_store_t
   use diagnosis_decision, only: decide, decision_t, rank_effects, reject_catalogue, take_back_name, LEVEL, &
-                                VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+                                NO_FIT, NO_GAIN, NO_INTERVAL, AT_BOUND, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, &
+                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t, is_part_of
   use diagnosis_exchange, only: add_finer, find_exchange
   use diagnosis_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
+  use diagnosis_intervals, only: find_intervals, find_support, move_to_better
   use diagnosis_noise_share, only: find_share
-  use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
+  use diagnosis_refit, only: fit_baseline, fit_nested, nested_fit_t
   use diagnosis_simulator, only: simulator_t
   use diagnosis_validation, only: compare_folds, validate, validation_t
   use diagnosis_whitener, only: whitener_t
   use measurement_fit, only: fit_options_t
-  use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use measurement_profile, only: interval_t
   implicit none
   private
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
@@ -62,7 +64,8 @@ module diagnosis_engine
     type(refit_t), allocatable :: refits(:)
     type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
-    logical :: is_null_excluded = .false.
+    logical :: is_null_excluded = .false. !< for each of the causes
+    logical :: is_at_bound = .false.     !< a parameter that excludes its null
     type(validation_t) :: validated, validated_extended
     real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out
     logical :: has_gain = .false.
@@ -115,6 +118,7 @@ contains
     call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
     if (has_finer) then
       call build_design(simulator, d%baseline%q, finer, failure, d%design)
+      finer%n_rest = d%design%n_rest
       d%design = finer
       if (.not. failure%failed) call judge(simulator, options, is_scale_known, d, failure)
       if (failure%failed) return
@@ -123,20 +127,30 @@ contains
     call confirm(simulator, options, d)
   end subroutine run_diagnosis
 
-  !> What the tangents alone say: z, statistics, odds, and a first verdict.
+  !> What the tangents alone say: z, statistics, odds, and a first verdict. Statistics that are there already are those of
+  !> the scan, with which the global p and the size of the noise stay: finer places may leave nothing to tell it from.
   subroutine judge(simulator, options, is_scale_known, d, failure)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
     type(diagnosis_t), intent(inout) :: d
     type(failure_t), intent(out) :: failure
+    type(statistics_t) :: scan
+    real(rp) :: rest
     integer :: n_effects
     n_effects = size(simulator%effects)
+    scan = d%statistics
+    rest = d%rest
     if (allocated(d%z)) deallocate (d%z)
     allocate (d%z(d%design%k))
     call compress_at(simulator, d%baseline%q, d%design, d%z, d%rest, failure)
     if (failure%failed) return
+    if (allocated(scan%effect)) d%rest = rest
     call find_statistics(d%design, n_effects, is_scale_known, d%z, d%rest, d%statistics)
+    if (allocated(scan%effect)) then
+      d%statistics%effect = scan%effect
+      d%statistics%unknown = scan%unknown
+    end if
     if (.not. is_scale_known) d%scale = d%rest/d%design%n_rest
     d%z = d%z/sqrt(d%scale)
     call d%hypotheses%init(d%design, n_effects, d%z)
@@ -307,7 +321,8 @@ contains
   end subroutine fit_extended
 
   !> The causes of the verdict: fitted together, with intervals, and tried on locations that the fit did not see. A name
-  !> whose interval holds the null, or that does not predict better, is not given.
+  !> is not given if a cause of it has no interval that excludes the null, or an estimate that stands at a bound, or if it
+  !> does not predict better. The rest of several causes gets no name either, as it has been found to explain too little.
   subroutine confirm(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -316,7 +331,7 @@ contains
     if (size(d%decision%causes) == 0) return
     call fit_extended(simulator, options, d, d%decision%causes, d%extended)
     if (.not. d%extended%is_found) then
-      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision)
+      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision, NO_FIT)
       return
     end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
@@ -325,9 +340,11 @@ contains
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
     if (options%finds_intervals) then
-      call find_intervals(simulator, options, d)
-      call move_to_better(simulator, options, d, ok)
-      if (ok) call find_intervals(simulator, options, d)
+      call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
+      if (ok) call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      call find_support(simulator%quantities, d%design%candidates(d%decision%causes), simulator%n_baseline, &
+                        d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
       call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
@@ -336,65 +353,12 @@ contains
       d%has_gain = ok
     end if
     if (d%decision%verdict /= VERDICT_NAMED) return
-    if (options%finds_intervals .and. .not. d%is_null_excluded .or. options%validates .and. &
-        .not. (d%has_gain .and. d%gain > d%gain_error)) call take_back_name(d%decision)
+    if (options%finds_intervals .and. .not. d%is_null_excluded) then
+      call take_back_name(d%decision, NO_INTERVAL)
+    else if (d%is_at_bound) then
+      call take_back_name(d%decision, AT_BOUND)
+    else if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) then
+      call take_back_name(d%decision, NO_GAIN)
+    end if
   end subroutine confirm
-
-  !> 90 % intervals of the parameters of the causes by profile likelihood, in units of the noise as it is estimated.
-  subroutine find_intervals(simulator, options, d)
-    class(simulator_t), intent(inout), target :: simulator
-    type(diagnosis_options_t), intent(in) :: options
-    type(diagnosis_t), intent(inout), target :: d
-    real(rp), parameter :: RESOLUTION = 0.01_rp ! of the threshold, in sums of squares
-    type(nested_problem_t) :: problem
-    type(fit_options_t) :: fits
-    integer :: i, n, first
-    logical :: is_outside
-    n = size(d%extended%active)
-    first = size(d%baseline%active) + 1
-    call problem%init(simulator, d%whitener, d%extended%active, d%extended%q)
-    if (allocated(d%intervals)) deallocate (d%intervals)
-    allocate (d%intervals(n - first + 1))
-    fits = options%fit
-    fits%most_rejections = 3
-    ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
-    fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*d%scale/ &
-                                   (d%extended%cost() + THRESHOLD_90*d%scale))
-    d%is_null_excluded = .false.
-    do i = first, n
-      associate (interval => d%intervals(i - first + 1))
-        call profile_interval(problem, nested_unknowns(simulator, d%extended%active, d%extended%q), &
-                              d%extended%q(d%extended%active), i, sqrt(d%extended%covariance(i, i)), &
-                              THRESHOLD_90*d%scale, fits, interval, &
-                              d%extended%covariance(:, i)/d%extended%covariance(i, i))
-        associate (null => simulator%quantities(d%extended%active(i))%null)
-          is_outside = (interval%has_lower .and. null < interval%lower) .or. &
-                       (interval%has_upper .and. null > interval%upper)
-        end associate
-        d%is_null_excluded = d%is_null_excluded .or. is_outside
-      end associate
-    end do
-  end subroutine find_intervals
-
-  !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes
-  !> are fitted again from there.
-  subroutine move_to_better(simulator, options, d, is_better)
-    class(simulator_t), intent(inout), target :: simulator
-    type(diagnosis_options_t), intent(in) :: options
-    type(diagnosis_t), intent(inout), target :: d
-    logical, intent(out) :: is_better
-    type(nested_fit_t) :: other
-    integer :: columns(size(d%intervals))
-    real(rp) :: q(size(d%extended%q))
-    columns = d%extended%active(size(d%baseline%active) + 1:)
-    q = d%extended%q
-    is_better = any((d%intervals%has_lower .and. q(columns) < d%intervals%lower) .or. &
-                    (d%intervals%has_upper .and. q(columns) > d%intervals%upper))
-    if (.not. is_better) return
-    q(columns) = d%intervals%best
-    call fit_nested(simulator, d%whitener, d%extended%active, q, options%fit, other)
-    is_better = other%is_found
-    if (is_better) is_better = other%cost() < d%extended%cost()
-    if (is_better) d%extended = other
-  end subroutine move_to_better
 end module diagnosis_engine

@@ -72,7 +72,7 @@ contains
     end associate
   end subroutine find_exchange
 
-  !> Takes the finer variants about the best candidate best_of(effects) of each scan, 0: none, into the design. The
+  !> Releases the finer variants about the best candidate best_of(effects) of each scan, 0: none, for the next design. The
   !> calibration stays that of the scan: they sharpen what was found, and find nothing themselves.
   subroutine add_finer(simulator, design, best_of, has_finer)
     class(simulator_t), intent(inout) :: simulator
@@ -89,8 +89,8 @@ contains
       associate (variants => simulator%effects(e)%variants)
         distance = [(norm2(variants(k)%place - variants(best)%place), k=1, size(variants))]
         do k = 1, MOST
-          if (.not. any(variants%is_finer)) exit
-          variants(minloc(distance, 1, mask=variants%is_finer))%is_finer = .false.
+          if (all(variants%is_tried())) exit
+          variants(minloc(distance, 1, mask=.not. variants%is_tried()))%is_released = .true.
           has_finer = .true.
         end do
       end associate

@@ -6,18 +6,17 @@
 !> pay for what they could have explained (Kass and Raftery 1995, DOI 10.1080/01621459.1995.10476572). Odds are
 !> evidences times PRIOR_.., which say how often a cause is expected before the data.
 module diagnosis_hypotheses
-  use base_kinds, only: i8, rp
-  use base_random, only: random_stream_t
+  use base_kinds, only: rp
   use diagnosis_calibration, only: calibration_t
   use diagnosis_design, only: candidate_t, design_t, family_t
   use diagnosis_distributions, only: log_add
   use diagnosis_lapack, only: decompose
   implicit none
   private
-  public :: hypotheses_t, explained_t, explain, add_effect, remainder_log_p, name_power, expect_loss
+  public :: hypotheses_t, explained_t, explain, add_effect, average_variants, remainder_log_p, expect_loss, log_prior, &
+            log_odds_unknown, unknown_evidence
 
   real(rp), parameter, public :: PRIOR_NONE = 0.35_rp, PRIOR_ONE = 0.35_rp, PRIOR_TWO = 0.1_rp, PRIOR_UNKNOWN = 0.2_rp
-  integer(i8), parameter :: UNKNOWN_STREAM = 11
 
   !> Candidates together.
   type :: explained_t
@@ -31,7 +30,6 @@ module diagnosis_hypotheses
 
   !> Log evidences of all single hypotheses.
   type :: hypotheses_t
-    real(rp), allocatable :: candidate(:)   !< (candidates)
     real(rp), allocatable :: effect(:)      !< (effects) averaged over its variants; very small if absorbed
     integer, allocatable :: best(:)         !< (effects) variant of the largest evidence, 0: none
     real(rp), allocatable :: unknown(:)     !< (families)
@@ -55,39 +53,66 @@ contains
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects
     real(rp), intent(in) :: z(:)
-    integer :: c, e, f, n(n_effects)
-    allocate (self%candidate(size(design%candidates)), source=IMPOSSIBLE)
-    allocate (self%effect(n_effects), source=IMPOSSIBLE)
-    allocate (self%best(n_effects), source=0)
+    real(rp) :: most
+    integer :: e, f
+    allocate (self%effect(n_effects))
+    allocate (self%best(n_effects))
     allocate (self%unknown(size(design%families)))
     allocate (self%is_fitted(n_effects), source=.false.)
     allocate (self%correction(n_effects), self%remainder(n_effects), source=0.0_rp)
     self%z = spread(z, 2, n_effects)
-    n = 0
-    do c = 1, size(design%candidates)
-      associate (one => design%candidates(c))
-        if (one%df == 0) cycle
-        e = one%effect
-        n(e) = n(e) + 1
-        self%candidate(c) = one%strengths%log_evidence(matmul(z, one%basis))
-        if (self%best(e) == 0) then
-          self%best(e) = c
-        else if (self%candidate(c) > self%candidate(self%best(e))) then
-          self%best(e) = c
-        end if
-      end associate
-    end do
     do e = 1, n_effects
-      if (n(e) == 0) cycle
-      associate (top => self%candidate(self%best(e)))
-        self%effect(e) = top + log(sum(exp(max(-700.0_rp, self%candidate - top)), &
-                                       mask=design%candidates%effect == e)/n(e))
-      end associate
+      call average_variants(design, e, z, self%best(e), most, self%effect(e))
     end do
     do f = 1, size(design%families)
       self%unknown(f) = unknown_evidence(design%families(f), z)
     end do
   end subroutine hypotheses_init
+
+  !> For z(k): the variant of effect e that has the largest evidence, 0: none, the logarithm of its evidence, and that of the
+  !> effect, which is averaged over its variants by their weights.
+  pure subroutine average_variants(design, e, z, best, most, average)
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: e
+    real(rp), intent(in) :: z(:)
+    integer, intent(out) :: best
+    real(rp), intent(out) :: most, average
+    real(rp) :: one
+    integer :: c
+    best = 0
+    most = IMPOSSIBLE
+    average = IMPOSSIBLE
+    do c = 1, size(design%candidates)
+      if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
+      one = design%candidates(c)%strengths%log_evidence(matmul(z, design%candidates(c)%basis))
+      average = log_add(average, one + log(design%candidates(c)%weight))
+      if (best > 0 .and. one <= most) cycle
+      most = one
+      best = c
+    end do
+  end subroutine average_variants
+
+  !> log of the prior probability that these n_causes (1, 2 or more) of n_effects are there, and no others: each one beyond
+  !> the second has the odds of a second one, spread over the catalogue.
+  pure real(rp) function log_prior(n_causes, n_effects)
+    integer, intent(in) :: n_causes, n_effects
+    if (n_causes == 1) then
+      log_prior = log(PRIOR_ONE) - log(real(max(1, n_effects), rp))
+    else
+      log_prior = log(PRIOR_TWO) - log(0.5_rp*n_effects*(n_effects - 1)) &
+                  - (n_causes - 2)*log(n_effects*PRIOR_ONE/PRIOR_TWO)
+    end if
+  end function log_prior
+
+  !> log of the odds of an unknown cause, whatever its family, with these log evidences(families).
+  pure real(rp) function log_odds_unknown(unknown) result(log_odds)
+    real(rp), intent(in) :: unknown(:)
+    integer :: f
+    log_odds = IMPOSSIBLE
+    do f = 1, size(unknown)
+      log_odds = log_add(log_odds, unknown(f) + log(PRIOR_UNKNOWN) - log(real(size(unknown), rp)))
+    end do
+  end function log_odds_unknown
 
   !> Takes what a nonlinear fit of effect e has told: by how much its evidence is larger than in the linear approximation,
   !> the log p of what it leaves, and z(k) with that in place of what the linear approximation leaves.
@@ -177,18 +202,16 @@ contains
     type(explained_t), intent(out) :: explained
     type(candidate_t) :: one, best
     real(rp) :: log_evidence, total, most
-    integer :: c, n, member
-    n = 0
+    integer :: c, member
     member = 0
     total = IMPOSSIBLE
     most = IMPOSSIBLE
     do c = 1, size(design%candidates)
       if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
-      n = n + 1
       one = beside(design%candidates(c), known)
       log_evidence = 0
       if (one%df > 0) log_evidence = one%strengths%log_evidence(matmul(known%left, one%basis))
-      total = log_add(total, log_evidence)
+      total = log_add(total, log_evidence + log(design%candidates(c)%weight))
       if (one%df == 0 .or. log_evidence <= most) cycle
       most = log_evidence
       member = c
@@ -200,7 +223,7 @@ contains
       return
     end if
     explained%members = [known%members, member]
-    explained%log_evidence = known%log_evidence + total - log(real(n, rp))
+    explained%log_evidence = known%log_evidence + total
     explained%left = known%left - matmul(best%basis, matmul(known%left, best%basis))
     explained%basis = reshape([known%basis, best%basis], [size(known%left), known%df + best%df])
     explained%df = known%df + best%df
@@ -222,47 +245,6 @@ contains
       end associate
     end do
   end function remainder_log_p
-
-  !> The probability that a name, the directions basis(k, df), were rejected at the level exp(log_level) if the truth
-  !> were an unknown cause of signal-to-noise ratio `snr`: n_draws random fields of each family, that of the family which
-  !> imitates the name best. (On average over families a soft place has power enough: no bent scan looks like one. But a
-  !> wave of stiffness along its vein does.)
-  real(rp) function name_power(design, calibration, basis, snr, log_level, n_draws, seed) result(power)
-    type(design_t), intent(in) :: design
-    type(calibration_t), intent(in) :: calibration
-    real(rp), intent(in) :: basis(:, :), snr, log_level
-    integer, intent(in) :: n_draws
-    integer(i8), intent(in) :: seed
-    type(random_stream_t) :: stream
-    real(rp) :: z(design%k), signal(design%k)
-    integer :: d, f, n(size(design%families))
-    power = 0
-    if (size(design%families) == 0) return
-    stream = random_stream_t(seed=seed, stream=UNKNOWN_STREAM)
-    n = 0
-    do f = 1, size(design%families)
-      do d = 1, n_draws
-        call draw_unknown(design, f, stream, signal)
-        call stream%gaussians(z)
-        z = z + snr*signal
-        z = z - matmul(basis, matmul(z, basis))
-        if (remainder_log_p(design, calibration, z) < log_level) n(f) = n(f) + 1
-      end do
-    end do
-    power = real(minval(n), rp)/n_draws
-  end function name_power
-
-  !> A random field of family f, of length 1.
-  subroutine draw_unknown(design, f, stream, signal)
-    type(design_t), intent(in) :: design
-    integer, intent(in) :: f
-    type(random_stream_t), intent(inout) :: stream
-    real(rp), intent(out) :: signal(:)
-    real(rp) :: amplitudes(size(design%families(f)%scale))
-    call stream%gaussians(amplitudes)
-    signal = matmul(design%families(f)%basis, amplitudes*design%families(f)%scale)
-    signal = signal/max(norm2(signal), tiny(1.0_rp))
-  end subroutine draw_unknown
 
   !> How much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found, and the
   !> `share` of all that a adds to the baseline. No prior takes part: causes that only priors tell apart are not told

@@ -27,8 +27,10 @@ module diagnosis_simulator
     character(:), allocatable :: label        !< where, or empty
     integer, allocatable :: columns(:)        !< parameters that it releases
     real(rp) :: place(2) = 0                  !< [m] of a position on the wing
-    !> Not scanned, but tried once the scan has found something near.
-    logical :: is_finer = .false.
+    !> Not scanned, but tried once the scan has found something near, and it is released.
+    logical :: is_finer = .false., is_released = .false.
+  contains
+    procedure :: is_tried => variant_is_tried
   end type variant_t
 
   !> An entry of the catalogue.
@@ -118,6 +120,12 @@ module diagnosis_simulator
   end interface
 
 contains
+
+  !> Whether the variant is among the candidates.
+  pure elemental logical function variant_is_tried(self) result(is_tried)
+    class(variant_t), intent(in) :: self
+    is_tried = self%is_released .or. .not. self%is_finer
+  end function variant_is_tried
 
   !> Whether the data can show the effect at all.
   pure logical function effect_is_testable(self) result(is_testable)

@@ -12,7 +12,8 @@ program test_diagnosis
                      E_SCALE, E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
                             P_SOFT, P_SPAN, P_TORSION
   use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
-  use diagnosis_decision, only: decide, decision_t, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use diagnosis_decision, only: decide, decision_t, AT_BOUND, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, &
+                                VERDICT_UNKNOWN
   use diagnosis_design, only: build_design, design_t
   use diagnosis_distributions, only: chi2_threshold, detectable_noncentrality, log_chi2_tail, log_f_tail, &
                                      noncentral_chi2_tail
@@ -49,6 +50,7 @@ program test_diagnosis
   call test_unknown()
   call test_estimates()
   call test_whole_run()
+  call test_bound()
   call test_places()
   call check(incoherent == 0, 'probabilities of all verdicts add up and are those of the verdicts')
   call test%finish()
@@ -340,6 +342,23 @@ contains
     call check(failure%failed .or. d%decision%verdict /= VERDICT_NAMED, 'exchanged loads get no name')
     if (.not. failure%failed) call check(is_coherent(d%decision), 'nor a probability that the odds do not have')
   end subroutine test_whole_run
+
+  !> An effect that is stronger than the parameter may be is no name.
+  subroutine test_bound()
+    type(diagnosis_t), target :: d
+    type(diagnosis_options_t) :: options
+    real(rp) :: q(size(q0)), upper
+    options%n_draws = 1000
+    options%validates = .false.
+    q = point_of(P_ONE_WAY, 12.0_rp, 0)
+    upper = beam%quantities(P_ONE_WAY)%upper
+    call beam%observe(q, beam%sigma, 700001)
+    beam%quantities(P_ONE_WAY)%upper = 0.8_rp*q(P_ONE_WAY)
+    call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
+    call check(.not. failure%failed .and. d%decision%verdict == VERDICT_SET .and. d%decision%reason == AT_BOUND .and. &
+               d%is_null_excluded, 'what stands at a bound is no name')
+    beam%quantities(P_ONE_WAY)%upper = upper
+  end subroutine test_bound
 
   !> A soft place between those that are scanned is found where it is.
   subroutine test_places()
