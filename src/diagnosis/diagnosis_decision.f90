@@ -134,7 +134,7 @@ contains
         decision%set = [integer ::]
         return
       end if
-      call grade(design, calibration, size(order), seed, design%candidates(together%members)%effect, decision)
+      call grade(design, calibration, seed, design%candidates(together%members)%effect, decision)
     else if (size(together%members) > 1) then
       decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
       if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) then
@@ -146,7 +146,7 @@ contains
       decision%snr = sqrt(together%square)
       decision%set = design%candidates(together%members)%effect
       decision%is_together = .true.
-      call grade(design, calibration, size(order), seed, decision%set, decision)
+      call grade(design, calibration, seed, decision%set, decision)
     else
       call reject_catalogue(decision, rejected_probability(decision))
     end if
@@ -278,17 +278,16 @@ contains
     end do
   end subroutine find_set
 
-  !> A name or a set, and its probability. `together` are the effects of the best explanation by several of n_effects.
-  subroutine grade(design, calibration, n_effects, seed, together, decision)
+  !> A name or a set, and its probability. `together` are the effects of the best explanation by several.
+  subroutine grade(design, calibration, seed, together, decision)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
-    integer, intent(in) :: n_effects
     integer(i8), intent(in) :: seed
     integer, intent(in) :: together(:)
     type(decision_t), intent(inout) :: decision
     logical :: is_name
     integer :: i
-    decision%name_power = name_power(design, calibration, n_effects, design%candidates(decision%causes)%effect, &
+    decision%name_power = name_power(design, calibration, design%candidates(decision%causes)%effect, &
                                      decision%snr, log(REMAINDER_LEVEL), POWER_DRAWS, seed)
     decision%has_further = any([(any(together == decision%set(i)), i=1, size(decision%set))])
     if (decision%is_together) then

@@ -9,8 +9,7 @@ module diagnosis_rejection
   use base_random, only: random_stream_t
   use diagnosis_calibration, only: calibration_t
   use diagnosis_design, only: design_t
-  use diagnosis_hypotheses, only: average_variants, explain, explained_t, log_odds_unknown, log_prior, &
-                                  remainder_log_p, unknown_evidence
+  use diagnosis_hypotheses, only: average_variants, explain, explained_t, remainder_log_p
   implicit none
   private
   public :: name_power
@@ -19,14 +18,15 @@ module diagnosis_rejection
 
 contains
 
-  !> The probability that a name, these effects(:) of n_effects together, were rejected if the truth were an unknown cause of
+  !> The probability that a name, these effects(:) together, were rejected if the truth were an unknown cause of
   !> signal-to-noise ratio `snr`: n_draws random fields of each family, that of the family which imitates the name best. (On
   !> average over families a soft place has power enough: no bent scan looks like one. But a wave of stiffness along its vein
-  !> does.) Names are rejected where log p of what they leave is log_level at most, or an unknown cause has larger odds.
-  real(rp) function name_power(design, calibration, n_effects, effects, snr, log_level, n_draws, seed) result(power)
+  !> does.) Names are rejected where log p of what they leave is log_level at most.
+  !> (Odds have no part in it: they hardly ever prefer a wrong name, by the priors alone, and have been asked of the data.)
+  real(rp) function name_power(design, calibration, effects, snr, log_level, n_draws, seed) result(power)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
-    integer, intent(in) :: n_effects, effects(:)
+    integer, intent(in) :: effects(:)
     real(rp), intent(in) :: snr, log_level
     integer, intent(in) :: n_draws
     integer(i8), intent(in) :: seed
@@ -41,36 +41,31 @@ contains
       do d = 1, n_draws
         call draw_unknown(design, f, stream, signal)
         call stream%gaussians(z)
-        if (is_rejected(design, calibration, n_effects, effects, z + snr*signal, log_level)) n(f) = n(f) + 1
+        if (is_rejected(design, calibration, effects, z + snr*signal, log_level)) n(f) = n(f) + 1
       end do
     end do
     power = real(minval(n), rp)/n_draws
   end function name_power
 
-  !> Whether the rule rejects the name for z(k). Further causes are given the places that suit what those before them leave;
-  !> each pays for this choice what it is worth there.
-  logical function is_rejected(design, calibration, n_effects, effects, z, log_level)
+  !> Whether what the name leaves of z(k) rejects it. Further causes are given the places that suit what those before them
+  !> leave.
+  logical function is_rejected(design, calibration, effects, z, log_level)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
-    integer, intent(in) :: n_effects, effects(:)
+    integer, intent(in) :: effects(:)
     real(rp), intent(in) :: z(:), log_level
     type(explained_t) :: found
-    real(rp) :: left(size(z)), most, average, choice
-    integer :: i, f, members(size(effects))
+    real(rp) :: left(size(z)), most, average
+    integer :: i, members(size(effects))
     left = z
-    choice = 0
     do i = 1, size(effects)
       call average_variants(design, effects(i), left, members(i), most, average)
-      choice = choice + average - most
       associate (basis => design%candidates(members(i))%basis)
         left = left - matmul(basis, matmul(left, basis))
       end associate
     end do
     call explain(design, members, z, found)
     is_rejected = remainder_log_p(design, calibration, found%left) <= log_level
-    if (is_rejected) return
-    is_rejected = log_odds_unknown([(unknown_evidence(design%families(f), z), f=1, size(design%families))]) > &
-                  found%log_evidence + choice + log_prior(size(effects), n_effects)
   end function is_rejected
 
   !> A random field of family f, of length 1.
