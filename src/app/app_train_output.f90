@@ -113,7 +113,8 @@ contains
         trained%posterior%sd(i)
       words = words//', predicted sd '//trim(adjustl(buffer))
     else
-      words = number_text(trained%values(i))//' '//trim(space%units(i))//', how well the data determine it was not asked'
+      words = number_text(trained%values(i))//' '//trim(space%units(i))// &
+              ', how well the data determine it was not asked'
     end if
   end function value_words
 
