@@ -4,9 +4,9 @@
 
     test_fixed    the cases in ini/blind.json, at two levels of force in place of three: nothing, one cause each, and two
                   that no entry of the catalogue has
-    test_random   eight cases with a seed from the operating system, which is printed; four at least have an acceptable
-                  verdict, as is true in all but 4e-4 of all runs of a program that fails in a tenth of its cases, twice
-                  as often as the targets of docs/diagnosis.md allow. One that always says "adequate" passes in 6 % of all runs
+    test_random   six cases with a seed from the operating system, which is printed; three at least have an acceptable
+                  verdict, as is true in all but 1.3e-3 of all runs of a program that fails in a tenth of its cases, twice
+                  as often as the targets of docs/diagnosis.md allow. One that always says "adequate" passes in 5 % of all runs
     test_controls data that are wrong, or nothing: scans under each other's names, stated errors of half and twice the true
                   size, nothing hidden in a wing of a finer mesh
 
@@ -129,8 +129,8 @@ def test_random(case):
     """A fresh batch of one wing, signals at ratios of 8 to 20."""
     seed = int(os.environ.get("BLIND_SEED", secrets.randbits(48)))
     print(f"    BLIND_SEED={seed}", flush=True)
-    data = blindgen(case, quick_design(), "--cases", 8, "--seed", seed, "--individuals", 1, "--meshes", "same",
-                    "--snr", 8, 20, "--mix", "null=0.2,single=0.6,outside=0.2", "--jobs", 2)
+    data = blindgen(case, quick_design(), "--cases", 6, "--seed", seed, "--individuals", 1, "--meshes", "same",
+                    "--snr", 8, 20, "--mix", "null=0.15,single=0.65,outside=0.2", "--jobs", 2)
     failed = []
     names = sorted(path.stem for path in data.glob("[0-9]*.h5"))
     for name, (code, found, _) in zip(names, two_at_a_time(lambda name: diagnose(case, data / f"{name}.h5", name), names)):
@@ -145,7 +145,7 @@ def test_random(case):
             verdicts = ((UNKNOWN, ""), (SET, ""))
         if not is_allowed(verdicts, code, found):
             failed.append(f"{name}, {hidden or 'nothing'} hidden: {found['verdict']['sentence']}")
-    check(len(failed) <= 4, f"{len(failed)} of 8 verdicts are wrong, BLIND_SEED={seed}: {'; '.join(failed)}")
+    check(len(failed) <= 3, f"{len(failed)} of 6 verdicts are wrong, BLIND_SEED={seed}: {'; '.join(failed)}")
 
 
 def test_controls(case):
