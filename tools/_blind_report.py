@@ -17,17 +17,17 @@ def collect(study, folder, count):
     """(cases, records, oracles) of all that is finished; a program that failed counts as not saying anything."""
     cases, records, oracles = [], {}, {}
     for number in range(1, count + 1):
-        path = folder / f"{number:04d}.json"
-        if not path.exists():
+        path, place = (folder / f"{number:04d}{end}.json" for end in ("", ".oracle"))
+        row = study.archive.rows.get(number, {})
+        if not row and not path.exists():
             continue
-        record, truth = read(path), study.truth(number)
+        record, truth = row.get("record") or read(path), study.truth(number)
         case = Case(f"{number:04d}", truth, record.get("verdict") or {"verdict": "data_insufficient"})
         case.stratum, case.wing, case.record, case.truth = truth["stratum"], truth["wing"], record, truth
         cases.append(case)
         records[case.name] = record
-        place = folder / f"{number:04d}.oracle.json"
-        if place.exists():
-            oracles[case.name] = read(place)
+        if "oracle" in row or not row and place.exists():
+            oracles[case.name] = row.get("oracle") or read(place)
     return cases, records, oracles
 
 

@@ -10,10 +10,11 @@ from types import SimpleNamespace
 
 SOURCE = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(SOURCE / "tools"))
+from _blind_archive import Archive, ArchivedStudy  # noqa: E402
 from _blind_batch import read_design  # noqa: E402
 from _blind_report import collect, gain_of, print_report  # noqa: E402
 from _blind_scores import Case  # noqa: E402
-from _blind_study import STRATA, WHOLE_STUDY, Stratum, Study, plan  # noqa: E402
+from _blind_study import STRATA, WHOLE_STUDY, Stratum, plan  # noqa: E402
 from _blind_verdict import density_gain, effect_lines, flat_verdict  # noqa: E402
 from _flusi_io import InputError  # noqa: E402
 
@@ -64,7 +65,7 @@ class Cases(unittest.TestCase):
             for name, numbers in (("a", (1, 2)), ("b", (2,))):
                 for part in ("sealed", "measured", "individuals"):
                     (folder / name / part).mkdir(parents=True)
-                study = made[name] = Study(folder / name, {"small": design}, 3)
+                study = made[name] = ArchivedStudy(folder / name, {"small": design}, 3, Archive(None))
                 for number in numbers:
                     study.make(number, Stratum("null", 1, "null") if number == 1 else
                                Stratum("single", 1, "single", (4.0, 6.0)), 0)
@@ -86,9 +87,31 @@ class Cases(unittest.TestCase):
             self.assertEqual(sorted(records), ["0001", "0002"])
             print_report(made["a"], verdicts, 5)
             self.assertEqual(json.loads((verdicts / "scores.json").read_text())["failed"], ["0002"])
+            self.check_archive(folder, made["a"], verdicts)
             made["a"].measurement(2).write_bytes(before + b"x")
             with self.assertRaisesRegex(InputError, "is not the measurement"):
                 made["a"].truth(2)
+
+    def check_archive(self, folder, study, verdicts):
+        """What is archived is scored as it was, without the measurements; it is of one study and program."""
+        before = json.loads((verdicts / "scores.json").read_text())
+        one, path = {"seed": 3, "program": "p"}, folder / "archive.jsonl"
+        archive = Archive(path)
+        archive.begin(one)
+        archive.save(study, verdicts, 1)
+        archive = Archive(path)
+        archive.begin(one)  # is continued
+        archive.save(study, verdicts, 5)
+        (folder / "elsewhere").mkdir()
+        other = ArchivedStudy(folder / "elsewhere", {}, 3, Archive(path))
+        self.assertEqual(sorted(other.archive.rows), [1, 2])
+        print_report(other, folder / "elsewhere", 5)
+        self.assertEqual(json.loads((folder / "elsewhere/scores.json").read_text()), before)
+        with self.assertRaisesRegex(InputError, "of another program"):
+            Archive(path).begin({**one, "program": "q"})
+        path.write_text("no archive")
+        with self.assertRaisesRegex(InputError, "not an archive"):
+            Archive(path)
 
 
 class Verdicts(unittest.TestCase):
