@@ -17,9 +17,12 @@ LEADER = ("name", "variant", "log_evidence", "p", "posterior", "retained")
 
 
 def program_digest(root):
-    """Of the sources of msm_diagnose: tells whether verdicts on two machines are those of one program."""
-    files = sorted(Path(root, "src").rglob("*.f90"))
-    return digest(b"".join(path.read_bytes() for path in files))
+    """Of the sources that decide about verdicts, but for the map that is learned from them: tells whether verdicts on two
+    machines are those of one program."""
+    folders = ("base", "parallel", "io", "solid_msm", "measurement", "diagnosis")
+    files = [path for folder in folders for path in Path(root, "src", folder).rglob("*.f90")]
+    files += Path(root, "src/app").glob("app_diagnose*.f90")
+    return digest(b"".join(path.read_bytes() for path in sorted(files) if path.name != "diagnosis_stated_table.f90"))
 
 
 def rounded(value):

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What the mesh does to a diagnosis: the baseline is fitted on the wing of the file and on the same wing with a mesh of
-!> half the size, and the difference between both fits, load by load, is an error of unknown sign and about this size.
-!> Numerical error is no physics: with these directions in the covariance it is not named.
+!> half the size, and the difference d between both fits is an error of unknown sign and about this size. Numerical error
+!> is no physics: with these directions in the covariance it is not named. The error is (a + b_l) d in load l, with
+!> a ~ N(0, 1) for all loads, as it is one mesh, and b_l ~ N(0, LOADS_DIFFER^2), as loads may converge at another order.
 !>
 !> Where the diagnosis itself is made on the finer mesh, the error of that mesh is wanted. Richardson's estimate of it from
 !> a difference d between meshes of which one has half the size of the other is d/(2^p - 1), p the order of convergence.
@@ -27,6 +28,9 @@ module app_diagnose_band
   implicit none
   private
   public :: mesh_band_t
+
+  !> Half of what lies between the errors of first order and those of second, d/(2^p - 1) with p = 1 and 2.
+  real(rp), parameter :: LOADS_DIFFER = 1.0_rp/3
 
   type :: mesh_band_t
     logical :: is_found = .false.
@@ -107,9 +111,10 @@ contains
     call whitener%apply(white)
     call whitener%apply(jacobian)
     self%snr = length_beside(white(:, 1), jacobian)
-    allocate (band(n, size(s%measurement%loads)), source=0.0_rp)
-    do l = 1, size(band, 2)
-      where (simulator%labels%surface == l) band(:, l) = fine - coarse
+    allocate (band(n, 0:size(s%measurement%loads)), source=0.0_rp)
+    band(:, 0) = fine - coarse
+    do l = 1, ubound(band, 2)
+      where (simulator%labels%surface == l) band(:, l) = LOADS_DIFFER*band(:, 0)
     end do
     call simulator%set_band(band)
   end subroutine band_find

@@ -179,7 +179,9 @@ contains
 
   !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
   !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much; a part of
-  !> a fitted one is; and if most of the misfit is left, all are until one leaves less.
+  !> a fitted one is; and if most of the misfit is left, all are until one leaves less. An unknown cause, or several together,
+  !> are the answer only after all were fitted that the tangents prefer to nothing: some effects change their shape with
+  !> their strength.
   subroutine refit_leaders(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -188,35 +190,53 @@ contains
     type(refit_t) :: one
     type(explained_t) :: alone
     real(rp) :: linear(size(d%hypotheses%effect)), least
+    logical :: is_tried(size(d%hypotheses%effect))
     integer, allocatable :: order(:)
-    integer :: i, k
+    integer :: i, round, n_fitted
     order = rank_effects(d%hypotheses)
     linear = d%hypotheses%effect
     least = huge(least)
-    do i = 1, size(order)
-      one%candidate = d%hypotheses%best(order(i))
-      if (.not. any([(is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate)), &
-                      k=1, size(d%refits))])) then
-        if (i > options%most_refits .and. least < LARGEST_SCALE) cycle
-        if (.not. any(d%linear%set == order(i)) .and. linear(order(i)) < linear(order(1)) - FAR - &
-            maxval(abs(d%hypotheses%correction))) cycle
-      end if
-      call fit_extended(simulator, options, d, [one%candidate], one%found)
-      if (.not. one%found%is_found) cycle
-      call explain(d%design, [one%candidate], d%z, alone)
-      one%promised = alone%square
-      call take_refit(simulator, d, one)
-      d%refits = [d%refits, one]
-      least = min(least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
+    is_tried = .false.
+    do round = 1, 2
+      n_fitted = size(d%refits)
+      do i = 1, size(order)
+        one%candidate = d%hypotheses%best(order(i))
+        if (is_tried(order(i)) .or. .not. is_worth_it()) cycle
+        is_tried(order(i)) = .true.
+        call fit_extended(simulator, options, d, [one%candidate], one%found)
+        if (.not. one%found%is_found) cycle
+        call explain(d%design, [one%candidate], d%z, alone)
+        one%promised = alone%square
+        call take_refit(simulator, d, one)
+        d%refits = [d%refits, one]
+        least = min(least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
+      end do
+      if (round == 2 .and. size(d%refits) == n_fitted) exit
+      do i = n_fitted + 1, size(d%refits)
+        if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
+        call improve_place(simulator, options, d, d%refits(i))
+      end do
+      call d%hypotheses%correct_unknown(d%design)
+      call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
+      if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2) exit
     end do
-    do i = 1, size(d%refits)
-      if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
-      call improve_place(simulator, options, d, d%refits(i))
-    end do
-    call d%hypotheses%correct_unknown(d%design)
-    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
 
   contains
+
+    !> Whether the effect in place i of the order is to be fitted in this round.
+    logical function is_worth_it()
+      integer :: k
+      if (round == 2) then
+        is_worth_it = linear(order(i)) > 0
+        return
+      end if
+      is_worth_it = any([(is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate)), &
+                          k=1, size(d%refits))])
+      if (is_worth_it) return
+      is_worth_it = i <= options%most_refits .or. least >= LARGEST_SCALE
+      if (.not. is_worth_it .or. any(d%linear%set == order(i))) return
+      is_worth_it = linear(order(i)) >= linear(order(1)) - FAR - maxval(abs(d%hypotheses%correction))
+    end function is_worth_it
 
     !> Whether effect e has become so improbable that fits are not worth their time.
     logical function is_behind(e)

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""msm_train: what a kill, a signal or the wall clock ends, goes on to the same end; what is told on the way.
+
+usage: msm_train_stops.py <msm_train> <h5dump> <write_twin> [tests]
+"""
+import os
+import pty
+import random
+import re
+import signal
+import subprocess
+import time
+
+from training_case import quick, same_outcome, training, twin
+from whole_program import EXIT_STOPPED, EXIT_USER, check, main, merged
+
+
+def wait_for(case, n, told=r"^generation +(\d+) "):
+    """Waits until the run that `start` began tells of generation (or what is told) n or a later one, and a moment more."""
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        if any(int(g) >= n for g in re.findall(told, case.out.read_text(), re.M)):
+            time.sleep(random.uniform(0, 0.05))  # about a generation
+            return
+        check(case.process.poll() is None, f"the run ended too early: {case.out.read_text()}{case.err.read_text()}")
+        time.sleep(0.01)
+    raise AssertionError("no progress")
+
+
+def kill(case, ranks):
+    """kill -9 of the program if it has no launcher, or of one of its ranks: all end with it."""
+    os.kill(case.ranks()[-1] if ranks > 0 else case.process.pid, signal.SIGKILL)
+    done = case.wait()
+    check(done.code not in (0, EXIT_STOPPED), f"it was killed: {done}")
+    end = time.monotonic() + 20
+    while case.ranks():
+        check(time.monotonic() < end, "no rank outlives mpiexec")
+    check("trained.ini" not in case.files(), "an unfinished training leaves no wing")
+
+
+def test_kill(case):
+    """Killed on two ranks, and stopped by a signal, at random: the restarted runs are the undisturbed one to the bit."""
+    whole, killed = case.sub("whole"), case.sub("killed")
+    ini = quick(CMAES={"max_generations": 9, "restarts": "ipop", "max_restarts": 1, "lambda": 5, "max_evaluations": 90})
+    for one in (whole, killed):
+        twin(one)
+        one.write("train.ini", ini)
+    done = whole.run("train.ini", ranks=0)
+    # No candidate of so short a search meets heights to the declared 0.1 um.
+    for text in (done.out, (whole.folder / "trained.ini").read_text()):
+        check("warning: this does not fit within the declared errors" in text, f"what does not fit is told:\n{text}")
+    first = random.randint(2, 4)  # the backup of generation 1 is written then
+    second = random.randint(first + 2, 8)
+    print(f"killed after generation {first} or a little later, stopped after {second}")
+    killed.start("train.ini", ranks=2)
+    wait_for(killed, first)
+    kill(killed, 2)
+    killed.start("train.ini", "--restart")
+    wait_for(killed, second)
+    os.kill(killed.process.pid, signal.SIGTERM)
+    done = killed.wait()
+    check(done.code == EXIT_STOPPED and "go on with --restart" in done.out, f"stopped: {done}")
+    check("trained.ini" not in killed.files(), "an unfinished training leaves no wing")
+    killed.write("short.ini", merged(ini, {"Saving": {"wtimemax": 1e-9}}))
+    done = killed.run("short.ini", "--restart", ranks=0, code=EXIT_STOPPED)
+    check("wall time" in done.out, f"the wall time is over at once:\n{done.out}")
+    done = killed.run("train.ini", "--restart", ranks=2)
+    check("restart   after" in done.out, done.out)
+    same_outcome(whole, killed)
+    killed.run("train.ini", "--restart", ranks=0)  # nothing is left to search
+    same_outcome(whole, killed)
+    killed.write("other.ini", merged(ini, {"Train": {"seed": 2}}))
+    done = killed.run("other.ini", "--restart", ranks=0, code=EXIT_USER)
+    check("belongs to another" in done.err, done.err)
+
+
+def test_kill_polish(case):
+    """Killed in the polish on three ranks, and again while an interval is sought: the restart does both anew, to the bit."""
+    whole, killed = case.sub("whole"), case.sub("killed")
+    ini = training(CMAES={"max_generations": 1}, Polish={"starts": 1})
+    for one in (whole, killed):
+        twin(one)
+        one.write("train.ini", ini)
+    whole.run("train.ini", ranks=0)
+    point, interval = random.randint(2, 8), random.randint(1, 2)
+    print(f"killed at point {point} of the polish, and in interval {interval}")
+    for words, ranks, told, n in ((), 3, r"^polish from start 1 of at most 1  evaluations +(\d+) ", point), \
+            (("--restart",), 0, r"^interval (\d) of 3, ", interval):
+        killed.start("train.ini", *words, ranks=ranks)
+        wait_for(killed, n, told)
+        kill(killed, ranks)
+    done = killed.run("train.ini", "--restart", ranks=0)
+    check("restart   after" in done.out and "generation" not in done.out, f"the search is not repeated:\n{done.out}")
+    same_outcome(whole, killed)
+
+
+def test_terminal(case):
+    """On a terminal lines move, and the log has no more of them than elsewhere; a value at a bound is said to be there."""
+    twin(case)
+    joint = "joint:R4+5_base"
+    case.write("train.ini", training(Train={"parameters": f"E 4e9 3e10, {joint} 1e-4 1e-3"}, CMAES={"max_generations": 3},
+                                     Polish={"intervals": "no", "starts": 1}, Saving={"progress_interval": 30}))
+    leader, follower = pty.openpty()
+    with subprocess.Popen([case.program, "train.ini"], cwd=case.folder, stdin=subprocess.DEVNULL, stdout=follower,
+                          stderr=follower) as run:
+        os.close(follower)
+        out = ""
+        try:
+            while True:
+                out += os.read(leader, 4096).decode()
+        except OSError:  # that is how a terminal ends
+            os.close(leader)
+        check(run.wait() == 0, out)
+    moves = out.count("\rgeneration") + out.count("\rpolish from")
+    log = (case.folder / "train.log").read_text()
+    filed = len(re.findall("^generation|^polish from", log, re.M))
+    check(moves >= 3 and filed == 1, f"{moves} lines on the terminal, the first of 30 s in the log, not {filed}")
+    # The truth, 3e-5, is outside.
+    for text in (out, log, (case.folder / "trained.ini").read_text()):
+        check(f"{joint}: at the lower bound of its box: 1.000000E-04 N m/rad" in text, text)
+
+
+def test_stopped(case):
+    """Without time left, nothing is said of loads that were not solved, and no batch is begun to its end."""
+    twin(case)
+    case.write("train.ini", training())
+    case.write("short.ini", training(Saving={"wtimemax": 1e-9}))
+    for ini, word, ranks, env, why in (("short.ini", "--evaluate", 0, {}, "wtimemax"), ("short.ini", "--screen", 2, {}, "wtimemax"),
+                                       ("train.ini", "--evaluate", 3, {"SLURM_JOB_END_TIME": "1"}, "the job ends soon")):
+        done = case.run(ini, word, ranks=ranks, env=env, code=EXIT_STOPPED)
+        check("stopped early" in done.out and why in done.out, f"the end is told:\n{done.out}")
+        check("no equilibrium" not in done.out and "load_" not in done.out, f"and nothing of loads:\n{done.out}")
+
+
+main(globals())
