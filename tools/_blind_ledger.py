@@ -26,8 +26,8 @@ def dump(data):
 
 
 def write(path, text):
-    """The file is there completely or not at all."""
-    part = path.with_name(path.name + ".part")
+    """The file is there completely or not at all, also if others write the same one."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         part.write_text(text)
         os.replace(part, path)

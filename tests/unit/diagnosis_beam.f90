@@ -30,6 +30,7 @@ module diagnosis_beam
     real(rp), allocatable :: hidden(:)   !< (STATIONS) log compliance of bending that the model does not know
     real(rp), allocatable :: hidden_twist(:) !< the same of torsion
     real(rp), allocatable :: load(:, :)  !< (4, surfaces) a, b, F, order
+    real(rp) :: turns = 0                !< strong P_SPAN also looks like P_ROOT and P_TORSION, with its third power
   contains
     procedure :: evaluate => beam_evaluate
     procedure :: covariance => beam_covariance
@@ -178,7 +179,8 @@ contains
       end do
       w(k) = w(k) + 0.05_rp*(exp(q(P_ROOT)) - 1)*x*a
       w(k) = w(k)*f*factor*exp(q(P_SCALE))
-      w(k) = w(k) + q(P_SPAN)*0.05_rp*f**3*x**2*a**2 + q(P_TORSION)*0.1_rp*f*x*b
+      w(k) = w(k) + q(P_SPAN)*0.05_rp*f**3*x**2*a**2 + q(P_TORSION)*0.1_rp*f*x*b + &
+             self%turns*q(P_SPAN)**3*(0.05_rp*a + 0.1_rp*b)*f*x
     end do
   end subroutine beam_shape
 

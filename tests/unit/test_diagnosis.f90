@@ -52,6 +52,7 @@ program test_diagnosis
   call test_whole_run()
   call test_bound()
   call test_places()
+  call test_turning()
   call check(incoherent == 0, 'probabilities of all verdicts add up and are those of the verdicts')
   call test%finish()
 
@@ -377,4 +378,22 @@ contains
     if (size(d%decision%causes) > 0) call check(d%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
                                                 'and moved to where it is')
   end subroutine test_places
+
+  !> An effect whose tangent shows a small part of what it does at the strength it has is found nevertheless, before
+  !> several others together are.
+  subroutine test_turning()
+    type(diagnosis_t), target :: d
+    type(diagnosis_options_t) :: options
+    real(rp) :: q(size(q0)), other(size(q0))
+    options%n_draws = 1000
+    options%validates = .false.
+    q = point_of(P_SPAN, 4.0_rp, 0)
+    other = point_of(P_TORSION, 20.0_rp, 0)
+    beam%turns = other(P_TORSION)/q(P_SPAN)**3
+    call beam%observe(q, beam%sigma, 700004)
+    call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
+    beam%turns = 0
+    call check(.not. failure%failed .and. any(d%decision%set == E_SPAN) .and. size(d%decision%causes) == 1, &
+               'what changes its shape with its strength is found alone')
+  end subroutine test_turning
 end program test_diagnosis
