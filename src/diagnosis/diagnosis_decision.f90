@@ -126,7 +126,10 @@ contains
     decision%causes = one%members
     decision%snr = sqrt(one%square)
     decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
-    if (hypotheses%is_fitted(first)) decision%remainder_log_p = hypotheses%remainder(first)
+    if (hypotheses%is_fitted(first)) then
+      decision%snr = sqrt(one%square + 2*max(0.0_rp, hypotheses%correction(first)))
+      decision%remainder_log_p = hypotheses%remainder(first)
+    end if
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
         decision%posterior_together <= SECOND_ODDS*decision%posterior(first)) then
       call find_set(design, hypotheses, order, z, decision)

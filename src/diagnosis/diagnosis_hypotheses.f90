@@ -33,6 +33,7 @@ module diagnosis_hypotheses
     real(rp), allocatable :: effect(:)      !< (effects) averaged over its variants; very small if absorbed
     integer, allocatable :: best(:)         !< (effects) variant of the largest evidence, 0: none
     real(rp), allocatable :: unknown(:)     !< (families)
+    real(rp), allocatable :: unknown_linear(:) !< (families) the same before any correction
     logical, allocatable :: is_fitted(:)    !< (effects) corrected by a nonlinear fit of the best variant
     real(rp), allocatable :: correction(:)  !< (effects) of the log evidence by that fit
     real(rp), allocatable :: remainder(:)   !< (effects) log p of what that fit leaves
@@ -67,6 +68,7 @@ contains
     do f = 1, size(design%families)
       self%unknown(f) = unknown_evidence(design%families(f), z)
     end do
+    self%unknown_linear = self%unknown
   end subroutine hypotheses_init
 
   !> For z(k): the variant of effect e that has the largest evidence, 0: none, the logarithm of its evidence, and that of the
@@ -129,15 +131,19 @@ contains
 
   !> Where the tangents are far from the truth, unknown causes, which can only be judged by them, would explain what the
   !> fit of the best effect has shown to be its own. Their evidence is that for z with what this fit leaves, corrected as the
-  !> effect's: both are then measured against the same.
+  !> effect's: both are then measured against the same. An effect most of which its tangent does not show has no image in z
+  !> that unknown causes could share: they have what they had.
   subroutine hypotheses_correct_unknown(self, design)
     class(hypotheses_t), intent(inout) :: self
     type(design_t), intent(in) :: design
     integer :: e, f
+    logical :: is_unseen
     if (.not. any(self%is_fitted)) return
     e = maxloc(self%effect, 1, mask=self%is_fitted)
+    is_unseen = self%correction(e) > max(0.0_rp, self%effect(e) - self%correction(e))
     do f = 1, size(self%unknown)
       self%unknown(f) = unknown_evidence(design%families(f), self%z(:, e)) + self%correction(e)
+      if (is_unseen) self%unknown(f) = min(self%unknown(f), self%unknown_linear(f))
     end do
   end subroutine hypotheses_correct_unknown
 

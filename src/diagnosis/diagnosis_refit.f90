@@ -146,9 +146,11 @@ contains
     found%covariance = posterior%covariance
   end subroutine fit_nested
 
-  !> Fits the baseline from several starts (quantities, :), roughly and with the nuisances of the first one, and the best
-  !> of them to the end; `whitener`, over all observations, has then the directions of nuisances at this point.
-  !> spread(starts) is how much worse than the best each start ended, huge without an end. Fails if none has one.
+  !> Fits the baseline from several starts (quantities, :), roughly, and the most probable of them to the end. On the way
+  !> from a start a wing may follow an equilibrium that it would not come to from rest: each fit goes on from the shapes that
+  !> are found from rest where it has come to, with the nuisances there. `whitener`, over all observations, has then the
+  !> directions of nuisances at the end. spread(starts) is how much worse than the best each start ended, huge without an
+  !> end. Fails if none has one.
   subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -161,22 +163,27 @@ contains
     real(rp), parameter :: SETTLED = 0.05_rp ! in units of the sum of squares
     type(nested_fit_t) :: one
     real(rp), allocatable :: q(:)
-    real(rp) :: before
+    real(rp) :: before, least
     integer :: i, s, pass, active(simulator%n_baseline)
-    logical :: is_valid, has_directions
+    logical :: is_valid
     active = [(i, i=1, simulator%n_baseline)]
     call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
     if (failure%failed) return
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
-    has_directions = .false.
+    least = huge(least)
     do s = 1, size(starts, 2)
-      if (.not. has_directions) call take_directions(simulator, starts(:, s), whitener, &
-                                                     has_directions, .false.)
-      if (.not. has_directions) cycle
+      call take_directions(simulator, starts(:, s), whitener, is_valid, .false.)
+      if (.not. is_valid) cycle
       call fit_nested(simulator, whitener, active, starts(:, s), roughly(options), one)
       if (.not. one%is_found) cycle
-      spread(s) = one%cost()
-      if (found%is_found .and. .not. one%cost() < found%cost()) cycle
+      q = one%q
+      call simulator%forget()
+      call take_directions(simulator, q, whitener, is_valid, .false.)
+      if (is_valid) call fit_nested(simulator, whitener, active, q, roughly(options), one)
+      if (.not. (is_valid .and. one%is_found)) cycle
+      spread(s) = one%cost() + whitener%log_determinant
+      if (found%is_found .and. .not. spread(s) < least) cycle
+      least = spread(s)
       found = one
       call simulator%keep()
     end do
@@ -184,7 +191,7 @@ contains
       call failure%raise('the baseline could not be fitted from any start')
       return
     end if
-    where (spread < huge(1.0_rp)) spread = spread - found%cost()
+    where (spread < huge(1.0_rp)) spread = spread - least
     call simulator%recall()
     do pass = 1, MOST_PASSES
       q = found%q

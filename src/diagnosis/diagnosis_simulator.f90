@@ -20,6 +20,8 @@ module diagnosis_simulator
     real(rp) :: null = 0                      !< start of the baseline, or where the effect is absent
     real(rp) :: prior_sd = 0                  !< about `null`; 0: nothing was known (baseline only)
     real(rp) :: lower = -huge(1.0_rp), upper = huge(1.0_rp)
+    !> Where a fit begins too, if the effect looks otherwise there than the tangent at its null; 0: nowhere.
+    real(rp) :: strong = 0
   end type quantity_t
 
   !> One way in which an effect may be present.
@@ -81,6 +83,7 @@ module diagnosis_simulator
     procedure :: accept => simulator_accept
     procedure :: keep => simulator_keep
     procedure :: recall => simulator_recall
+    procedure :: forget => simulator_forget
     procedure :: skip => simulator_skip
     procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
@@ -165,6 +168,13 @@ contains
     class(simulator_t), intent(inout) :: self
     self%n_observations = self%n_observations
   end subroutine simulator_recall
+
+  !> The solver does not begin where it stands: another equilibrium may have been followed there than the one that a wing
+  !> at rest comes to.
+  subroutine simulator_forget(self)
+    class(simulator_t), intent(inout) :: self
+    self%n_observations = self%n_observations
+  end subroutine simulator_forget
 
   !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing
   !> of them.

@@ -21,6 +21,7 @@ module diagnosis_wing_catalogue
   public :: catalogue_t, make_catalogue
 
   real(rp), parameter :: DECADE = 2.302585092994046_rp
+  real(rp), parameter :: STRONG_TORSION = 0.2_rp !< a quarter of what solid circular veins have
   real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp !< of the wing's size
   !> The same where damage was found.
   real(rp), parameter :: FINER_RADII(3) = [0.06_rp, 0.085_rp, 0.12_rp], FINER_SPACING = 0.05_rp
@@ -59,6 +60,7 @@ contains
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
     character(:), allocatable :: levels
+    integer :: n
     levels = needs_levels(e)
     call enter_named(c, e, numbers, 'root_compliance', 'compliant root', [character(20) :: 'root_flap', 'root_twist'], &
                  .true., 'The clamp or the wing''s root gives way: the whole wing turns about it, in proportion to '// &
@@ -91,6 +93,9 @@ contains
                      needs_membrane(e))
     call enter_named(c, e, numbers, 'vein_torsion', 'veins that resist torsion', [character(20) :: 'torsion'], .true., &
                      'Veins resist being twisted about themselves, not only being bent.', needs_membrane(e))
+    ! Veins that twist freely have modes of their own, which little torsion ends: its tangent at null shows them alone.
+    n = size(c%quantities)
+    if (c%quantities(n)%name == 'torsion') c%quantities(n)%strong = STRONG_TORSION
     call enter_named(c, e, numbers, 'joint_hardening', 'joints that harden', &
                      [character(20) :: 'joint_hardening'], .true., &
                      'Joints of veins get stiffer, or give way, the more they are bent.', levels)

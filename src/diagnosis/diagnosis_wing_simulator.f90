@@ -56,6 +56,7 @@ module diagnosis_wing_simulator
     procedure :: accept => wing_accept
     procedure :: keep => wing_keep
     procedure :: recall => wing_recall
+    procedure :: forget => wing_forget
     procedure :: common_share => wing_common_share
     procedure :: set_common_share => wing_set_common_share
   end type wing_simulator_t
@@ -304,6 +305,11 @@ contains
     self%shapes = self%kept
     self%is_start = self%was_start
   end subroutine wing_recall
+
+  subroutine wing_forget(self)
+    class(wing_simulator_t), intent(inout) :: self
+    self%is_start = .false.
+  end subroutine wing_forget
 
   !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)

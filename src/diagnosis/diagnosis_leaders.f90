@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Full nonlinear fits of the effects that lead, which correct what tangents say of them.
+module diagnosis_leaders
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use diagnosis_decision, only: decide, rank_effects, VERDICT_UNKNOWN
+  use diagnosis_design, only: is_part_of
+  use diagnosis_exchange, only: find_exchange
+  use diagnosis_hypotheses, only: explain, explained_t, remainder_log_p
+  use diagnosis_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
+  use diagnosis_refit, only: fit_nested, nested_fit_t, roughly
+  use diagnosis_simulator, only: simulator_t
+  use measurement_fit, only: fit_options_t
+  implicit none
+  private
+  public :: fit_extended, refit_leaders
+
+contains
+
+  !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
+  !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much; a part of
+  !> a fitted one is; and if most of the misfit is left, all are until one leaves less. An unknown cause, or several together,
+  !> are the answer only after all were fitted that the tangents prefer to nothing: some effects change their shape with
+  !> their strength.
+  subroutine refit_leaders(simulator, options, d)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    real(rp), parameter :: FAR = 10.0_rp ! of the log evidence
+    type(refit_t) :: one
+    type(nested_fit_t) :: full
+    type(explained_t) :: alone
+    real(rp) :: linear(size(d%hypotheses%effect)), least
+    logical :: is_tried(size(d%hypotheses%effect))
+    integer, allocatable :: order(:)
+    integer :: i, round, n_fitted
+    order = rank_effects(d%hypotheses)
+    linear = d%hypotheses%effect
+    least = huge(least)
+    is_tried = .false.
+    do round = 1, 2
+      n_fitted = size(d%refits)
+      do i = 1, size(order)
+        one%candidate = d%hypotheses%best(order(i))
+        if (is_tried(order(i)) .or. .not. is_worth_it()) cycle
+        is_tried(order(i)) = .true.
+        call fit_extended(simulator, options, d, [one%candidate], one%found, is_rough=round == 2)
+        if (.not. one%found%is_found) cycle
+        call explain(d%design, [one%candidate], d%z, alone)
+        one%promised = alone%square
+        call take_refit(simulator, d, one)
+        if (round == 2 .and. .not. is_behind(order(i))) then
+          call fit_extended(simulator, options, d, [one%candidate], full, one)
+          if (full%is_found) one%found = full
+          call take_refit(simulator, d, one)
+        end if
+        d%refits = [d%refits, one]
+        least = min(least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
+      end do
+      if (round == 2 .and. size(d%refits) == n_fitted) exit
+      do i = n_fitted + 1, size(d%refits)
+        if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
+        call improve_place(simulator, options, d, d%refits(i))
+      end do
+      call d%hypotheses%correct_unknown(d%design)
+      call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
+      if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2) exit
+    end do
+
+  contains
+
+    !> Whether the effect in place i of the order is to be fitted in this round.
+    logical function is_worth_it()
+      integer :: k
+      if (round == 2) then
+        is_worth_it = linear(order(i)) > 0 .or. &
+                      any(simulator%quantities(d%design%candidates(one%candidate)%columns)%strong > 0)
+        return
+      end if
+      is_worth_it = any([(is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate)), &
+                          k=1, size(d%refits))])
+      if (is_worth_it) return
+      is_worth_it = i <= options%most_refits .or. least >= LARGEST_SCALE
+      if (.not. is_worth_it .or. any(d%linear%set == order(i))) return
+      is_worth_it = linear(order(i)) >= linear(order(1)) - FAR - maxval(abs(d%hypotheses%correction))
+    end function is_worth_it
+
+    !> Whether effect e has become so improbable that fits are not worth their time.
+    logical function is_behind(e)
+      integer, intent(in) :: e
+      is_behind = d%hypotheses%effect(e) < maxval(d%hypotheses%effect) - FAR
+    end function is_behind
+
+  end subroutine refit_leaders
+
+  !> Enters what a refit found.
+  subroutine take_refit(simulator, d, one)
+    class(simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: one
+    type(explained_t) :: alone
+    type(failure_t) :: failure
+    real(rp) :: z(d%design%k), rest
+    one%gain = (d%baseline%cost() - one%found%cost())/d%scale
+    call explain(d%design, [one%candidate], d%z, alone)
+    call compress_at(simulator, one%found%q, d%design, z, rest, failure)
+    if (failure%failed) return
+    z = z/sqrt(d%scale)
+    z = z - matmul(alone%basis, matmul(z, alone%basis))
+    one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
+    associate (e => d%design%candidates(one%candidate)%effect)
+      d%hypotheses%best(e) = one%candidate
+      call d%hypotheses%correct(e, 0.5_rp*(one%gain - one%promised), one%remainder_log_p, z + d%z - alone%left)
+    end associate
+  end subroutine take_refit
+
+  !> Exchanges the variant of a refit for others of its effect as long as they promise to be better, and are.
+  subroutine improve_place(simulator, options, d, one)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: one
+    integer, parameter :: MOST = 4
+    real(rp), parameter :: WORTH = 2.0_rp ! of the sum of squares, in units of the noise
+    type(refit_t) :: other
+    real(rp) :: gain
+    integer :: n
+    other = one
+    do n = 1, MOST
+      call find_exchange(simulator, d%design, d%whitener, one%candidate, one%found, other%candidate, gain)
+      if (other%candidate == 0 .or. gain < WORTH*d%scale) return
+      call fit_extended(simulator, options, d, [other%candidate], other%found, one)
+      if (.not. other%found%is_found) return
+      if (other%found%cost() > one%found%cost() - WORTH*d%scale) return
+      call take_refit(simulator, d, other)
+      one = other
+    end do
+  end subroutine improve_place
+
+  !> The baseline with candidates, fitted in full: from the fit of the baseline, and if that finds much less than the
+  !> tangents promise, or if they tell little of it, also from the values before any fit, as joints that a wrong model
+  !> made rigid do not come back. `near`, where given, is a fit of this or another variant, from which one candidate is
+  !> then fitted. The end is a rough one if `is_rough`.
+  subroutine fit_extended(simulator, options, d, candidates, found, near, is_rough)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(in), target :: d
+    integer, intent(in) :: candidates(:)
+    type(nested_fit_t), intent(out) :: found
+    type(refit_t), intent(in), optional :: near
+    logical, intent(in), optional :: is_rough
+    real(rp), parameter :: DISAPPOINTING = 20.0_rp ! of the sum of squares
+    type(nested_fit_t) :: other
+    type(fit_options_t) :: how
+    type(explained_t) :: together
+    integer, allocatable :: active(:)
+    real(rp) :: q(size(simulator%quantities)), usual(size(simulator%quantities))
+    logical :: is_strong
+    integer :: i
+    do i = 1, size(d%refits)
+      if (size(candidates) > 1 .or. d%refits(i)%candidate /= candidates(1)) cycle
+      found = d%refits(i)%found
+      return
+    end do
+    how = options%fit
+    if (present(is_rough)) then
+      if (is_rough) how = roughly(how)
+    end if
+    active = d%baseline%active
+    q = simulator%null_point()
+    do i = 1, size(candidates)
+      associate (one => d%design%candidates(candidates(i)))
+        active = [active, one%columns]
+        if (one%df > 0) q(one%columns) = q(one%columns) - matmul(one%solve, matmul(d%z*sqrt(d%scale), one%basis))
+        where (simulator%quantities(one%columns)%strong > 0) q(one%columns) = simulator%quantities(one%columns)%strong
+      end associate
+    end do
+    usual = q
+    call simulator%recall()
+    if (present(near)) then
+      associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
+        q = near%found%q
+        q(old) = simulator%quantities(old)%null
+        q(new) = near%found%q(old)
+      end associate
+      call fit_nested(simulator, d%whitener, active, q, options%fit, found, usual)
+      return
+    end if
+    call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, usual)
+    call explain(d%design, candidates, d%z, together)
+    is_strong = any(simulator%quantities(active)%strong > 0)
+    if (found%is_found .and. .not. is_strong .and. &
+        d%baseline%cost() - found%cost() > d%scale*(together%square - DISAPPOINTING)) return
+    call simulator%recall()
+    q = max(simulator%quantities%lower, min(simulator%quantities%upper, q))
+    call fit_nested(simulator, d%whitener, active, q, how, other, usual)
+    if (.not. other%is_found) return
+    if (.not. found%is_found .or. other%cost() < found%cost()) found = other
+  end subroutine fit_extended
+end module diagnosis_leaders
