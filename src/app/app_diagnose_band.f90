@@ -129,8 +129,10 @@ contains
     real(rp), intent(out) :: r_coarse(:), r_fine(:), jacobian(:, :)
     type(nested_fit_t) :: one, two
     type(failure_t) :: failure
+    integer :: i
     real(rp) :: nothing(size(r_fine), 0), q(size(fine%quantities))
-    call fit_roughly(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
+    call whitener%init(coarse, [(i, i=1, coarse%n_observations)], failure)
+    if (.not. failure%failed) call fit_roughly(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
     self%is_found = .not. failure%failed
     if (self%is_found) call coarse%evaluate(one%q, one%active, r_coarse, jacobian, self%is_found)
     call coarse%dismiss()

@@ -146,11 +146,9 @@ contains
     found%covariance = posterior%covariance
   end subroutine fit_nested
 
-  !> Fits the baseline from several starts (quantities, :), roughly, and the most probable of them to the end. On the way
-  !> from a start a wing may follow an equilibrium that it would not come to from rest: each fit goes on from the shapes that
-  !> are found from rest where it has come to, with the nuisances there. `whitener`, over all observations, has then the
-  !> directions of nuisances at the end. spread(starts) is how much worse than the best each start ended, huge without an
-  !> end. Fails if none has one.
+  !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
+  !> the end; `whitener`, over all observations, has then the directions of nuisances at this point. spread(starts) is how
+  !> much worse than the best each start ended, huge without an end. Fails if none has one.
   subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -162,6 +160,7 @@ contains
     integer, parameter :: MOST_PASSES = 4
     real(rp), parameter :: SETTLED = 0.05_rp ! in units of the sum of squares
     type(nested_fit_t) :: one
+    type(failure_t) :: failed
     real(rp), allocatable :: q(:)
     real(rp) :: before, least
     integer :: i, s, pass, active(simulator%n_baseline)
@@ -172,15 +171,8 @@ contains
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
     least = huge(least)
     do s = 1, size(starts, 2)
-      call take_directions(simulator, starts(:, s), whitener, is_valid, .false.)
-      if (.not. is_valid) cycle
-      call fit_nested(simulator, whitener, active, starts(:, s), roughly(options), one)
-      if (.not. one%is_found) cycle
-      q = one%q
-      call simulator%forget()
-      call take_directions(simulator, q, whitener, is_valid, .false.)
-      if (is_valid) call fit_nested(simulator, whitener, active, q, roughly(options), one)
-      if (.not. (is_valid .and. one%is_found)) cycle
+      call fit_roughly(simulator, starts(:, s), options, whitener, one, failed)
+      if (failed%failed) cycle
       spread(s) = one%cost() + whitener%log_determinant
       if (found%is_found .and. .not. spread(s) < least) cycle
       least = spread(s)
@@ -207,21 +199,29 @@ contains
       call failure%raise('the simulator has no result at the best fit of the baseline')
   end subroutine fit_baseline
 
-  !> Fits the baseline roughly from q, with the nuisances there.
+  !> Fits the baseline roughly from q with a whitener over all observations, and goes on from the shapes that are found from rest where that has come to, with the
+  !> nuisances there. On the way a wing may follow an equilibrium that it would not come to from rest.
   subroutine fit_roughly(simulator, q, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)
     type(fit_options_t), intent(in) :: options
-    type(whitener_t), intent(out), target :: whitener
+    type(whitener_t), intent(inout), target :: whitener
     type(nested_fit_t), intent(out) :: found
     type(failure_t), intent(out) :: failure
-    integer :: i
+    integer :: i, round, active(simulator%n_baseline)
+    real(rp), allocatable :: from(:)
     logical :: is_valid
-    call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
-    if (failure%failed) return
-    call take_directions(simulator, q, whitener, is_valid, .false.)
-    if (is_valid) call fit_nested(simulator, whitener, [(i, i=1, simulator%n_baseline)], q, roughly(options), found)
-    if (.not. found%is_found) call failure%raise('the baseline could not be fitted')
+    active = [(i, i=1, simulator%n_baseline)]
+    from = q
+    do round = 1, 2
+      call simulator%forget()
+      call take_directions(simulator, from, whitener, is_valid, .false.)
+      if (.not. is_valid) exit
+      call fit_nested(simulator, whitener, active, from, roughly(options), found)
+      if (.not. found%is_found) exit
+      from = found%q
+    end do
+    if (.not. (is_valid .and. found%is_found)) call failure%raise('the baseline could not be fitted')
   end subroutine fit_roughly
 
   !> The same choices, with an end where little is gained.

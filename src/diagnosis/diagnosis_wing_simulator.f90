@@ -167,15 +167,9 @@ contains
     integer :: l, k, folds
     folds = 0
     do l = 1, size(labels%fold)
-      do k = 1, l - 1
-        if (abs(labels%level(l) - labels%level(k)) <= 1.0e-6_rp*abs(labels%level(k))) exit
-      end do
-      if (k < l) then
-        labels%fold(l) = labels%fold(k)
-      else
-        folds = folds + 1
-        labels%fold(l) = folds
-      end if
+      k = findloc(abs(labels%level(:l) - labels%level(l)) <= 1.0e-6_rp*abs(labels%level(:l)), .true., 1)
+      if (k == l) folds = folds + 1
+      labels%fold(l) = merge(folds, labels%fold(k), k == l)
     end do
   end subroutine fold_by_force
 
