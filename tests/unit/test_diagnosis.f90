@@ -19,6 +19,7 @@ program test_diagnosis
                                      noncentral_chi2_tail
   use diagnosis_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use diagnosis_hypotheses, only: hypotheses_t
+  use diagnosis_simulator, only: variant_t
   use diagnosis_whitener, only: whitener_t
   use testkit, only: testkit_t
   implicit none
@@ -52,6 +53,7 @@ program test_diagnosis
   call test_whole_run()
   call test_bound()
   call test_places()
+  call test_two()
   call test_turning()
   call check(incoherent == 0, 'probabilities of all verdicts add up and are those of the verdicts')
   call test%finish()
@@ -361,23 +363,49 @@ contains
     beam%quantities(P_ONE_WAY)%upper = upper
   end subroutine test_bound
 
-  !> A soft place between those that are scanned is found where it is.
+  !> A soft place between those that are scanned is found where it is, with the p of the scan alone.
   subroutine test_places()
     integer, parameter :: HIDDEN = 6
-    type(diagnosis_t), target :: d
+    type(diagnosis_t), target :: d, scan
     type(diagnosis_options_t) :: options
+    type(variant_t), allocatable :: all(:)
     integer :: n
     options%n_draws = 1000
     options%validates = .false.
     n = size(beam%effects(E_SOFT)%variants)
-    beam%effects(E_SOFT)%variants(2:n:2)%is_finer = .true.
     call beam%observe(point_of(P_SOFT + HIDDEN - 1, 12.0_rp, 0), beam%sigma, 700003)
+    all = beam%effects(E_SOFT)%variants
+    beam%effects(E_SOFT)%variants = all(1:n:2)
+    call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, scan, failure)
+    beam%effects(E_SOFT)%variants = all
+    beam%effects(E_SOFT)%variants(2:n:2)%is_finer = .true.
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), &
                'a soft place beside the scanned ones is found')
     if (size(d%decision%causes) > 0) call check(d%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
                                                 'and moved to where it is')
+    ! Places that are tried later make nothing more probable by chance, nor less.
+    call check(abs(d%decision%log_p_global - scan%decision%log_p_global) < 1.0e-9_rp, 'with the p of the scan')
+    call check(abs(d%scale - scan%scale) < 1.0e-9_rp, 'and its size of the noise')
+    beam%effects(E_SOFT)%variants = all
   end subroutine test_places
+
+  !> Two strong effects are named together.
+  subroutine test_two()
+    type(diagnosis_t), target :: d
+    type(diagnosis_options_t) :: options
+    real(rp) :: one(size(q0)), other(size(q0))
+    options%n_draws = 1000
+    options%validates = .false.
+    one = point_of(P_ONE_WAY, 15.0_rp, 0)
+    other = point_of(P_DRIFT, 15.0_rp, 1)
+    call beam%observe(one + other - q0, beam%sigma, 700005)
+    call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
+    call check(.not. failure%failed .and. d%decision%verdict == VERDICT_NAMED .and. d%decision%is_together .and. &
+               size(d%decision%set) == 2 .and. any(d%decision%set == E_ONE_WAY) .and. any(d%decision%set == E_DRIFT), &
+               'two effects are named together')
+    call check(all(d%intervals%lower < d%intervals%upper) .and. size(d%intervals) == 2, 'each with an interval')
+  end subroutine test_two
 
   !> An effect whose tangent shows a small part of what it does at the strength it has is found nevertheless, before
   !> several others together are.
