@@ -135,8 +135,8 @@ def print_report(study, folder, count, figure=None, map_file=None):
     tried = try_on_even(cases)
     print(calibration_table(tried))
     if map_file:
-        map_file.write_text(fortran_of(tried, {"seed": study.seed, "cases": len(cases),
-                                               "program": folder.name.removeprefix("verdicts-")}))
+        programs = sorted({record.get("program", "")[:12] for record in records.values()})
+        map_file.write_text(fortran_of(tried, {"seed": study.seed, "cases": len(cases), "program": " ".join(programs)}))
     for case in cases:
         if case.names_wrongly():
             print(f"  wrong name in {case.name}: {case.sets} for {[c['name'] for c in case.causes] or 'nothing'}, "

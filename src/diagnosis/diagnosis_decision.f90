@@ -51,7 +51,7 @@ module diagnosis_decision
     logical :: has_further = .false.        !< the best explanation by several causes has one of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
     real(rp) :: name_power = 0              !< see above; 0 where it was not asked
-    real(rp) :: snr = 0                     !< |signal| of the causes in units of the noise
+    real(rp) :: snr = 0                     !< |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
     real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1
     real(rp) :: posterior_none = 0, posterior_together = 0, posterior_unknown = 0
   end type decision_t
@@ -127,7 +127,7 @@ contains
     decision%snr = sqrt(one%square)
     decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
     if (hypotheses%is_fitted(first)) then
-      decision%snr = sqrt(one%square + 2*max(0.0_rp, hypotheses%correction(first)))
+      decision%snr = sqrt(max(one%square, hypotheses%gain(first)))
       decision%remainder_log_p = hypotheses%remainder(first)
     end if
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &

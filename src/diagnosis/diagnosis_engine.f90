@@ -128,6 +128,7 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
+    call simulator%recall()
     if (options%finds_intervals) then
       call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
@@ -136,6 +137,7 @@ contains
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
+      call simulator%recall()
       call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
       call validate(simulator, d%extended%active, d%extended%q, options%fit, d%validated_extended)
       call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)

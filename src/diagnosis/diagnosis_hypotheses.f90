@@ -36,6 +36,7 @@ module diagnosis_hypotheses
     real(rp), allocatable :: unknown_linear(:) !< (families) the same before any correction
     logical, allocatable :: is_fitted(:)    !< (effects) corrected by a nonlinear fit of the best variant
     real(rp), allocatable :: correction(:)  !< (effects) of the log evidence by that fit
+    real(rp), allocatable :: gain(:)        !< (effects) of the sum of squares by that fit, in units of the noise
     real(rp), allocatable :: remainder(:)   !< (effects) log p of what that fit leaves
     real(rp), allocatable :: z(:, :)        !< (k, effects) what the variant explains of z, and what its fit leaves
   contains
@@ -60,7 +61,7 @@ contains
     allocate (self%best(n_effects))
     allocate (self%unknown(size(design%families)))
     allocate (self%is_fitted(n_effects), source=.false.)
-    allocate (self%correction(n_effects), self%remainder(n_effects), source=0.0_rp)
+    allocate (self%correction(n_effects), self%gain(n_effects), self%remainder(n_effects), source=0.0_rp)
     self%z = spread(z, 2, n_effects)
     do e = 1, n_effects
       call average_variants(design, e, z, self%best(e), most, self%effect(e))
@@ -117,33 +118,34 @@ contains
   end function log_odds_unknown
 
   !> Takes what a nonlinear fit of effect e has told: by how much its evidence is larger than in the linear approximation,
-  !> the log p of what it leaves, and z(k) with that in place of what the linear approximation leaves.
-  subroutine hypotheses_correct(self, e, correction, remainder, z)
+  !> by how much it lowers the sum of squares, the log p of what it leaves, and z(k) with that in place of what the linear approximation leaves.
+  subroutine hypotheses_correct(self, e, correction, gain, remainder, z)
     class(hypotheses_t), intent(inout) :: self
     integer, intent(in) :: e
-    real(rp), intent(in) :: correction, remainder, z(:)
+    real(rp), intent(in) :: correction, gain, remainder, z(:)
     self%is_fitted(e) = .true.
     self%effect(e) = self%effect(e) - self%correction(e) + correction
     self%correction(e) = correction
+    self%gain(e) = gain
     self%remainder(e) = remainder
     self%z(:, e) = z
   end subroutine hypotheses_correct
 
   !> Where the tangents are far from the truth, unknown causes, which can only be judged by them, would explain what the
   !> fit of the best effect has shown to be its own. Their evidence is that for z with what this fit leaves, corrected as the
-  !> effect's: both are then measured against the same. An effect most of which its tangent does not show has no image in z
-  !> that unknown causes could share: they have what they had.
+  !> effect's: both are then measured against the same. What the fit has found beyond its tangents is shared up to what those
+  !> show, and no further: an effect that its tangent hardly shows has no image in z that others could share.
   subroutine hypotheses_correct_unknown(self, design)
     class(hypotheses_t), intent(inout) :: self
     type(design_t), intent(in) :: design
     integer :: e, f
-    logical :: is_unseen
+    real(rp) :: shared
     if (.not. any(self%is_fitted)) return
     e = maxloc(self%effect, 1, mask=self%is_fitted)
-    is_unseen = self%correction(e) > max(0.0_rp, self%effect(e) - self%correction(e))
+    shared = min(self%correction(e), max(0.0_rp, self%effect(e) - self%correction(e)))
     do f = 1, size(self%unknown)
-      self%unknown(f) = unknown_evidence(design%families(f), self%z(:, e)) + self%correction(e)
-      if (is_unseen) self%unknown(f) = min(self%unknown(f), self%unknown_linear(f))
+      self%unknown(f) = unknown_evidence(design%families(f), self%z(:, e)) + shared
+      if (self%correction(e) > 0) self%unknown(f) = max(self%unknown(f), self%unknown_linear(f))
     end do
   end subroutine hypotheses_correct_unknown
 

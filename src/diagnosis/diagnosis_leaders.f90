@@ -41,7 +41,7 @@ contains
     do round = 1, 2
       n_fitted = size(d%refits)
       do i = 1, size(order)
-        one%candidate = d%hypotheses%best(order(i))
+        one = refit_t(candidate=d%hypotheses%best(order(i)))
         if (is_tried(order(i)) .or. .not. is_worth_it()) cycle
         is_tried(order(i)) = .true.
         call fit_extended(simulator, options, d, [one%candidate], one%found, is_rough=round == 2)
@@ -51,7 +51,7 @@ contains
         call take_refit(simulator, d, one)
         if (round == 2 .and. .not. is_behind(order(i))) then
           call fit_extended(simulator, options, d, [one%candidate], full, one)
-          if (full%is_found) one%found = full
+          if (full%is_found .and. full%cost() < one%found%cost()) one%found = full
           call take_refit(simulator, d, one)
         end if
         d%refits = [d%refits, one]
@@ -60,7 +60,9 @@ contains
       if (round == 2 .and. size(d%refits) == n_fitted) exit
       do i = n_fitted + 1, size(d%refits)
         if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
-        call improve_place(simulator, options, d, d%refits(i))
+        one = d%refits(i)
+        call improve_place(simulator, options, d, one)
+        d%refits(i) = one
       end do
       call d%hypotheses%correct_unknown(d%design)
       call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
@@ -103,6 +105,7 @@ contains
     real(rp) :: z(d%design%k), rest
     one%gain = (d%baseline%cost() - one%found%cost())/d%scale
     call explain(d%design, [one%candidate], d%z, alone)
+    call simulator%recall()
     call compress_at(simulator, one%found%q, d%design, z, rest, failure)
     if (failure%failed) return
     z = z/sqrt(d%scale)
@@ -110,7 +113,8 @@ contains
     one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
     associate (e => d%design%candidates(one%candidate)%effect)
       d%hypotheses%best(e) = one%candidate
-      call d%hypotheses%correct(e, 0.5_rp*(one%gain - one%promised), one%remainder_log_p, z + d%z - alone%left)
+      call d%hypotheses%correct(e, 0.5_rp*(one%gain - one%promised), one%gain, one%remainder_log_p, &
+                                z + d%z - alone%left)
     end associate
   end subroutine take_refit
 

@@ -147,8 +147,9 @@ contains
   end subroutine fit_nested
 
   !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
-  !> the end; `whitener`, over all observations, has then the directions of nuisances at this point. spread(starts) is how
-  !> much worse than the best each start ended, huge without an end. Fails if none has one.
+  !> the end, in passes that begin at shapes found from rest, until two end alike; `whitener`, over all observations, has then
+  !> the directions of nuisances at this point. spread(starts) is how much less probable than the best each start ended (sum of
+  !> squares and log determinant), huge without an end. Fails if none has one.
   subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -188,7 +189,8 @@ contains
     do pass = 1, MOST_PASSES
       q = found%q
       before = found%cost()
-      call take_directions(simulator, q, whitener, is_valid, .true.)
+      call simulator%forget()
+      call take_directions(simulator, q, whitener, is_valid, .false.)
       if (.not. is_valid) exit
       call fit_nested(simulator, whitener, active, q, options, found)
       if (.not. found%is_found) exit
@@ -199,8 +201,9 @@ contains
       call failure%raise('the simulator has no result at the best fit of the baseline')
   end subroutine fit_baseline
 
-  !> Fits the baseline roughly from q with a whitener over all observations, and goes on from the shapes that are found from rest where that has come to, with the
-  !> nuisances there. On the way a wing may follow an equilibrium that it would not come to from rest.
+  !> Fits the baseline roughly from q with a whitener over all observations, first with the nuisances there. On the way a
+  !> wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are found from rest,
+  !> and it goes on from them, with the nuisances there, if that is possible.
   subroutine fit_roughly(simulator, q, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)
@@ -208,6 +211,7 @@ contains
     type(whitener_t), intent(inout), target :: whitener
     type(nested_fit_t), intent(out) :: found
     type(failure_t), intent(out) :: failure
+    type(nested_fit_t) :: one
     integer :: i, round, active(simulator%n_baseline)
     real(rp), allocatable :: from(:)
     logical :: is_valid
@@ -216,12 +220,12 @@ contains
     do round = 1, 2
       call simulator%forget()
       call take_directions(simulator, from, whitener, is_valid, .false.)
-      if (.not. is_valid) exit
-      call fit_nested(simulator, whitener, active, from, roughly(options), found)
-      if (.not. found%is_found) exit
+      if (is_valid) call fit_nested(simulator, whitener, active, from, roughly(options), one)
+      if (.not. (is_valid .and. one%is_found)) exit
+      found = one
       from = found%q
     end do
-    if (.not. (is_valid .and. found%is_found)) call failure%raise('the baseline could not be fitted')
+    if (.not. found%is_found) call failure%raise('the baseline could not be fitted')
   end subroutine fit_roughly
 
   !> The same choices, with an end where little is gained.

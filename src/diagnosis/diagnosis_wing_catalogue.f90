@@ -94,8 +94,9 @@ contains
     call enter_named(c, e, numbers, 'vein_torsion', 'veins that resist torsion', [character(20) :: 'torsion'], .true., &
                      'Veins resist being twisted about themselves, not only being bent.', needs_membrane(e))
     ! Veins that twist freely have modes of their own, which little torsion ends: its tangent at null shows them alone.
-    n = size(c%quantities)
-    if (c%quantities(n)%name == 'torsion') c%quantities(n)%strong = STRONG_TORSION
+    do n = 1, size(c%quantities)
+      if (c%quantities(n)%name == 'torsion') c%quantities(n)%strong = STRONG_TORSION
+    end do
     call enter_named(c, e, numbers, 'joint_hardening', 'joints that harden', &
                      [character(20) :: 'joint_hardening'], .true., &
                      'Joints of veins get stiffer, or give way, the more they are bent.', levels)

@@ -98,12 +98,12 @@ contains
     call check(wide%k == design%k, 'and costs no directions')
   end subroutine test_field
 
-  !> A fit that leaves nothing of what its tangents could not explain takes that from unknown causes too: their evidence is
-  !> that of data without it, and grows with the fit's.
+  !> What a fit has found beyond its tangents is shared by unknown causes up to what the tangents show; beyond that they have
+  !> what they explain by themselves, and where tangents promised too much they lose as much as the fit.
   subroutine test_nonlinear()
     type(hypotheses_t) :: all, seen
     real(rp), parameter :: GROWN = 800
-    real(rp) :: z(design%k)
+    real(rp) :: z(design%k), before(size(design%families)), linear
     integer :: c
     do c = 1, size(design%candidates)
       if (design%candidates(c)%effect == E_DRIFT) z = 60*design%candidates(c)%basis(:, 1)
@@ -113,9 +113,19 @@ contains
     call check(maxval(all%unknown - seen%unknown) > 100, 'what tangents miss looks like an unknown cause')
     call all%correct_unknown(design)
     call check(maxval(all%unknown - seen%unknown) > 100, 'as long as nothing is fitted')
-    call all%correct(E_DRIFT, GROWN, 0.0_rp, z)
+    before = all%unknown
+    linear = all%effect(E_DRIFT)
+    call all%correct(E_DRIFT, GROWN, 0.0_rp, 0.0_rp, z)
     call all%correct_unknown(design)
-    call check(maxval(abs(all%unknown - GROWN - seen%unknown)) < 1.0e-9_rp, 'but not to a fit that explains it')
+    call check(linear > GROWN .and. maxval(abs(all%unknown - max(GROWN + seen%unknown, before))) < 1.0e-9_rp, &
+               'a fit that explains it shares that')
+    call all%correct(E_DRIFT, 3*linear, 0.0_rp, 0.0_rp, z)
+    call all%correct_unknown(design)
+    call check(maxval(abs(all%unknown - max(linear + seen%unknown, before))) < 1.0e-9_rp, &
+               'but no more than its tangents show')
+    call all%correct(E_DRIFT, -GROWN, 0.0_rp, 0.0_rp, z)
+    call all%correct_unknown(design)
+    call check(maxval(abs(all%unknown + GROWN - seen%unknown)) < 1.0e-9_rp, 'what tangents promised too much is lost by both')
   end subroutine test_nonlinear
 
   !> Parts are strict.

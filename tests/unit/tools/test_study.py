@@ -2,6 +2,7 @@
 """bench/diagnosis: any first part of a study has the proportions of the whole, cases do not depend on what was made before,
 and the verdicts of msm_diagnose are read as they are meant."""
 import json
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -92,8 +93,15 @@ class Cases(unittest.TestCase):
             with self.assertRaisesRegex(InputError, "is not the measurement"):
                 made["a"].truth(2)
 
+    @staticmethod
+    def score(path, folder):
+        return subprocess.run([sys.executable, "-B", SOURCE / "bench/diagnosis", "--only", "score", "--archive", path, "--folder",
+                               folder, "--program", folder / "no-program"], capture_output=True, text=True, check=False)
+
     def check_archive(self, folder, study, verdicts):
         """What is archived is scored as it was, without the measurements; it is of one study and program."""
+        (verdicts / "0002.oracle.json").write_text(json.dumps({"gain": 1.0, "oracle": 2.0}))
+        print_report(study, verdicts, 5)
         before = json.loads((verdicts / "scores.json").read_text())
         one, path = {"seed": 3, "program": "p"}, folder / "archive.jsonl"
         archive = Archive(path)
@@ -101,12 +109,22 @@ class Cases(unittest.TestCase):
         archive.save(study, verdicts, 1)
         archive = Archive(path)
         archive.begin(one)  # is continued
-        archive.save(study, verdicts, 5)
+        late = Archive(path)
+        late.begin(one)
+        self.assertEqual(archive.save(study, verdicts, 5), [])
+        late.save(study, folder / "none", 5)
+        self.assertEqual(sorted(late.rows), [1, 2], "what others have archived meanwhile stays")
         (folder / "elsewhere").mkdir()
         other = ArchivedStudy(folder / "elsewhere", {}, 3, Archive(path))
         self.assertEqual(sorted(other.archive.rows), [1, 2])
         print_report(other, folder / "elsewhere", 5)
         self.assertEqual(json.loads((folder / "elsewhere/scores.json").read_text()), before)
+        self.assertEqual(before["gain_cases"], 1)
+        done = self.score(path, folder / "new")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["false_alarm_rate"], 0.0)
+        self.assertFalse((folder / "new/study.json").exists())
+        self.assertIn("no archive", self.score(folder / "nowhere.jsonl", folder / "new").stderr)
         with self.assertRaisesRegex(InputError, "of another program"):
             Archive(path).begin({**one, "program": "q"})
         path.write_text("no archive")
