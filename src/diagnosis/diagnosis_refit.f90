@@ -147,9 +147,10 @@ contains
   end subroutine fit_nested
 
   !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
-  !> the end, in passes that begin at shapes found from rest, until two end alike; `whitener`, over all observations, has then
-  !> the directions of nuisances at this point. spread(starts) is how much less probable than the best each start ended (sum of
-  !> squares and log determinant), huge without an end. Fails if none has one.
+  !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike;
+  !> `whitener`, over all observations, has then the directions of nuisances at this point. spread(starts) is how much less
+  !> probable than the best each start ended (sum of squares and log determinant), huge without an end. Fails if none has
+  !> one.
   subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -158,7 +159,7 @@ contains
     type(nested_fit_t), intent(out) :: found
     real(rp), allocatable, intent(out) :: spread(:)
     type(failure_t), intent(out) :: failure
-    integer, parameter :: MOST_PASSES = 4
+    integer, parameter :: MOST_PASSES = 6
     real(rp), parameter :: SETTLED = 0.05_rp ! in units of the sum of squares
     type(nested_fit_t) :: one
     type(failure_t) :: failed
@@ -195,6 +196,7 @@ contains
       call fit_nested(simulator, whitener, active, q, options, found)
       if (.not. found%is_found) exit
       if (pass > 1 .and. abs(found%cost() - before) <= SETTLED) exit
+      call settle(simulator, whitener, found%q)
     end do
     if (found%is_found) call take_directions(simulator, found%q, whitener, is_valid, .true.)
     if (.not. (found%is_found .and. is_valid)) &
@@ -235,6 +237,25 @@ contains
     rough_options = options
     rough_options%reduction_tolerance = max(ROUGH, options%reduction_tolerance)
   end function roughly
+
+  !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear.
+  subroutine settle(simulator, whitener, q)
+    class(simulator_t), intent(inout) :: simulator
+    type(whitener_t), intent(inout) :: whitener
+    real(rp), intent(in) :: q(:)
+    real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
+    integer :: n
+    logical :: is_valid
+    n = simulator%n_observations
+    allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
+    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    if (is_valid) call simulator%directions(q, nuisances, patterns, is_valid)
+    if (.not. is_valid) return
+    call whitener%add_directions(nuisances)
+    call whitener%apply(nuisances)
+    call whitener%apply_one(residuals)
+    call simulator%settle(-matmul(residuals, nuisances), q, is_valid)
+  end subroutine settle
 
   !> Nuisances at q, where the simulator stands after a fit, or goes first.
   subroutine take_directions(simulator, q, whitener, is_valid, stands_there)

@@ -84,6 +84,7 @@ module diagnosis_simulator
     procedure :: keep => simulator_keep
     procedure :: recall => simulator_recall
     procedure :: forget => simulator_forget
+    procedure :: settle => simulator_settle
     procedure :: skip => simulator_skip
     procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
@@ -175,6 +176,17 @@ contains
     class(simulator_t), intent(inout) :: self
     self%n_observations = self%n_observations
   end subroutine simulator_forget
+
+  !> Nuisances are about errors(n_nuisances) sd from now on, as far as they are not linear: residuals are those with these
+  !> errors less what the tangents there, which are the new directions, say of them. At q, where the solver stands. If
+  !> that has no result (`is_valid` false) nothing has changed. `whitener_t` needs its directions anew.
+  subroutine simulator_settle(self, errors, q, is_valid)
+    class(simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: errors(:), q(:)
+    logical, intent(out) :: is_valid
+    self%n_observations = self%n_observations
+    is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%quantities)
+  end subroutine simulator_settle
 
   !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing
   !> of them.

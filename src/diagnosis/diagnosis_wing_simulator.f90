@@ -10,13 +10,15 @@
 !>     end if
 module diagnosis_wing_simulator
   use base_kinds, only: rp
-  use diagnosis_simulator, only: effect_t, labels_t, quantity_t, simulator_t
-  use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, noise_model_t
+  use diagnosis_simulator, only: effect_t, quantity_t, simulator_t
+  use diagnosis_wing_bins, only: bin_covariance, bins_t, noise_model_t
+  use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
                                  TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
+  use measurement_place, only: find_place, material_place_t
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
   use solid_params, only: PARAM_PLATE
@@ -42,6 +44,8 @@ module diagnosis_wing_simulator
     integer, private :: gain = 0, membrane = 0   !< quantities that are the gain of all forces, and D; 0: none
     real(rp), allocatable, private :: shapes(:, :, :), tried(:, :, :), kept(:, :, :)
     logical, allocatable, private :: is_start(:), was_straight(:), was_tried(:), was_start(:)
+    real(rp), allocatable, private :: aside(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
+    real(rp), allocatable, private :: linear(:)   !< (n) what these errors do by the tangent there
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
@@ -57,6 +61,7 @@ module diagnosis_wing_simulator
     procedure :: keep => wing_keep
     procedure :: recall => wing_recall
     procedure :: forget => wing_forget
+    procedure :: settle => wing_settle
     procedure :: common_share => wing_common_share
     procedure :: set_common_share => wing_set_common_share
   end type wing_simulator_t
@@ -100,9 +105,10 @@ contains
     allocate (self%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
     allocate (self%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
     allocate (self%band(bins%n, 0))
+    allocate (self%aside(2, n), self%linear(bins%n), source=0.0_rp)
     self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
     call find_common(self)
-    call label(self)
+    call make_labels(experiment, bins, self%labels)
   end subroutine wing_init
 
   !> The gain of all forces and D are quantities of the catalogue; their sd make them nuisances too. D is none where the
@@ -119,59 +125,6 @@ contains
       end do
     end associate
   end subroutine find_common
-
-  !> What belongs together: see `labels_t`.
-  subroutine label(self)
-    class(wing_simulator_t), intent(inout) :: self
-    integer :: l, k, n, folds
-    n = size(self%experiment%loads)
-    associate (labels => self%labels, loads => self%experiment%measurement%loads)
-      labels%surface = self%bins%load(:self%bins%n)
-      labels%place = self%bins%place(:, :self%bins%n)
-      allocate (labels%observed(self%bins%n))
-      do l = 1, n
-        call bin_rows(self%bins, l, self%experiment%comparisons(l)%measured, &
-                      labels%observed(self%bins%first(l):self%bins%first(l) + self%bins%count(l) - 1))
-      end do
-      ! The error of the unloaded scan makes one block of all heights.
-      if (any(self%bins%unloaded(:self%bins%n) > 0)) then
-        labels%block = [(1, l=1, self%bins%n)]
-      else
-        labels%block = labels%surface
-      end if
-      allocate (labels%fold(n), labels%twin(n), source=0)
-      labels%level = [(loads(l)%force*sign(1.0_rp, sum(loads(l)%direction)), l=1, n)]
-      labels%order = [(real(loads(l)%order, rp), l=1, n)]
-      labels%hold = [(loads(l)%hold, l=1, n)]
-      labels%moment = [(loads(l)%force*(loads(l)%point(1) - self%experiment%root(1)), l=1, n)]
-      folds = 0
-      do l = 1, n
-        labels%twin(l) = l
-        do k = l - 1, 1, -1
-          if (norm2(loads(l)%point - loads(k)%point) > 0.02_rp*self%experiment%model%size) cycle
-          labels%fold(l) = labels%fold(k)
-          if (abs(loads(l)%force - loads(k)%force) <= 1.0e-6_rp*loads(k)%force .and. &
-              norm2(loads(l)%direction - loads(k)%direction) < 1.0e-6_rp) labels%twin(l) = labels%twin(k)
-        end do
-        if (labels%fold(l) > 0) cycle
-        folds = folds + 1
-        labels%fold(l) = folds
-      end do
-      if (folds == 1) call fold_by_force(labels)
-    end associate
-  end subroutine label
-
-  !> Where all loads act at one place, each force with its repeats is left out instead.
-  subroutine fold_by_force(labels)
-    type(labels_t), intent(inout) :: labels
-    integer :: l, k, folds
-    folds = 0
-    do l = 1, size(labels%fold)
-      k = findloc(abs(labels%level(:l) - labels%level(l)) <= 1.0e-6_rp*abs(labels%level(:l)), .true., 1)
-      if (k == l) folds = folds + 1
-      labels%fold(l) = merge(folds, labels%fold(k), k == l)
-    end do
-  end subroutine fold_by_force
 
   !> Releases everything.
   subroutine wing_free(self)
@@ -234,7 +187,7 @@ contains
     n = size(loads)
     allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(), n), seconds(n), statuses(n))
     do l = 1, n
-      inputs(:, l) = task_input(task, loads(l), self%is_start(loads(l)), q, columns)
+      inputs(:, l) = task_input(task, loads(l), self%is_start(loads(l)), self%aside(:, loads(l)), q, columns)
     end do
     call self%farm%share(self%runner, reshape(self%shapes, [size(self%shapes)]))
     call self%farm%run(self%runner, [(l, l=1, n)], inputs, results, statuses, seconds)
@@ -263,7 +216,7 @@ contains
       b = self%bins%count(l)
       first = self%bins%first(l)
       self%was_straight(l) = outputs(1, l) > 0.5_rp
-      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l)
+      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l) - self%linear(first:first + b - 1)
       at = N_FACTS + b
       do i = 1, size(q)
         if (.not. any(columns == i)) cycle
@@ -304,6 +257,46 @@ contains
     class(wing_simulator_t), intent(inout) :: self
     self%is_start = .false.
   end subroutine wing_forget
+
+  !> Errors of the places of the loads: what one does is not linear in it where a load meets a soft place or the edge of a
+  !> triangle. They are taken up to MOST sd, and less where a place would not be on the wing.
+  subroutine wing_settle(self, errors, q, is_valid)
+    class(wing_simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: errors(:), q(:)
+    logical, intent(out) :: is_valid
+    real(rp), parameter :: MOST = 5.0_rp
+    real(rp) :: before(2, size(self%aside, 2)), was_linear(size(self%linear)), e(2)
+    real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
+    real(rp) :: nuisances(self%n_observations, self%n_nuisances)
+    integer :: l, first, last, v
+    type(material_place_t) :: place
+    is_valid = .true.
+    associate (experiment => self%experiment, sd => self%experiment%measurement%accuracy%position)
+      if (.not. sd > 0 .or. size(experiment%model%triangles) == 0) return
+      before = self%aside
+      was_linear = self%linear
+      do l = 1, size(self%aside, 2)
+        v = (l - 1)*N_LOAD_NUISANCES + 1
+        e = max(-MOST, min(MOST, errors(v + 1:v + 2)))
+        place = find_place(experiment%model%points, experiment%model%triangles, experiment%model%size, &
+                           experiment%measurement%loads(l)%point + sd*e)
+        self%aside(:, l) = merge(sd, 0.0_rp, place%is_found)*e
+      end do
+      call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
+      if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
+      if (.not. is_valid) then
+        self%aside = before
+        self%linear = was_linear
+        return
+      end if
+      do l = 1, size(self%aside, 2)
+        v = (l - 1)*N_LOAD_NUISANCES + 1
+        first = self%bins%first(l)
+        last = first + self%bins%count(l) - 1
+        self%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%aside(:, l)/sd)
+      end do
+    end associate
+  end subroutine wing_settle
 
   !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)

@@ -19,7 +19,7 @@ module diagnosis_wing_task
   integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_PIXELS = 3, TASK_NUISANCES = 4
   integer, parameter, public :: N_FACTS = 1        !< numbers of an output before the results: solved without snap
   integer, parameter, public :: N_LOAD_NUISANCES = N_NUISANCES
-  integer, parameter :: N_HEAD = 3, NOT_SOLVED = 1
+  integer, parameter :: N_HEAD = 5, NOT_SOLVED = 1
 
   !> Unknown causes: log stiffness in discs, and forces in proportion to the load around the same places.
   type :: wing_patterns_t
@@ -90,13 +90,14 @@ contains
     n = n + N_FACTS
   end function runner_output_size
 
-  !> A task: load l at q, warm or cold; derivatives with respect to the quantities `columns`, each 0 or 1 in the input.
-  pure function task_input(task, l, is_warm, q, columns) result(input)
+  !> A task: load l at q, `aside` [m] of its place, warm or cold; derivatives with respect to the quantities `columns`,
+  !> each 0 or 1 in the input.
+  pure function task_input(task, l, is_warm, aside, q, columns) result(input)
     integer, intent(in) :: task, l, columns(:)
     logical, intent(in) :: is_warm
-    real(rp), intent(in) :: q(:)
+    real(rp), intent(in) :: aside(2), q(:)
     real(rp) :: input(N_HEAD + 2*size(q))
-    input(:N_HEAD) = [real(task, rp), real(l, rp), merge(1.0_rp, 0.0_rp, is_warm)]
+    input(:N_HEAD) = [real(task, rp), real(l, rp), merge(1.0_rp, 0.0_rp, is_warm), aside]
     input(N_HEAD + 1:N_HEAD + size(q)) = q
     input(N_HEAD + size(q) + 1:) = 0
     input(N_HEAD + size(q) + columns) = 1
@@ -104,8 +105,8 @@ contains
 
   !> TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the quantities and the shape;
   !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), derivatives(b, columns), patterns(b,
-  !> 2 n); TASK_NUISANCES the same without patterns; TASK_PIXELS facts and the residuals of all pixels. b observations of the load; the status is NOT_SOLVED where there is no shape, or
-  !> one in an excluded zone.
+  !> 2 n); TASK_NUISANCES the same without patterns; TASK_PIXELS facts and the residuals of all pixels. b observations of
+  !> the load; the status is NOT_SOLVED where there is no shape, or one in an excluded zone.
   subroutine runner_run_task(self, input, output, status)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: input(:)
@@ -129,7 +130,8 @@ contains
         self%u = reshape(self%context((l - 1)*n + 1:l*n), shape(self%u))
       end if
       call evaluation%init(self%setup%experiment, l, .false.)
-      call evaluate(self%setup%experiment, self%work, setup_coordinates(self%setup, q), l, is_warm, self%u, evaluation)
+      call evaluate(self%setup%experiment, self%work, setup_coordinates(self%setup, q), l, is_warm, self%u, &
+                    evaluation, input(N_HEAD - 1:N_HEAD))
       status = merge(0, NOT_SOLVED, evaluation%is_feasible())
       if (status /= 0) return
       output(1) = merge(1, 0, evaluation%is_start)

@@ -80,8 +80,9 @@ contains
 
   !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which
   !> must be a shape under the same load whose evaluation said `is_start`, and always the result. `evaluation` was made by
-  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing.
-  subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation)
+  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing. The force acts `aside` [m] of
+  !> its place, if given.
+  subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation, aside)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work
     real(rp), intent(in) :: coordinates(:)
@@ -89,10 +90,11 @@ contains
     logical, intent(in) :: is_warm
     real(rp), intent(inout) :: u(:, :)
     type(evaluation_t), intent(inout) :: evaluation
+    real(rp), intent(in), optional :: aside(2)
     type(static_report_t) :: report
     integer :: i
     call require(size(coordinates) == experiment%count(), 'measurement_evaluation: unknowns of another experiment')
-    call work%solve(experiment, coordinates, l, is_warm, u, report)
+    call work%solve(experiment, coordinates, l, is_warm, u, report, aside)
     evaluation%is_solved = report%converged
     evaluation%factorisations = report%factorisations
     evaluation%snaps = report%snaps

@@ -26,18 +26,18 @@ module measurement_forces
 contains
 
   !> The force of `load`, of which `place` is the stated place, on the wing of points(3, :) and triangles and of
-  !> `length` [m]. force(3, :) [N] gets it, and nothing else.
-  subroutine apply_load(instrument, load, place, points, triangles, length, applied, force)
+  !> `length` [m]. force(3, :) [N] gets it, and nothing else. It acts `aside` [m] of where the instrument lets it act.
+  subroutine apply_load(instrument, load, place, points, triangles, length, aside, applied, force)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
     type(material_place_t), intent(in) :: place
-    real(rp), intent(in) :: points(:, :), length
+    real(rp), intent(in) :: points(:, :), length, aside(2)
     integer, intent(in) :: triangles(:, :)
     type(applied_t), intent(out) :: applied
     real(rp), intent(inout) :: force(:, :)
     real(rp) :: shift(2)
     integer :: c
-    shift = instrument%values([LOAD_SHIFT_X, LOAD_SHIFT_Y])
+    shift = instrument%values([LOAD_SHIFT_X, LOAD_SHIFT_Y]) + aside
     applied%place = place
     if (any(abs(shift) > 0)) applied%place = find_place(points, triangles, length, load%point + shift)
     applied%is_valid = applied%place%is_found

@@ -74,8 +74,8 @@ contains
   end subroutine simulation_free
 
   !> The shape under load l at these coordinates. u(3, n_all) [m] as in `bent_wing_t%solve`. What drying leaves no
-  !> stiffness, and a force beside the wing, is a failure in the report.
-  subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report)
+  !> stiffness, and a force beside the wing, is a failure in the report. The force acts `aside` [m] of its place, if given.
+  subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report, aside)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: coordinates(:)
@@ -83,16 +83,19 @@ contains
     logical, intent(in) :: is_warm
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
+    real(rp), intent(in), optional :: aside(2)
     type(static_report_t) :: rest_report
     type(solid_params_t) :: params
-    real(rp) :: factor(2)
+    real(rp) :: factor(2), off(2)
     logical :: starts_curved
+    off = 0
+    if (present(aside)) off = aside
     params = experiment%params(coordinates)
     self%params = params
     call self%view%set(experiment%instrument_at(coordinates))
     associate (load => experiment%measurement%loads(l))
       call apply_load(self%view%instrument, load, experiment%places(l), experiment%model%points, &
-                      experiment%model%triangles, experiment%model%size, self%applied, self%force)
+                      experiment%model%triangles, experiment%model%size, off, self%applied, self%force)
       factor = stiffness_factor(self%view%instrument, load)
     end associate
     if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'

@@ -168,6 +168,7 @@ contains
       call evaluate(experiment, work, x, l, .false., u, at)
       call t%check('the shape is found '//where, at%is_feasible() .and. at%snaps == 0)
       call check_accidents(where, l, x, u)
+      call check_aside(where, l, x)
       do i = 1, experiment%count()
         p = experiment%describe(i)
         call differ(l, x, i, p, u, difference)
@@ -262,6 +263,42 @@ contains
       call t%check_below('damage anywhere '//where, maxval(abs(column - damage)), 1.0e-12_rp*maxval(abs(column)))
     call t%check('  depends on it', maxval(abs(damage)) > 0 .and. size(x) > 0 .and. size(u) > 0)
   end subroutine check_accidents
+
+  !> A force aside of its place is one of an instrument whose forces all are: the same place, found twice.
+  subroutine check_aside(where, l, x)
+    character(*), intent(in) :: where
+    integer, intent(in) :: l
+    real(rp), intent(in) :: x(:)
+    real(rp), parameter :: ASIDE(2) = [2.5e-5_rp, -4.0e-5_rp]
+    type(evaluation_t) :: at, moved, shifted
+    real(rp), allocatable :: u(:, :)
+    real(rp) :: y(size(x))
+    integer :: i, k
+    call at%init(experiment, l, .false.)
+    call moved%init(experiment, l, .false.)
+    call shifted%init(experiment, l, .false.)
+    u = spread([0.0_rp, 0.0_rp, 0.0_rp], 2, experiment%model%n_all)
+    call evaluate(experiment, work, x, l, .false., u, at)
+    call evaluate(experiment, work, x, l, .false., u, moved, ASIDE)
+    y = x
+    do i = 1, size(x)
+      k = findloc(['load_shift_x', 'load_shift_y'], experiment_name(i), dim=1)
+      if (k > 0) y(i) = y(i) + ASIDE(k)
+    end do
+    call evaluate(experiment, work, y, l, .false., u, shifted)
+    call t%check('all shapes beside are found '//where, moved%is_feasible() .and. shifted%is_feasible())
+    call t%check_below('a force aside is a shifted one '//where, maxval(abs(moved%residuals - shifted%residuals)), &
+                       1.0e-12_rp*maxval(abs(shifted%residuals)))
+    call t%check('  and bends otherwise '//where, maxval(abs(moved%residuals - at%residuals)) > &
+                 1.0e-3_rp*maxval(abs(at%residuals)))
+  end subroutine check_aside
+
+  character(12) function experiment_name(i) result(name)
+    integer, intent(in) :: i
+    type(parameter_t) :: p
+    p = experiment%describe(i)
+    name = p%name
+  end function experiment_name
 
   !> Scans of instruments that are no unknowns give the same; what data lack is refused.
   subroutine check_refusals()
