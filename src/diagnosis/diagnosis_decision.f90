@@ -9,7 +9,7 @@
 !> POWER |
 !> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
 !> | unknown | no effects of the catalogue, up to three together, leave nothing but noise, or an unknown cause is more
-!> probable than they are |
+!> probable than they are and than not |
 !> | insufficient | there is nothing that the data could show |
 module diagnosis_decision
   use base_kinds, only: i8, rp
@@ -35,13 +35,14 @@ module diagnosis_decision
   real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
+  real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which a set, which excludes no other cause, says more
   integer, parameter :: POWER_DRAWS = 100, MOST_TOGETHER = 3, MOST_LEADERS = 8
 
   type :: decision_t
     integer :: verdict = VERDICT_INSUFFICIENT
     real(rp) :: log_p_global = 0
-    !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, or exactly these together; set, one
-    !> at least of these is a cause; unknown, a cause that is not in the catalogue.
+    !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, alone or with another one, or
+    !> exactly these together; set, one at least of these is a cause; unknown, a cause that is not in the catalogue.
     real(rp) :: probability = 0
     integer, allocatable :: causes(:)       !< candidates of the best explanation
     !> Effects of which one at least is a cause: those that explain the data alone as well, best first, or all of the causes.
@@ -51,7 +52,8 @@ module diagnosis_decision
     logical :: has_further = .false.        !< the best explanation by several causes has one of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
     real(rp) :: name_power = 0              !< see above; 0 where it was not asked
-    real(rp) :: snr = 0                     !< |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
+    !> |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
+    real(rp) :: snr = 0
     real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1
     real(rp) :: posterior_none = 0, posterior_together = 0, posterior_unknown = 0
   end type decision_t
@@ -133,7 +135,7 @@ contains
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
         decision%posterior_together <= SECOND_ODDS*decision%posterior(first)) then
       call find_set(design, hypotheses, order, z, decision)
-      if (decision%posterior_unknown > sum(decision%posterior(decision%set))) then
+      if (decision%posterior_unknown > max(LEAST_UNKNOWN, sum(decision%posterior(decision%set)))) then
         decision%set = [integer ::]
         return
       end if
@@ -299,8 +301,8 @@ contains
     else
       is_name = size(decision%set) == 1
       decision%probability = sum(decision%posterior(decision%set))
-      ! A second cause beside it would not make the first one wrong.
-      if (is_name .and. decision%has_further .and. decision%posterior_together <= decision%posterior(decision%set(1))) &
+      ! A second cause beside it, however probable, would not make the first one wrong.
+      if (is_name .and. decision%has_further) &
         decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
     end if
     decision%verdict = VERDICT_NAMED

@@ -66,7 +66,8 @@ contains
       end do
       call d%hypotheses%correct_unknown(d%design)
       call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
-      if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2) exit
+      if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2 .and. &
+          d%decision%posterior_unknown <= sum(d%decision%posterior(d%decision%set))) exit
     end do
 
   contains
