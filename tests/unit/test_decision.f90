@@ -1,0 +1,122 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Which word is said where odds are close, on a wing in closed form (diagnosis_beam): odds are set by hand, or by the
+!> strength of a second effect, and the verdict is that of docs/diagnosis.md on both sides of its bounds.
+program test_decision
+  use base_errors, only: failure_t
+  use base_kinds, only: i8, rp
+  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_OFFSET
+  use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
+  use diagnosis_decision, only: decide, decision_t, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use diagnosis_design, only: build_design, design_t
+  use diagnosis_hypotheses, only: hypotheses_t, log_odds_unknown, log_prior
+  use testkit, only: testkit_t
+  implicit none
+  integer, parameter :: N_EFFECTS = 12
+  integer(i8), parameter :: SEED = 7
+  type(testkit_t) :: test
+  type(beam_t), target :: beam
+  type(design_t) :: design
+  type(calibration_t) :: calibration
+  type(failure_t) :: failure
+  real(rp), allocatable :: q0(:)
+
+  call test%start(parallel=.false.)
+  call make_beam(beam)
+  q0 = beam%null_point()
+  call beam%observe(q0, beam%sigma, 1)
+  call build_design(beam, q0, design, failure)
+  call test%check('the design exists',.not. failure%failed)
+  call calibration%init(design, N_EFFECTS, .true., 500, SEED)
+  call test_unknown()
+  call test_further()
+  call test%finish()
+
+contains
+
+  !> Drift of 12 sd. An unknown cause that is as probable as drift alone, and a little more, but less probable than all of
+  !> the catalogue together, is not the answer; one that is more probable than not is.
+  subroutine test_unknown()
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: one
+    real(rp) :: z(design%k), share
+    z = 12*drift()
+    call hypotheses%init(design, N_EFFECTS, z)
+    hypotheses%unknown = -1.0e3_rp
+    call verdict_on(z, hypotheses, one)
+    call test%check('drift is named where nothing else is probable', one%verdict == VERDICT_NAMED .and. &
+                    one%posterior_unknown < 1.0e-6_rp .and. size(one%set) == 1)
+    ! With o the odds of unknown against drift alone, and s those of everything else, P(unknown) = o/(1 + o + s).
+    share = (1 - one%posterior(E_DRIFT))/one%posterior(E_DRIFT)
+    call test%check('  but not certain', share > 1.0e-6_rp)
+    call set_unknown(hypotheses, 1 + share/2)
+    call verdict_on(z, hypotheses, one)
+    call test%check('a set where unknown causes lead with less than one half', one%verdict == VERDICT_SET .and. &
+                    one%posterior_unknown > one%posterior(E_DRIFT) .and. one%posterior_unknown < 0.5_rp)
+    call set_unknown(hypotheses, 1 + 2*share)
+    call verdict_on(z, hypotheses, one)
+    call test%check('unknown where they have more than one half', one%verdict == VERDICT_UNKNOWN .and. &
+                    one%posterior_unknown > 0.5_rp .and. size(one%set) == 0)
+  end subroutine test_unknown
+
+  !> Odds of unknown causes against drift alone.
+  subroutine set_unknown(hypotheses, odds)
+    type(hypotheses_t), intent(inout) :: hypotheses
+    real(rp), intent(in) :: odds
+    integer :: testable
+    testable = count(hypotheses%best > 0)
+    hypotheses%unknown = 0
+    hypotheses%unknown = log(odds) + hypotheses%effect(E_DRIFT) + log_prior(1, testable) - &
+                         log_odds_unknown(hypotheses%unknown)
+  end subroutine set_unknown
+
+  !> Drift of 15 sd and so much of an offset that two causes are twice as probable as drift alone, which leaves nothing but
+  !> noise: drift is a cause either way, and its name stands.
+  subroutine test_further()
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: one
+    real(rp) :: z(design%k), other(design%k), low, high, odds
+    integer :: i
+    other = first_basis(E_OFFSET)
+    other = other - dot_product(other, drift())*drift()
+    other = other/norm2(other)
+    low = 0
+    high = 8
+    do i = 1, 40
+      z = 15*drift() + 0.5_rp*(low + high)*other
+      call hypotheses%init(design, N_EFFECTS, z)
+      hypotheses%unknown = -1.0e3_rp
+      call verdict_on(z, hypotheses, one)
+      odds = one%posterior_together/one%posterior(E_DRIFT)
+      if (odds > 2) high = 0.5_rp*(low + high)
+      if (odds <= 2) low = 0.5_rp*(low + high)
+    end do
+    call test%check('two causes are twice as probable as one', abs(odds - 2) < 1.0e-3_rp)
+    call test%check('  which has a further one beside it', one%has_further .and. size(one%set) == 1)
+    call test%check('  and keeps its name', one%verdict == VERDICT_NAMED .and. one%set(1) == E_DRIFT .and. &
+                    .not. one%is_together .and. one%probability > 0.9_rp)
+  end subroutine test_further
+
+  subroutine verdict_on(z, hypotheses, decision)
+    real(rp), intent(in) :: z(:)
+    type(hypotheses_t), intent(in) :: hypotheses
+    type(decision_t), intent(out) :: decision
+    type(statistics_t) :: statistics
+    call find_statistics(design, N_EFFECTS, .true., z, 0.0_rp, statistics)
+    call decide(design, calibration, statistics, hypotheses, z, SEED, decision)
+  end subroutine verdict_on
+
+  function drift() result(direction)
+    real(rp) :: direction(design%k)
+    direction = first_basis(E_DRIFT)
+  end function drift
+
+  function first_basis(effect) result(direction)
+    integer, intent(in) :: effect
+    real(rp) :: direction(design%k)
+    integer :: c
+    do c = size(design%candidates), 1, -1
+      if (design%candidates(c)%effect == effect .and. design%candidates(c)%df > 0) &
+        direction = design%candidates(c)%basis(:, 1)
+    end do
+  end function first_basis
+end program test_decision
