@@ -217,20 +217,19 @@ def observe(bench, loads, shapes, unloaded):
                "reference_scans": case.noise.reference_scans}
     truth = {"case": asdict(case), "mesh": {"points": len(bench.wing.points), "triangles": len(bench.wing.triangles)},
              "joints": joint_truth(bench), "loads": []}
-    remains, past = {}, np.zeros(rest.shape)
-    if hidden.memory:
-        for number in sorted(range(len(loads)), key=lambda k: loads[k].order):
-            remains[number] = past
-            z = scan(shapes[number][0], bench.wing.triangles, x - hidden.map_shift[0], y - hidden.map_shift[1])
-            past = np.nan_to_num(hidden.memory * (z - rest))
+    # What is left of the deformation before is left of every point of the wing, also of those that were not seen then.
+    remains, past = {}, 0.0
+    for number in sorted(range(len(loads)), key=lambda k: loads[k].order):
+        remains[number] = past
+        past = hidden.memory * (shapes[number][0] - unloaded)
     span = (x - bench.wing.points[list(bench.wing.root), 0].mean()) / np.ptp(bench.wing.points[:, 0])
     for number, (load, (positions, moved, report, turn)) in enumerate(zip(loads, shapes)):
         tilt, piston = errors.plane(number)
         tilt, piston = tilt + hidden.tilt, piston + hidden.piston
         shift = errors.shift(number) + hidden.map_shift
-        z = scan(positions, bench.wing.triangles, x - shift[0], y - shift[1])
+        z = scan(positions + remains[number], bench.wing.triangles, x - shift[0], y - shift[1])
         known = np.isfinite(z)
-        z = (z + remains.get(number, 0)) * hidden.height_scale + tilt[0] * y[:, None] - tilt[1] * x[None, :] + piston
+        z = z * hidden.height_scale + tilt[0] * y[:, None] - tilt[1] * x[None, :] + piston
         z = z + errors.one_scan(number) + errors.outliers(number) + fringes(bench, x, y, number + 1)
         z += hidden.bow * (load.order - 1) * span**2
         z[errors.missing(number, known)] = np.nan

@@ -3,8 +3,11 @@
 !> smooth shapes; and the covariance of their errors.
 !>
 !> Errors of one height are white with the variance share `white`, and correlated as exp(-(r/length)^2/2) with the rest
-!> of it. Averaging divides the white part by the number of pixels. The error of the unloaded scan is common to all
-!> loads.
+!> of it. Averaging divides the white part by the number of pixels, and takes off of the rest what is not alike all over
+!> a square: with the pixels of squares a and b spread by s_a and s_b [m] about their means along an axis, the mean of
+!> exp(-(r/length)^2/2) over all pairs of them is, up to fourth moments and for each axis,
+!> length/c exp(-(r/c)^2/2), c^2 = length^2 + s_a^2 + s_b^2, r between the means. (So it is exactly for pixels spread as a
+!> normal distribution, and therefore always positive definite.) The error of the unloaded scan is common to all loads.
 module diagnosis_wing_bins
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
@@ -29,6 +32,7 @@ module diagnosis_wing_bins
     integer, allocatable :: cell(:, :)         !< (2, n) of the lattice; (0, k): scalar observation k
     integer, allocatable :: pixels(:)          !< (n) in it
     real(rp), allocatable :: place(:, :)       !< (2, n) [m] mean of its pixels
+    real(rp), allocatable :: spread(:, :)      !< (2, n) [m2] mean square distance of its pixels from there, along x and y
     real(rp), allocatable :: loaded(:)         !< (n) mean declared variance of the loaded heights
     real(rp), allocatable :: unloaded(:)       !< (n) the same of the unloaded ones
     integer, allocatable :: of_pixel(:, :)     !< (pixels of a load at most, loads) observation that holds it
@@ -65,7 +69,7 @@ contains
       if (size(m%y) > 0) ny = 1 + int((m%y(size(m%y)) - m%y(1))/size_of_bin)
       allocate (at(nx, ny), bins%first(size(comparisons)), bins%count(size(comparisons)), bins%load(most), &
                 bins%cell(2, most), bins%pixels(most))
-      allocate (bins%place(2, most), bins%loaded(most), bins%unloaded(most), source=0.0_rp)
+      allocate (bins%place(2, most), bins%spread(2, most), bins%loaded(most), bins%unloaded(most), source=0.0_rp)
       allocate (bins%of_pixel(max(1, maxval(comparisons%n)), size(comparisons)), source=0)
       n = 0
       do l = 1, size(comparisons)
@@ -86,6 +90,7 @@ contains
             bins%of_pixel(k, l) = b
             bins%pixels(b) = bins%pixels(b) + 1
             bins%place(:, b) = bins%place(:, b) + [m%x(i), m%y(j)]
+            bins%spread(:, b) = bins%spread(:, b) + [m%x(i), m%y(j)]**2
             bins%unloaded(b) = bins%unloaded(b) + m%unloaded_sigma(i, j)**2
             bins%loaded(b) = bins%loaded(b) + comparisons(l)%sigma(k)**2 - m%unloaded_sigma(i, j)**2
           end associate
@@ -104,6 +109,7 @@ contains
     bins%n = n
     do k = 1, n
       bins%place(:, k) = bins%place(:, k)/bins%pixels(k)
+      bins%spread(:, k) = max(0.0_rp, bins%spread(:, k)/bins%pixels(k) - bins%place(:, k)**2)
       bins%loaded(k) = bins%loaded(k)/bins%pixels(k)
       bins%unloaded(k) = bins%unloaded(k)/bins%pixels(k)
     end do
@@ -130,7 +136,7 @@ contains
     integer, intent(in) :: rows(:)
     real(rp), intent(out) :: c(:, :)
     integer :: i, j, a, b
-    real(rp) :: near, own
+    real(rp) :: near, own, c2(2)
     do j = 1, size(rows)
       b = rows(j)
       do i = 1, size(rows)
@@ -141,8 +147,11 @@ contains
           cycle
         end if
         near = 0
-        if (noise%length > 0) near = (1 - noise%white)*exp(-0.5_rp*sum((bins%place(:, a) - bins%place(:, b))**2)/ &
-                                                           noise%length**2)
+        if (noise%length > 0) then
+          c2 = noise%length**2 + bins%spread(:, a) + bins%spread(:, b)
+          near = (1 - noise%white)*noise%length**2/sqrt(product(c2))* &
+                 exp(-0.5_rp*sum((bins%place(:, a) - bins%place(:, b))**2/c2))
+        end if
         own = 0
         if (all(bins%cell(:, a) == bins%cell(:, b))) own = noise%white/max(bins%pixels(a), bins%pixels(b))
         c(i, j) = sqrt(bins%unloaded(a)*bins%unloaded(b))*(near + own)

@@ -186,6 +186,30 @@ class Experiments(WithFolder):
         self.assertAlmostEqual(ratio, 1, delta=2e-3)
         self.assertGreater(np.nanmax(soft["loads"][0]["z"]) / np.nanmax(plain["loads"][0]["z"]), 1.05)
 
+    def test_memory(self):
+        """What is left of the deformation before is left of all points of the wing, also where the scan before did not
+        see any: the change of the heights is as smooth as the shape. A load that turns the tip by 20 degrees draws it back
+        from the grid points at the edge; the next one is light."""
+        base = {**BUSY, "noise": {"height": 0.0}, "hidden": {}, "declared": {"height": 1e-6},
+                "loads": [[0.00856, -0.00078, 3e-4]], "protocol": {"levels": [1, 0.01]}}
+        plain, _ = synthesise(self.case(base))
+        marked, _ = synthesise(self.case({**base, "hidden": {"memory": 0.02}}))
+        np.testing.assert_array_equal(marked["loads"][0]["z"], plain["loads"][0]["z"])
+        strong, light = (load["z"] for load in plain["loads"])
+        change = marked["loads"][1]["z"] - light
+        unseen = np.isfinite(change) & ~np.isfinite(strong)
+        self.assertGreater(unseen.sum(), 3)
+        left = 0.02 * (strong - plain["z"])
+        # At the tip heights beside each other differ by 20 degrees x 0.2 mm x 0.02 = 1.5 um; that many may differ here too.
+        seen = np.isfinite(change) & np.isfinite(left)
+        self.assertGreater(np.abs(left[seen]).max(), 1.5e-5)
+        self.assertLess(np.abs(change - left)[seen].max(), 3e-6)
+        for j, i in np.argwhere(unseen):
+            near = left[max(0, j - 1):j + 2, max(0, i - 1):i + 2]
+            near = near[np.isfinite(near)]
+            if len(near):
+                self.assertLess(abs(change[j, i] - near.mean()), 3e-6)
+
     def test_camber(self):
         """The unloaded wing is scanned with its camber: z0 at the grid points up to the error of straight triangles,
         h^2/8 times its curvature."""
