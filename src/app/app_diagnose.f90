@@ -42,6 +42,7 @@ module app_diagnose
     procedure :: begin => diagnose_begin
     procedure :: lead => diagnose_lead
     procedure :: serve => diagnose_serve
+    procedure :: dismiss => diagnose_dismiss
     procedure :: finish => diagnose_finish
   end type diagnose_t
 
@@ -105,7 +106,8 @@ contains
       if (.not. self%band%is_found) write (error_unit, '(a)') 'notice: what the mesh does is not known, and not '// &
         'counted as an error: one of the two meshes could not be fitted'
     end if
-    call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, store)
+    call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, &
+                       store, self%band)
     if (self%failure%failed) then
       self%code = EXIT_NUMERICAL
       return
@@ -127,9 +129,22 @@ contains
   !> Does tasks for rank 0. On the other ranks.
   subroutine diagnose_serve(self)
     class(diagnose_t), intent(inout) :: self
-    if (self%has_band) call self%band%serve(self%simulator)
-    call self%simulator%serve()
+    if (self%has_band) then
+      call self%band%serve(self%simulator)
+    else
+      call self%simulator%serve()
+    end if
   end subroutine diagnose_serve
+
+  !> Ends `serve`. On rank 0.
+  subroutine diagnose_dismiss(self)
+    class(diagnose_t), intent(inout) :: self
+    if (self%has_band) then
+      call self%band%dismiss(self%simulator)
+    else
+      call self%simulator%dismiss()
+    end if
+  end subroutine diagnose_dismiss
 
   !> Puts the plain questions to the residuals of the baseline.
   subroutine ask(self, questions)

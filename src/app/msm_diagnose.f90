@@ -43,7 +43,7 @@ program msm_diagnose
     call diagnose%begin(command)
     if (world%is_root) then
       call diagnose%lead(command)
-      call diagnose%simulator%dismiss()
+      call diagnose%dismiss()
     else
       call diagnose%serve()
     end if

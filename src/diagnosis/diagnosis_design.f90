@@ -84,15 +84,17 @@ contains
 
   !> The design of a simulator at q. Candidates whose data are missing, and finer variants that are not released, are left
   !> out. Fails if the simulator has no result at q. `known` is a design of the same simulator at the same q, of which only
-  !> some effects, or variants, are missing.
-  subroutine build_design(simulator, q, design, failure, known)
+  !> some effects, or variants, are missing, or at a q close by, whose tangents and patterns are kept; nuisances(n, :), where
+  !> given, then take the place of its own, and no direction of a candidate is lost to these.
+  subroutine build_design(simulator, q, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(design_t), intent(out) :: design
     type(failure_t), intent(out) :: failure
     type(design_t), intent(in), optional :: known
+    real(rp), intent(in), optional :: nuisances(:, :)
     real(rp), allocatable :: tangents(:, :), patterns(:, :), all(:, :), r(:, :)
-    integer, allocatable :: columns(:)
+    integer, allocatable :: columns(:), least(:)
     logical :: is_valid
     integer :: i, n, b
     n = simulator%n_observations
@@ -104,6 +106,7 @@ contains
       call failure%raise('the simulator has no result at the best fit of the baseline')
       return
     end if
+    if (present(nuisances)) design%nuisances = nuisances
     call design%whitener%init(simulator, [(i, i=1, n)], failure)
     if (failure%failed) return
     call design%whitener%add_directions(design%nuisances)
@@ -131,10 +134,12 @@ contains
     call orthogonalise(all, design%q_all, r)
     design%k = size(r, 1)
     design%n_rest = n + count(design%weight > 0) - b - design%k
+    allocate (least(0))
+    if (present(nuisances)) least = known%candidates%df
     call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), &
-                         beside_baseline(tangents, b), design)
-    call make_families(simulator, r(:, [(i, i=size(columns) - b + 1, size(r, 2)), field_among(simulator, columns(b + 1:))]), &
-                       design)
+                         beside_baseline(tangents, b), least, design)
+    call make_families(simulator, r(:, [(i, i=size(columns) - b + 1, size(r, 2)), &
+                                        field_among(simulator, columns(b + 1:))]), design)
   end subroutine build_design
 
   !> All that the simulator has to tell at q. What `known` has is not asked for again.
@@ -158,9 +163,9 @@ contains
     call simulator%accept()
     do i = 1, size(columns)
       if (any(missing == columns(i))) then
-        design%tangents(:, i) = fresh(:, findloc_integer(missing, columns(i)))
+        design%tangents(:, i) = fresh(:, findloc(missing, columns(i), 1))
       else
-        design%tangents(:, i) = known%tangents(:, findloc_integer(known%columns, columns(i)))
+        design%tangents(:, i) = known%tangents(:, findloc(known%columns, columns(i), 1))
       end if
     end do
     if (present(known)) then
@@ -213,14 +218,14 @@ contains
     integer, allocatable :: at(:)
     integer :: i
     allocate (at(0))
-    if (allocated(simulator%field)) at = [(findloc_integer(columns, simulator%field(i)), i=1, size(simulator%field))]
+    if (allocated(simulator%field)) at = [(findloc(columns, simulator%field(i), 1), i=1, size(simulator%field))]
   end function field_among
 
   !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection; for
-  !> beside(n, :) see candidate_t.
-  subroutine make_candidates(simulator, columns, raw, retained, beside, design)
+  !> beside(n, :) see candidate_t. Candidate i keeps least(i) directions at least.
+  subroutine make_candidates(simulator, columns, raw, retained, beside, least, design)
     class(simulator_t), intent(in) :: simulator
-    integer, intent(in) :: columns(:)
+    integer, intent(in) :: columns(:), least(:)
     real(rp), intent(in) :: raw(:, :), retained(:, :), beside(:, :)
     type(design_t), intent(inout) :: design
     integer :: e, v, n, i, j, first
@@ -245,13 +250,14 @@ contains
           if (allocated(at)) deallocate (at)
           allocate (at(size(c%columns)))
           do i = 1, size(at)
-            at(i) = findloc_integer(columns, c%columns(i))
+            at(i) = findloc(columns, c%columns(i), 1)
           end do
           call require(all(simulator%quantities(c%columns)%prior_sd > 0), 'diagnosis_design: effects need a prior')
           c%tangents = retained(:, at)
           c%beside = beside(:, at)
           call fill_candidate(raw(:, at), [(simulator%quantities(c%columns(j))%prior_sd, j=1, size(at))], &
-                              [(reach(simulator%quantities(c%columns(j))), j=1, size(at))], c)
+                              [(reach(simulator%quantities(c%columns(j))), j=1, size(at))], &
+                              sum(least(n:min(n, size(least)))), c)
         end associate
       end do
       associate (own => design%candidates(first:n), variants => simulator%effects(e)%variants)
@@ -267,18 +273,11 @@ contains
     reach = max(abs(quantity%upper - quantity%null), abs(quantity%null - quantity%lower))
   end function reach
 
-  pure integer function findloc_integer(values, value) result(at)
-    integer, intent(in) :: values(:), value
-    do at = 1, size(values)
-      if (values(at) == value) return
-    end do
-    at = 0
-  end function findloc_integer
-
   !> Directions of the candidate in units of prior sd, without those that the baseline absorbs and without parameters
-  !> of which not even the farthest value in their reach(:) would show.
-  subroutine fill_candidate(raw, prior_sd, reach, c)
+  !> of which not even the farthest value in their reach(:) would show; the first `least` stay.
+  subroutine fill_candidate(raw, prior_sd, reach, least, c)
     real(rp), intent(in) :: raw(:, :), prior_sd(:), reach(:)
+    integer, intent(in) :: least
     type(candidate_t), intent(inout) :: c
     real(rp) :: scaled(size(c%tangents, 1), size(prior_sd)), length
     real(rp), allocatable :: u(:, :), s(:), vt(:, :)
@@ -295,7 +294,7 @@ contains
       if (.not. length > 0) cycle
       c%retained = max(c%retained, min(1.0_rp, s(i)/length))
       if (s(i) <= 1.0e-9_rp*s(1) .or. .not. s(1) > 0) cycle
-      keep(i) = s(i) >= ABSORBED*length .or. (s(i) >= SHOWN .and. s(i) >= RELIABLE*length)
+      keep(i) = i <= least .or. s(i) >= ABSORBED*length .or. (s(i) >= SHOWN .and. s(i) >= RELIABLE*length)
     end do
     c%df = count(keep)
     allocate (c%basis(size(u, 1), c%df), c%solve(size(prior_sd), c%df))

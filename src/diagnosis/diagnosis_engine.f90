@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds, nonlinear
-!> refits of the leaders, verdict, validation on locations that were left out, intervals.
+!> refits of the leaders, the same once more with nuisances as the best of them has them, verdict, validation on locations
+!> that were left out, intervals.
 module diagnosis_engine
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -15,6 +16,7 @@ module diagnosis_engine
   use diagnosis_noise_share, only: find_share
   use diagnosis_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use diagnosis_refit, only: fit_baseline
+  use diagnosis_second_look, only: model_error_t, take_leaders_view
   use diagnosis_simulator, only: simulator_t
   use diagnosis_validation, only: compare_folds, validate
   implicit none
@@ -25,14 +27,17 @@ module diagnosis_engine
 
 contains
 
-  !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn.
-  subroutine run_diagnosis(simulator, starts, options, d, failure, store)
+  !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
+  !> `model_error` renews directions of errors.
+  subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(out), target :: d
     type(failure_t), intent(out) :: failure
     class(calibration_store_t), intent(inout), optional :: store
+    class(model_error_t), intent(inout), optional :: model_error
+    type(refit_t), allocatable :: before(:)
     integer :: n_effects
     real(rp), allocatable :: again(:), best(:, :)
     logical :: is_scale_known, has_finer, is_new
@@ -75,6 +80,13 @@ contains
       if (failure%failed) return
     end if
     call refit_leaders(simulator, options, d)
+    call take_leaders_view(simulator, options, d, is_new, model_error)
+    if (is_new) then
+      call judge(simulator, options, is_scale_known, d, failure)
+      if (failure%failed) return
+      before = d%refits
+      call refit_leaders(simulator, options, d, before)
+    end if
     call confirm(simulator, options, d)
   end subroutine run_diagnosis
 

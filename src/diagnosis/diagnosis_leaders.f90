@@ -21,11 +21,12 @@ contains
   !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much; a part of
   !> a fitted one is; and if most of the misfit is left, all are until one leaves less. An unknown cause, or several together,
   !> are the answer only after all were fitted that the tangents prefer to nothing: some effects change their shape with
-  !> their strength.
-  subroutine refit_leaders(simulator, options, d)
+  !> their strength. `before`, where given, are refits with other nuisances, from which those of the same effects begin.
+  subroutine refit_leaders(simulator, options, d, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(in), optional :: before(:)
     real(rp), parameter :: FAR = 10.0_rp ! of the log evidence
     type(refit_t) :: one
     type(nested_fit_t) :: full
@@ -33,23 +34,31 @@ contains
     real(rp) :: linear(size(d%hypotheses%effect)), least
     logical :: is_tried(size(d%hypotheses%effect))
     integer, allocatable :: order(:)
-    integer :: i, round, n_fitted
+    integer :: i, round, n_fitted, known
     order = rank_effects(d%hypotheses)
     linear = d%hypotheses%effect
     least = huge(least)
     is_tried = .false.
+    if (allocated(d%refits)) deallocate (d%refits)
+    allocate (d%refits(0))
     do round = 1, 2
       n_fitted = size(d%refits)
       do i = 1, size(order)
         one = refit_t(candidate=d%hypotheses%best(order(i)))
         if (is_tried(order(i)) .or. .not. is_worth_it()) cycle
         is_tried(order(i)) = .true.
-        call fit_extended(simulator, options, d, [one%candidate], one%found, is_rough=round == 2)
+        known = place_in_before()
+        if (known > 0) then
+          one%candidate = before(known)%candidate
+          call fit_extended(simulator, options, d, [one%candidate], one%found, before(known))
+        else
+          call fit_extended(simulator, options, d, [one%candidate], one%found, is_rough=round == 2)
+        end if
         if (.not. one%found%is_found) cycle
         call explain(d%design, [one%candidate], d%z, alone)
         one%promised = alone%square
         call take_refit(simulator, d, one)
-        if (round == 2 .and. .not. is_behind(order(i))) then
+        if (round == 2 .and. known == 0 .and. .not. is_behind(order(i))) then
           call fit_extended(simulator, options, d, [one%candidate], full, one)
           if (full%is_found .and. full%cost() < one%found%cost()) one%found = full
           call take_refit(simulator, d, one)
@@ -87,6 +96,12 @@ contains
       if (.not. is_worth_it .or. any(d%linear%set == order(i))) return
       is_worth_it = linear(order(i)) >= linear(order(1)) - FAR - maxval(abs(d%hypotheses%correction))
     end function is_worth_it
+
+    !> Where the effect in place i of the order is in `before`; 0: nowhere.
+    integer function place_in_before() result(known)
+      known = 0
+      if (present(before)) known = findloc(d%design%candidates(before%candidate)%effect, order(i), 1)
+    end function place_in_before
 
     !> Whether effect e has become so improbable that fits are not worth their time.
     logical function is_behind(e)

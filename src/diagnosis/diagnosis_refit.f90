@@ -14,7 +14,8 @@ module diagnosis_refit
   use measurement_posterior, only: find_posterior, posterior_t
   implicit none
   private
-  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_roughly, nested_unknowns, roughly
+  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_roughly, nested_unknowns, roughly, &
+            settle_nuisances
 
   real(rp), parameter :: ROUGH = 1.0e-3_rp !< of the sum of squares
 
@@ -196,7 +197,7 @@ contains
       call fit_nested(simulator, whitener, active, q, options, found)
       if (.not. found%is_found) exit
       if (pass > 1 .and. abs(found%cost() - before) <= SETTLED) exit
-      call settle(simulator, whitener, found%q)
+      call settle_nuisances(simulator, whitener, found%q, is_valid)
     end do
     if (found%is_found) call take_directions(simulator, found%q, whitener, is_valid, .true.)
     if (.not. (found%is_found .and. is_valid)) &
@@ -238,14 +239,16 @@ contains
     rough_options%reduction_tolerance = max(ROUGH, options%reduction_tolerance)
   end function roughly
 
-  !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear.
-  subroutine settle(simulator, whitener, q)
+  !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear. The
+  !> directions of the whitener, over all observations, are then those at q before that. If there is no result (`is_valid`
+  !> false) errors are as before.
+  subroutine settle_nuisances(simulator, whitener, q, is_valid)
     class(simulator_t), intent(inout) :: simulator
     type(whitener_t), intent(inout) :: whitener
     real(rp), intent(in) :: q(:)
+    logical, intent(out) :: is_valid
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
-    logical :: is_valid
     n = simulator%n_observations
     allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
     call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
@@ -255,7 +258,7 @@ contains
     call whitener%apply(nuisances)
     call whitener%apply_one(residuals)
     call simulator%settle(-matmul(residuals, nuisances), q, is_valid)
-  end subroutine settle
+  end subroutine settle_nuisances
 
   !> Nuisances at q, where the simulator stands after a fit, or goes first.
   subroutine take_directions(simulator, q, whitener, is_valid, stands_there)

@@ -158,13 +158,13 @@ contains
     self%n_observations = self%n_observations
   end subroutine simulator_accept
 
-  !> Remembers where the solver stands, in the place of what it remembered before.
+  !> Remembers where the solver stands and about which errors nuisances are, in the place of what it remembered before.
   subroutine simulator_keep(self)
     class(simulator_t), intent(inout) :: self
     self%n_observations = self%n_observations
   end subroutine simulator_keep
 
-  !> The solver stands again where it was at the last `keep`.
+  !> The solver and the nuisances are again where they were at the last `keep`.
   subroutine simulator_recall(self)
     class(simulator_t), intent(inout) :: self
     self%n_observations = self%n_observations

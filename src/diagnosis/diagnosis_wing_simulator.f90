@@ -46,6 +46,7 @@ module diagnosis_wing_simulator
     logical, allocatable, private :: is_start(:), was_straight(:), was_tried(:), was_start(:)
     real(rp), allocatable, private :: aside(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
     real(rp), allocatable, private :: linear(:)   !< (n) what these errors do by the tangent there
+    real(rp), allocatable, private :: kept_aside(:, :), kept_linear(:)
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
@@ -153,7 +154,7 @@ contains
   end subroutine wing_set_band
 
   !> Takes the shapes at which `other`, the same loads on a mesh of half or of twice the size, stands as starts of warm
-  !> solutions. parents(2, points of the finer mesh): the points of the coarser one between which each lies.
+  !> solutions, and the errors about which its nuisances are. parents(2, points of the finer mesh): the points of the coarser one between which each lies.
   subroutine wing_begin_like(self, other, parents)
     class(wing_simulator_t), intent(inout) :: self
     class(wing_simulator_t), intent(in) :: other
@@ -169,6 +170,8 @@ contains
       end if
     end do
     self%is_start = other%is_start
+    self%aside = other%aside
+    self%linear = other%linear
   end subroutine wing_begin_like
 
   !> One batch: all loads at q but those that are skipped. outputs(:, loads).
@@ -245,12 +248,16 @@ contains
     class(wing_simulator_t), intent(inout) :: self
     self%kept = self%shapes
     self%was_start = self%is_start
+    self%kept_aside = self%aside
+    self%kept_linear = self%linear
   end subroutine wing_keep
 
   subroutine wing_recall(self)
     class(wing_simulator_t), intent(inout) :: self
     self%shapes = self%kept
     self%is_start = self%was_start
+    self%aside = self%kept_aside
+    self%linear = self%kept_linear
   end subroutine wing_recall
 
   subroutine wing_forget(self)
