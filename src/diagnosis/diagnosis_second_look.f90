@@ -60,7 +60,7 @@ contains
     leader = d%refits(i)%found
     whitener = d%whitener
     call simulator%recall()
-    call follow_leader(simulator, options, whitener, leader, nuisances, is_new, model_error)
+    call follow_leader(simulator, options, d%scale, whitener, leader, nuisances, is_new, model_error)
     if (is_new) then
       call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, options%fit, baseline)
       is_new = baseline%is_found
@@ -79,36 +79,61 @@ contains
     call simulator%keep()
   end subroutine take_leaders_view
 
-  !> The fit of the leader and the nuisances at it, in turn, until it stays.
-  subroutine follow_leader(simulator, options, whitener, leader, nuisances, is_valid, model_error)
+  !> The fit of the leader and the nuisances at it, in turn, until it stays or becomes less probable: the larger the errors
+  !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. `is_new`
+  !> false: it has not become more probable.
+  subroutine follow_leader(simulator, options, scale, whitener, leader, nuisances, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
+    real(rp), intent(in) :: scale
     type(whitener_t), intent(inout), target :: whitener
     type(nested_fit_t), intent(inout) :: leader
     real(rp), intent(out) :: nuisances(:, :)
-    logical, intent(out) :: is_valid
+    logical, intent(out) :: is_new
     class(model_error_t), intent(inout), optional :: model_error
     integer, parameter :: MOST_ROUNDS = 4
     real(rp), parameter :: STAYS = 0.3_rp ! of the sd of a parameter
+    type(whitener_t), target :: other
     type(nested_fit_t) :: found
-    real(rp) :: residuals(size(nuisances, 1)), nothing(size(nuisances, 1), 0), moved
+    real(rp), dimension(size(nuisances, 1), size(nuisances, 2)) :: next
+    real(rp) :: residuals(size(next, 1)), nothing(size(next, 1), 0), moved, score
     integer :: round, k
+    logical :: is_valid
+    is_new = .false.
+    score = improbability(leader, whitener, scale)
     do round = 1, MOST_ROUNDS
+      other = whitener
       call simulator%evaluate(leader%q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call simulator%accept()
-      if (is_valid) call settle_nuisances(simulator, whitener, leader%q, is_valid)
-      if (is_valid .and. present(model_error)) call model_error%renew(whitener, leader%q)
-      if (is_valid) call simulator%directions(leader%q, nuisances, nothing, is_valid)
-      if (.not. is_valid) return
-      call whitener%add_directions(nuisances)
-      call fit_nested(simulator, whitener, leader%active, leader%q, options%fit, found)
-      is_valid = found%is_found
-      if (.not. is_valid) return
+      if (is_valid) call settle_nuisances(simulator, other, leader%q, is_valid)
+      if (is_valid .and. present(model_error)) call model_error%renew(other, leader%q)
+      if (is_valid) call simulator%directions(leader%q, next, nothing, is_valid)
+      if (is_valid) then
+        call other%add_directions(next)
+        call fit_nested(simulator, other, leader%active, leader%q, options%fit, found)
+        is_valid = found%is_found
+      end if
+      if (is_valid) is_valid = improbability(found, other, scale) < score
+      if (.not. is_valid) exit
       moved = maxval([(abs(found%q(found%active(k)) - leader%q(found%active(k)))/ &
                        sqrt(max(tiny(moved), found%covariance(k, k))), &
                        k=simulator%n_baseline + 1, size(found%active))])
+      is_new = .true.
+      score = improbability(found, other, scale)
+      whitener = other
       leader = found
+      nuisances = next
+      call simulator%keep()
       if (moved < STAYS) exit
     end do
+    call simulator%recall()
   end subroutine follow_leader
+
+  !> Twice the negative logarithm of the probability density of data and parameters, without a constant.
+  real(rp) function improbability(found, whitener, scale)
+    type(nested_fit_t), intent(in) :: found
+    type(whitener_t), intent(in) :: whitener
+    real(rp), intent(in) :: scale
+    improbability = found%cost()/scale + whitener%log_determinant
+  end function improbability
 end module diagnosis_second_look

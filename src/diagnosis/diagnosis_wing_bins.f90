@@ -14,7 +14,9 @@ module diagnosis_wing_bins
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: bins_t, make_bins, bin_rows, bin_covariance, noise_model_t, usual_size
+  public :: bins_t, make_bins, bin_bows, bin_rows, bin_covariance, noise_model_t, usual_size
+
+  integer, parameter, public :: N_BOWS = 4 !< smooth errors of a scan
 
   !> Errors of one height.
   type :: noise_model_t
@@ -162,4 +164,24 @@ contains
       end do
     end do
   end subroutine bin_covariance
+
+  !> Smooth errors of the scan of load l beside its tilt and height, patterns(count, N_BOWS): the rig has bent, or the wing
+  !> remembers. Second degree, and the third along the wing, from its root [m] over its size [m].
+  subroutine bin_bows(bins, l, root, size_of_wing, patterns)
+    type(bins_t), intent(in) :: bins
+    integer, intent(in) :: l
+    real(rp), intent(in) :: root(:), size_of_wing
+    real(rp), intent(out) :: patterns(:, :)
+    real(rp) :: x(bins%count(l)), y(bins%count(l))
+    associate (first => bins%first(l), last => bins%first(l) + bins%count(l) - 1)
+      x = (bins%place(1, first:last) - root(1))/size_of_wing
+      y = (bins%place(2, first:last) - root(2))/size_of_wing
+      x = merge(x, 0.0_rp, bins%cell(1, first:last) > 0) ! else observed otherwise
+      y = merge(y, 0.0_rp, bins%cell(1, first:last) > 0)
+    end associate
+    patterns(:, 1) = x**2
+    patterns(:, 2) = x*y
+    patterns(:, 3) = y**2
+    patterns(:, 4) = x**3
+  end subroutine bin_bows
 end module diagnosis_wing_bins

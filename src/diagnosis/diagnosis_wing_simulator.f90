@@ -11,7 +11,7 @@
 module diagnosis_wing_simulator
   use base_kinds, only: rp
   use diagnosis_simulator, only: effect_t, quantity_t, simulator_t
-  use diagnosis_wing_bins, only: bin_covariance, bins_t, noise_model_t
+  use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
@@ -29,7 +29,6 @@ module diagnosis_wing_simulator
 
   !> Of unknown causes: stiffness and forces around places of the wing, stiffness along the veins, errors of single scans.
   character(*), parameter, public :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
-  integer, parameter :: N_BOWS = 4 !< smooth errors of a scan
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
   type, extends(simulator_t) :: wing_simulator_t
@@ -46,7 +45,7 @@ module diagnosis_wing_simulator
     logical, allocatable, private :: is_start(:), was_straight(:), was_tried(:), was_start(:)
     real(rp), allocatable, private :: aside(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
     real(rp), allocatable, private :: linear(:)   !< (n) what these errors do by the tangent there
-    real(rp), allocatable, private :: kept_aside(:, :), kept_linear(:)
+    real(rp), allocatable, private :: kept_aside(:, :), kept_linear(:), kept_band(:, :)
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
@@ -250,6 +249,7 @@ contains
     self%was_start = self%is_start
     self%kept_aside = self%aside
     self%kept_linear = self%linear
+    self%kept_band = self%band
   end subroutine wing_keep
 
   subroutine wing_recall(self)
@@ -258,6 +258,7 @@ contains
     self%is_start = self%was_start
     self%aside = self%kept_aside
     self%linear = self%kept_linear
+    call self%set_band(self%kept_band)
   end subroutine wing_recall
 
   subroutine wing_forget(self)
@@ -375,25 +376,9 @@ contains
       end do
       if (self%n_patterns == self%n_alone) cycle
       i = self%n_alone + N_BOWS*(l - 1)
-      call bow(self, first, first + b - 1, patterns(first:first + b - 1, i + 1:i + N_BOWS))
+      call bin_bows(self%bins, l, self%experiment%root, self%experiment%model%size, &
+                    patterns(first:first + b - 1, i + 1:i + N_BOWS))
     end do
     nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%band
   end subroutine wing_directions
-
-  !> Smooth errors of a scan beside its tilt and height: the rig has bent, or the wing remembers. Second degree, and the
-  !> third along the wing.
-  subroutine bow(self, first, last, patterns)
-    class(wing_simulator_t), intent(in) :: self
-    integer, intent(in) :: first, last
-    real(rp), intent(out) :: patterns(:, :)
-    real(rp) :: x(last - first + 1), y(last - first + 1)
-    x = (self%bins%place(1, first:last) - self%experiment%root(1))/self%experiment%model%size
-    y = (self%bins%place(2, first:last) - self%experiment%root(2))/self%experiment%model%size
-    x = merge(x, 0.0_rp, self%bins%cell(1, first:last) > 0) ! else observed otherwise
-    y = merge(y, 0.0_rp, self%bins%cell(1, first:last) > 0)
-    patterns(:, 1) = x**2
-    patterns(:, 2) = x*y
-    patterns(:, 3) = y**2
-    patterns(:, 4) = x**3
-  end subroutine bow
 end module diagnosis_wing_simulator

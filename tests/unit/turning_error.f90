@@ -1,0 +1,65 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A beam with an error whose direction depends on the wing: for tests of the second look of a diagnosis.
+module turning_error
+  use base_kinds, only: rp
+  use diagnosis_beam, only: beam_t, P_ONE_WAY
+  use diagnosis_second_look, only: model_error_t
+  use diagnosis_whitener, only: whitener_t
+  implicit none
+  private
+  public :: twisted_t, turning_t, angle_of, error_of
+
+  real(rp), parameter, public :: TRUTH = 1.5_rp
+  real(rp), parameter :: BOW = 0.01_rp, TWIST = 0.02_rp
+
+  !> A beam with the error: angle 0 is the bow, a right angle the twist.
+  type, extends(beam_t) :: twisted_t
+    real(rp) :: angle = 0
+  contains
+    procedure :: directions => twisted_directions
+  end type twisted_t
+
+  type, extends(model_error_t) :: turning_t
+    type(twisted_t), pointer :: beam => null()
+    integer :: n_calls = 0
+  contains
+    procedure :: renew => turning_renew
+  end type turning_t
+
+contains
+
+  pure real(rp) function angle_of(q)
+    real(rp), intent(in) :: q(:)
+    angle_of = 0.5_rp*acos(-1.0_rp)*q(P_ONE_WAY)/TRUTH
+  end function angle_of
+
+  pure function error_of(beam) result(e)
+    class(twisted_t), intent(in) :: beam
+    real(rp) :: e(beam%n_observations)
+    integer :: k
+    do k = 1, size(e)
+      associate (x => beam%labels%place(1, k), load => beam%load(:, beam%labels%surface(k)))
+        e(k) = load(3)*(cos(beam%angle)*BOW*(x*load(1))**2 + sin(beam%angle)*TWIST*x*load(2))
+      end associate
+    end do
+  end function error_of
+
+  subroutine twisted_directions(self, q, nuisances, patterns, is_valid)
+    class(twisted_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
+    logical, intent(out) :: is_valid
+    integer :: n
+    n = self%n_nuisances
+    call self%beam_t%directions(q, nuisances(:, :n - 1), patterns, is_valid)
+    nuisances(:, n) = error_of(self)
+  end subroutine twisted_directions
+
+  subroutine turning_renew(self, whitener, q)
+    class(turning_t), intent(inout) :: self
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: q(:)
+    self%n_calls = self%n_calls + 1
+    if (whitener%n > 0) self%beam%angle = angle_of(q)
+  end subroutine turning_renew
+end module turning_error
