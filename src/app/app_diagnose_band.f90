@@ -150,8 +150,7 @@ contains
     integer :: i, more
     logical :: is_valid
     real(rp), allocatable :: on_other(:)
-    real(rp), dimension(self%own%n_observations) :: own, other
-    real(rp) :: nothing(self%own%n_observations, 0)
+    real(rp) :: own(whitener%n), other(whitener%n), nothing(whitener%n, 0)
     if (.not. self%is_found) return
     call find_on_other(self, q, on_other)
     if (.not. allocated(on_other)) return

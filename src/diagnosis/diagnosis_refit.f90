@@ -204,9 +204,9 @@ contains
       call failure%raise('the simulator has no result at the best fit of the baseline')
   end subroutine fit_baseline
 
-  !> Fits the baseline roughly from q with a whitener over all observations, first with the nuisances there. On the way a
-  !> wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are found from rest,
-  !> and it goes on from them, with the nuisances there, if that is possible.
+  !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
+  !> ends. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are
+  !> found from rest, and if they are others it goes on from them, if that is possible.
   subroutine fit_roughly(simulator, q, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)
@@ -214,21 +214,33 @@ contains
     type(whitener_t), intent(inout), target :: whitener
     type(nested_fit_t), intent(out) :: found
     type(failure_t), intent(out) :: failure
+    real(rp), parameter :: SAME = 0.01_rp ! sum of squares of the difference, in units of the noise
     type(nested_fit_t) :: one
-    integer :: i, round, active(simulator%n_baseline)
-    real(rp), allocatable :: from(:)
+    real(rp) :: followed(simulator%n_observations), nothing(simulator%n_observations, 0)
+    real(rp), allocatable :: from_rest(:)
+    integer :: i, active(simulator%n_baseline)
     logical :: is_valid
     active = [(i, i=1, simulator%n_baseline)]
-    from = q
-    do round = 1, 2
-      call simulator%forget()
-      call take_directions(simulator, from, whitener, is_valid, .false.)
-      if (is_valid) call fit_nested(simulator, whitener, active, from, roughly(options), one)
-      if (.not. (is_valid .and. one%is_found)) exit
-      found = one
-      from = found%q
-    end do
-    if (.not. found%is_found) call failure%raise('the baseline could not be fitted')
+    call simulator%forget()
+    call take_directions(simulator, q, whitener, is_valid, .false.)
+    if (is_valid) call fit_nested(simulator, whitener, active, q, roughly(options), found)
+    if (.not. found%is_found) then
+      call failure%raise('the baseline could not be fitted')
+      return
+    end if
+    call simulator%evaluate(found%q, [integer ::], followed, nothing, is_valid)
+    call simulator%forget()
+    if (is_valid) call take_directions(simulator, found%q, whitener, is_valid, .false., from_rest)
+    if (.not. is_valid) return
+    followed = followed - from_rest
+    call whitener%apply_one(followed)
+    if (sum(followed**2) <= SAME) then
+      call whitener%apply_one(from_rest)
+      found%chi2 = sum(from_rest**2)
+      return
+    end if
+    call fit_nested(simulator, whitener, active, found%q, roughly(options), one)
+    if (one%is_found) found = one
   end subroutine fit_roughly
 
   !> The same choices, with an end where little is gained.
@@ -260,13 +272,14 @@ contains
     call simulator%settle(-matmul(residuals, nuisances), q, is_valid)
   end subroutine settle_nuisances
 
-  !> Nuisances at q, where the simulator stands after a fit, or goes first.
-  subroutine take_directions(simulator, q, whitener, is_valid, stands_there)
+  !> Nuisances at q, where the simulator stands after a fit, or goes first; it then sees these residuals.
+  subroutine take_directions(simulator, q, whitener, is_valid, stands_there, seen)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(whitener_t), intent(inout) :: whitener
     logical, intent(out) :: is_valid
     logical, intent(in) :: stands_there
+    real(rp), allocatable, intent(out), optional :: seen(:)
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
     n = simulator%n_observations
@@ -275,6 +288,7 @@ contains
       call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
       if (.not. is_valid) return
       call simulator%accept()
+      if (present(seen)) seen = residuals
     end if
     call simulator%directions(q, nuisances, patterns, is_valid)
     if (is_valid) call whitener%add_directions(nuisances(whitener%rows, :))
