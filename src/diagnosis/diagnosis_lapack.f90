@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The dense factorisations of the statistics: Cholesky, orthonormal bases, singular vectors.
+!> The dense factorisations of the statistics: Cholesky, orthonormal bases, singular vectors; products of tall matrices.
 !>
 !> LAPACK tests the arithmetic of infinities by dividing by zero, so traps are off while it runs.
 module diagnosis_lapack
@@ -8,7 +8,7 @@ module diagnosis_lapack
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
   implicit none
   private
-  public :: factorise, solve_lower, orthogonalise, decompose
+  public :: factorise, solve_lower, orthogonalise, decompose, gram_upper, multiply, multiply_transposed
 
   interface
     subroutine dpotrf(uplo, n, a, lda, info)
@@ -49,6 +49,20 @@ module diagnosis_lapack
       real(rp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
       integer, intent(out) :: info
     end subroutine dgesvd
+    subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+      import :: rp
+      character, intent(in) :: uplo, trans
+      integer, intent(in) :: n, k, lda, ldc
+      real(rp), intent(in) :: alpha, a(lda, *), beta
+      real(rp), intent(inout) :: c(ldc, *)
+    end subroutine dsyrk
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: rp
+      character, intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(rp), intent(in) :: alpha, a(lda, *), b(ldb, *), beta
+      real(rp), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
   end interface
 
 contains
@@ -130,4 +144,45 @@ contains
     call ieee_set_halting_mode(ieee_usual, halting)
     call require(info == 0, 'the singular values did not converge')
   end subroutine decompose
+
+  !> The upper triangle of c(n, n) becomes that of a^T a, a(m, n); the rest becomes 0.
+  subroutine gram_upper(a, c)
+    real(rp), intent(in), contiguous :: a(:, :)
+    real(rp), intent(out), contiguous :: c(:, :)
+    logical :: halting(size(ieee_usual))
+    c = 0
+    if (size(a) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dsyrk('U', 'T', size(a, 2), size(a, 1), 1.0_rp, a, size(a, 1), 0.0_rp, c, size(c, 1))
+    call ieee_set_halting_mode(ieee_usual, halting)
+  end subroutine gram_upper
+
+  !> c(m, n) = c + factor a(m, k) b(k, n).
+  subroutine multiply(factor, a, b, c)
+    real(rp), intent(in) :: factor
+    real(rp), intent(in), contiguous :: a(:, :), b(:, :)
+    real(rp), intent(inout), contiguous :: c(:, :)
+    logical :: halting(size(ieee_usual))
+    if (size(a) == 0 .or. size(b) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgemm('N', 'N', size(a, 1), size(b, 2), size(a, 2), factor, a, size(a, 1), b, size(b, 1), 1.0_rp, &
+               c, size(c, 1))
+    call ieee_set_halting_mode(ieee_usual, halting)
+  end subroutine multiply
+
+  !> c(k, n) = a^T b, a(m, k), b(m, n).
+  subroutine multiply_transposed(a, b, c)
+    real(rp), intent(in), contiguous :: a(:, :), b(:, :)
+    real(rp), intent(out), contiguous :: c(:, :)
+    logical :: halting(size(ieee_usual))
+    c = 0
+    if (size(a) == 0 .or. size(b) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgemm('T', 'N', size(a, 2), size(b, 2), size(a, 1), 1.0_rp, a, size(a, 1), b, size(b, 1), 0.0_rp, &
+               c, size(c, 1))
+    call ieee_set_halting_mode(ieee_usual, halting)
+  end subroutine multiply_transposed
 end module diagnosis_lapack

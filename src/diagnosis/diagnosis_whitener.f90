@@ -9,7 +9,7 @@ module diagnosis_whitener
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_lapack, only: symmetric_eigen
-  use diagnosis_lapack, only: factorise, solve_lower
+  use diagnosis_lapack, only: factorise, gram_upper, multiply, multiply_transposed, solve_lower
   use diagnosis_simulator, only: simulator_t
   implicit none
   private
@@ -81,11 +81,13 @@ contains
     allocate (self%u(self%n, 0), self%shrink(0))
     white = v
     call self%apply(white)
-    gram = matmul(transpose(white), white)
-    allocate (values(size(gram, 1)))
+    allocate (gram(size(v, 2), size(v, 2)), values(size(v, 2)))
+    call gram_upper(white, gram)
     if (size(gram) > 0) call symmetric_eigen(gram, values)
     values = max(values, 0.0_rp)
-    self%u = matmul(white, gram)
+    deallocate (self%u)
+    allocate (self%u(self%n, size(v, 2)), source=0.0_rp)
+    call multiply(1.0_rp, white, gram, self%u)
     ! The form for small g does not divide rounding by rounding.
     self%shrink = [(1/(sqrt(1 + values(i))*(1 + sqrt(1 + values(i)))), i=1, size(values))]
     self%log_determinant = self%noise_log_determinant + sum(log(1 + values))
@@ -105,11 +107,13 @@ contains
       end associate
     end do
     if (size(self%shrink) == 0) return
-    part = matmul(transpose(self%u), a)
+    if (allocated(part)) deallocate (part)
+    allocate (part(size(self%u, 2), size(a, 2)))
+    call multiply_transposed(self%u, a, part)
     do i = 1, size(a, 2)
       part(:, i) = self%shrink*part(:, i)
     end do
-    a = a - matmul(self%u, part)
+    call multiply(-1.0_rp, self%u, part, a)
   end subroutine whitener_apply
 
   !> The same for one vector a(n).

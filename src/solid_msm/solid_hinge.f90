@@ -15,12 +15,12 @@
 !> itself in the place of 2 tan(Theta/2).
 module solid_hinge
   use base_kinds, only: rp
-  use solid_vectors, only: cross, skew, outer, IDENTITY
+  use solid_hinge_hessian, only: add_rotation_part, add_side_part, add_turning_areas, add_unit_vector_curvature, &
+                                 expand_hessian, projected, semidefinite_part, HINGE_NODES, NEXT
+  use solid_vectors, only: cross
   implicit none
   private
-  public :: hinge_t, hinge_evaluate, hinge_angle, turning_law
-
-  integer, parameter, public :: HINGE_NODES = 7 !< most nodes of a hinge: a, b, c and four apexes
+  public :: hinge_t, hinge_evaluate, hinge_angle, turning_law, HINGE_NODES
 
   !> One hinge a-b-c.
   type :: hinge_t
@@ -49,17 +49,15 @@ contains
     real(rp), intent(out), optional :: g(3, HINGE_NODES), h(3*HINGE_NODES, 3*HINGE_NODES)
     logical, intent(in), optional :: semidefinite
     real(rp), intent(in), optional :: cubic, lift
-    real(rp) :: side(0:2), cq(3, 3) ! k1 P/2 and its derivatives, dc/dq
-    real(rp) :: k, te(3), tf(3), n(3), le, lf, la, w(3), s, law(0:2)
-    real(rp) :: wq(3, 3, 3)  ! dw/dq, q = te, tf, n
+    real(rp) :: side(0:2), cq(3, 3) ! k1 P/2 and its derivatives, dc/dq, q = te, tf, n
+    real(rp) :: k, t(3, 3), l(3), w(3), s, law(0:2), versine
     real(rp) :: sq(3, 3)     ! ds/dq
-    real(rp) :: p(3, 3, 3)   ! dq/d(e, f, A)
     real(rp) :: gq(3, 3), hq(3, 3, 3, 3), levers(3, HINGE_NODES), arm(3)
     logical :: exact, has_normal
-    integer :: n_q, i, j, t
+    integer :: n_q, i, j
 
-    call directions(self, u, te, tf, n, le, lf, la)
-    w = misfit(self, te, tf, n)
+    call directions(self, u, t(:, 1), t(:, 2), t(:, 3), l(1), l(2), l(3))
+    w = misfit(self, t(:, 1), t(:, 2), t(:, 3))
     s = 0.25_rp*dot_product(w, w)
     law = turning_law(s)
     k = stiffness
@@ -72,57 +70,39 @@ contains
     energy = 0.5_rp*k*law(0)
     side = 0
     if (present(lift)) then
-      if (abs(lift) > 0) side = 0.5_rp*lift*side_law(dot_product(n, tf - te))
+      if (abs(lift) > 0) side = 0.5_rp*lift*side_law(dot_product(t(:, 3), t(:, 2) - t(:, 1)))
     end if
     energy = energy + side(0)
     if (.not. present(g) .and. .not. present(h)) return
 
     has_normal = .not. self%is_straight .and. self%n_triangles > 0
     n_q = merge(3, 2, has_normal)
-    wq(:, :, 1) = -IDENTITY
-    if (.not. self%is_straight) wq(:, :, 1) = -(self%cos0*IDENTITY + self%sin0*skew(n) &
-                                                + (1 - self%cos0)*outer(n, n))
-    wq(:, :, 2) = IDENTITY
-    wq(:, :, 3) = 0
-    if (has_normal) wq(:, :, 3) = self%sin0*skew(te) &
-                                  - (1 - self%cos0)*(outer(n, te) + dot_product(n, te)*IDENTITY)
-    sq = 0
-    do i = 1, n_q
-      sq(:, i) = 0.5_rp*matmul(w, wq(:, :, i))
-    end do
-    p(:, :, 1) = (IDENTITY - outer(te, te))/le
-    p(:, :, 2) = (IDENTITY - outer(tf, tf))/lf
-    p(:, :, 3) = 0
-    if (has_normal) p(:, :, 3) = (IDENTITY - outer(n, n))/la
+    versine = 1 - self%cos0
+    associate (te => t(:, 1), n => t(:, 3))
+      sq(:, 1) = -0.5_rp*w
+      if (.not. self%is_straight) sq(:, 1) = -0.5_rp*(self%cos0*w - self%sin0*cross(n, w) + versine*dot_product(n, w)*n)
+      sq(:, 2) = 0.5_rp*w
+      sq(:, 3) = 0
+      if (has_normal) sq(:, 3) = -0.5_rp*(self%sin0*cross(te, w) &
+                                          + versine*(dot_product(n, w)*te + dot_product(n, te)*w))
+    end associate
     gq = (0.5_rp*k*law(1))*sq ! dE/d(te, tf, n)
-    cq(:, 1) = -n
-    cq(:, 2) = n
-    cq(:, 3) = tf - te
+    cq(:, 1) = -t(:, 3)
+    cq(:, 2) = t(:, 3)
+    cq(:, 3) = t(:, 2) - t(:, 1)
     if (abs(side(1)) > 0) gq = gq + side(1)*cq
-
-    ! dA/dx_m is the cross product with lever(:, m); e = xb - xa and f = xc - xb need no array
-    levers = 0
-    if (has_normal) then
-      do t = 1, self%n_triangles
-        do i = 1, 3
-          associate (m => self%corners(i, t), ahead => self%corners(mod(i, 3) + 1, t), &
-                     behind => self%corners(mod(i + 1, 3) + 1, t))
-            levers(:, m) = levers(:, m) + self%x0(:, behind) + u(:, behind) - self%x0(:, ahead) - u(:, ahead)
-          end associate
-        end do
-      end do
-    end if
+    if (has_normal) call find_levers(self, u, levers)
 
     if (present(g)) then
       g = 0
-      arm = matmul(p(:, :, 1), gq(:, 1))
+      arm = projected(gq(:, 1), t(:, 1), l(1))
       g(:, 1) = -arm
       g(:, 2) = arm
-      arm = matmul(p(:, :, 2), gq(:, 2))
+      arm = projected(gq(:, 2), t(:, 2), l(2))
       g(:, 2) = g(:, 2) - arm
       g(:, 3) = arm
       if (has_normal) then
-        arm = matmul(p(:, :, 3), gq(:, 3))
+        arm = projected(gq(:, 3), t(:, 3), l(3))
         do j = 1, self%n_nodes
           g(:, j) = g(:, j) + cross(arm, levers(:, j))
         end do
@@ -133,60 +113,40 @@ contains
     exact = .true.
     if (present(semidefinite)) exact = .not. semidefinite
     if (.not. exact) law(1:) = max(law(1:), 0.0_rp)
-    do j = 1, n_q
-      do i = 1, n_q
-        hq(:, :, i, j) = 0.5_rp*law(1)*matmul(transpose(wq(:, :, i)), wq(:, :, j)) &
-                         + law(2)*outer(sq(:, i), sq(:, j))
-      end do
-    end do
-    if (exact .and. has_normal) then
-      hq(:, :, 3, 1) = hq(:, :, 3, 1) + 0.5_rp*law(1)*(self%sin0*skew(w) &
-                                                       - (1 - self%cos0)*(outer(w, n) + dot_product(w, n)*IDENTITY))
-      hq(:, :, 1, 3) = transpose(hq(:, :, 3, 1))
-      hq(:, :, 3, 3) = hq(:, :, 3, 3) - 0.5_rp*law(1)*(1 - self%cos0)*(outer(w, te) + outer(te, w))
-    end if
-    do j = 1, n_q
-      do i = 1, n_q
-        hq(:, :, i, j) = (0.5_rp*k)*matmul(p(:, :, i), matmul(hq(:, :, i, j), p(:, :, j)))
-      end do
-    end do
-    if (abs(side(1)) > 0) then
-      do j = 1, n_q
-        do i = 1, n_q
-          hq(:, :, i, j) = hq(:, :, i, j) + matmul(p(:, :, i), matmul(side_curvature(i, j, side, cq, exact), &
-                                                                      p(:, :, j)))
-        end do
-      end do
-    end if
+    call semidefinite_part(self%cos0, self%sin0, n_q, t, l, sq, 0.25_rp*k*law(1), 0.5_rp*k*law(2), hq)
+    if (exact .and. has_normal) call add_rotation_part(self%cos0, self%sin0, t, l, w, 0.25_rp*k*law(1), hq)
+    if (abs(side(1)) > 0) call add_side_part(n_q, t, l, side, cq, exact, hq)
     if (exact) then
-      hq(:, :, 1, 1) = hq(:, :, 1, 1) + unit_vector_curvature(gq(:, 1), te, le)
-      hq(:, :, 2, 2) = hq(:, :, 2, 2) + unit_vector_curvature(gq(:, 2), tf, lf)
-      if (has_normal) hq(:, :, 3, 3) = hq(:, :, 3, 3) + unit_vector_curvature(gq(:, 3), n, la)
+      do i = 1, n_q
+        call add_unit_vector_curvature(gq(:, i), t(:, i), l(i), hq(:, :, i, i))
+      end do
     end if
     call expand_hessian(self%n_nodes, has_normal, levers, hq, h)
-    if (.not. (exact .and. has_normal)) return
-    arm = matmul(p(:, :, 3), gq(:, 3))
-    do t = 1, self%n_triangles
-      do i = 1, 3
-        associate (m => 3*self%corners(i, t), ahead => 3*self%corners(mod(i, 3) + 1, t))
-          h(m - 2:m, ahead - 2:ahead) = h(m - 2:m, ahead - 2:ahead) - skew(arm)
-          h(ahead - 2:ahead, m - 2:m) = h(ahead - 2:ahead, m - 2:m) + skew(arm)
-        end associate
+    if (exact .and. has_normal) call add_turning_areas(self%corners(:, :self%n_triangles), &
+                                                       projected(gq(:, 3), t(:, 3), l(3)), h)
+    do j = 2, 3*self%n_nodes
+      do i = 1, j - 1
+        h(j, i) = h(i, j)
       end do
     end do
   end subroutine hinge_evaluate
 
-  !> Block (i, j) of the second derivatives of the side's energy in (te, tf, n), without the indefinite part unless
-  !> `exact`.
-  pure function side_curvature(i, j, side, cq, exact) result(m)
-    integer, intent(in) :: i, j
-    real(rp), intent(in) :: side(0:2), cq(3, 3)
-    logical, intent(in) :: exact
-    real(rp) :: m(3, 3)
-    m = merge(side(2), max(side(2), 0.0_rp), exact)*outer(cq(:, i), cq(:, j))
-    if (exact .and. i /= j .and. i + j == 4) m = m - side(1)*IDENTITY
-    if (exact .and. i + j == 5) m = m + side(1)*IDENTITY
-  end function side_curvature
+  !> dA/dx_m is the cross product with lever(:, m); e = xb - xa and f = xc - xb need no array.
+  pure subroutine find_levers(self, u, levers)
+    type(hinge_t), intent(in) :: self
+    real(rp), intent(in) :: u(3, HINGE_NODES)
+    real(rp), intent(out) :: levers(3, HINGE_NODES)
+    integer :: t, i
+    levers = 0
+    do t = 1, self%n_triangles
+      do i = 1, 3
+        associate (m => self%corners(i, t), ahead => self%corners(NEXT(i), t), &
+                   behind => self%corners(NEXT(NEXT(i)), t))
+          levers(:, m) = levers(:, m) + self%x0(:, behind) + u(:, behind) - self%x0(:, ahead) - u(:, ahead)
+        end associate
+      end do
+    end do
+  end subroutine find_levers
 
   !> P = 4 asin^2(c/2) for c > 0, else 0, and its first two derivatives.
   pure function side_law(c) result(law)
@@ -207,63 +167,6 @@ contains
     law(2) = (k + k3*g(0))*g(2) + k3*g(1)**2
   end function cubic_law
 
-  !> h = B^T hq B with B = d(e, f, A)/dx: e = xb - xa, f = xc - xb, dA/dx_m the cross product with levers(:, m).
-  pure subroutine expand_hessian(n_nodes, has_normal, levers, hq, h)
-    integer, intent(in) :: n_nodes
-    logical, intent(in) :: has_normal
-    real(rp), intent(in) :: levers(3, HINGE_NODES), hq(3, 3, 3, 3)
-    real(rp), intent(out) :: h(3*HINGE_NODES, 3*HINGE_NODES)
-    real(rp) :: block(3, 3), mixed(3, 3, 3) ! mixed(:, :, m): rows of node m among a, b, c, columns of A
-    integer :: i, j
-    h = 0
-    h(1:3, 1:3) = hq(:, :, 1, 1)
-    h(1:3, 7:9) = -hq(:, :, 1, 2)
-    h(7:9, 7:9) = hq(:, :, 2, 2)
-    h(1:3, 4:6) = -h(1:3, 1:3) - h(1:3, 7:9)
-    h(4:6, 7:9) = -h(1:3, 7:9) - h(7:9, 7:9)
-    h(4:6, 4:6) = -h(1:3, 4:6) - transpose(h(4:6, 7:9))
-    h(4:6, 1:3) = transpose(h(1:3, 4:6))
-    h(7:9, 1:6) = transpose(h(1:6, 7:9))
-    if (.not. has_normal) return
-    mixed(:, :, 1) = -hq(:, :, 1, 3)
-    mixed(:, :, 3) = hq(:, :, 2, 3)
-    mixed(:, :, 2) = -mixed(:, :, 1) - mixed(:, :, 3)
-    do j = 1, n_nodes
-      do i = 1, 3
-        call cross_columns(mixed(:, :, i), levers(:, j), block)
-        h(3*i - 2:3*i, 3*j - 2:3*j) = h(3*i - 2:3*i, 3*j - 2:3*j) + block
-        h(3*j - 2:3*j, 3*i - 2:3*i) = h(3*j - 2:3*j, 3*i - 2:3*i) + transpose(block)
-      end do
-    end do
-    do j = 1, n_nodes
-      call cross_columns(hq(:, :, 3, 3), levers(:, j), mixed(:, :, 1))
-      mixed(:, :, 2) = transpose(mixed(:, :, 1))
-      do i = 1, j
-        call cross_columns(mixed(:, :, 2), levers(:, i), block)
-        h(3*i - 2:3*i, 3*j - 2:3*j) = h(3*i - 2:3*i, 3*j - 2:3*j) + transpose(block)
-        if (i < j) h(3*j - 2:3*j, 3*i - 2:3*i) = h(3*j - 2:3*j, 3*i - 2:3*i) + block
-      end do
-    end do
-  end subroutine expand_hessian
-
-  !> b = a skew(l): row by row the cross product of a's row and l.
-  pure subroutine cross_columns(a, l, b)
-    real(rp), intent(in) :: a(3, 3), l(3)
-    real(rp), intent(out) :: b(3, 3)
-    b(:, 1) = a(:, 2)*l(3) - a(:, 3)*l(2)
-    b(:, 2) = a(:, 3)*l(1) - a(:, 1)*l(3)
-    b(:, 3) = a(:, 1)*l(2) - a(:, 2)*l(1)
-  end subroutine cross_columns
-
-  !> Second derivative of gt.(v/|v|) with respect to v, where t = v/|v| and l = |v|.
-  pure function unit_vector_curvature(gt, t, l) result(h)
-    real(rp), intent(in) :: gt(3), t(3), l
-    real(rp) :: h(3, 3), along, across(3)
-    along = dot_product(gt, t)
-    across = gt - along*t
-    h = -(outer(across, t) + outer(t, across) + along*(IDENTITY - outer(t, t)))/l**2
-  end function unit_vector_curvature
-
   !> The turning angle Theta >= 0 [rad] from the rest direction at displacements u(3, 7).
   pure real(rp) function hinge_angle(self, u) result(angle)
     type(hinge_t), intent(in) :: self
@@ -282,8 +185,8 @@ contains
     integer :: t, i
     te = (self%x0(:, 2) - self%x0(:, 1)) + (u(:, 2) - u(:, 1))
     tf = (self%x0(:, 3) - self%x0(:, 2)) + (u(:, 3) - u(:, 2))
-    le = norm2(te)
-    lf = norm2(tf)
+    le = sqrt(dot_product(te, te))
+    lf = sqrt(dot_product(tf, tf))
     te = te/le
     tf = tf/lf
     n = self%normal0
@@ -296,7 +199,7 @@ contains
       end do
       n = n + cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
     end do
-    la = norm2(n)
+    la = sqrt(dot_product(n, n))
     n = n/la
   end subroutine directions
 
