@@ -146,7 +146,7 @@ contains
         call reject_catalogue(decision, rejected_probability(decision))
         return
       end if
-      if (decision%posterior_together < decision%posterior_unknown) return
+      if (decision%posterior_unknown > max(LEAST_UNKNOWN, decision%posterior_together)) return
       decision%causes = together%members
       decision%snr = sqrt(together%square)
       decision%set = design%candidates(together%members)%effect

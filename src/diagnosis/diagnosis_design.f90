@@ -65,7 +65,8 @@ module diagnosis_design
     real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
     real(rp), allocatable, private :: q_base(:, :), q_all(:, :)
     integer, allocatable, private :: columns(:)  !< of the tangents
-    real(rp), allocatable, dimension(:, :), private :: tangents, nuisances, patterns !< as the simulator gave them
+    real(rp), allocatable :: nuisances(:, :) !< as the simulator gave them
+    real(rp), allocatable, dimension(:, :), private :: tangents, patterns
   contains
     procedure :: compress => design_compress
     procedure :: by_surface => design_by_surface

@@ -68,7 +68,8 @@ contains
     call judge(simulator, options, is_scale_known, d, failure)
     if (failure%failed) return
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
-      if (options%validates) call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
+      if (options%validates) &
+        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
       return
     end if
     call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
@@ -150,8 +151,8 @@ contains
     end if
     if (options%validates) then
       call simulator%recall()
-      call validate(simulator, d%baseline%active, d%baseline%q, options%fit, d%validated)
-      call validate(simulator, d%extended%active, d%extended%q, options%fit, d%validated_extended)
+      call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
+      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
       call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
       d%has_gain = ok
     end if

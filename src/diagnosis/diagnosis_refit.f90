@@ -148,8 +148,8 @@ contains
   end subroutine fit_nested
 
   !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
-  !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike;
-  !> `whitener`, over all observations, has then the directions of nuisances at this point. spread(starts) is how much less
+  !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
+  !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of nuisances at this point. spread(starts) is how much less
   !> probable than the best each start ended (sum of squares and log determinant), huge without an end. Fails if none has
   !> one.
   subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
@@ -188,20 +188,27 @@ contains
     end if
     where (spread < huge(1.0_rp)) spread = spread - least
     call simulator%recall()
+    least = huge(least)
+    one = found
     do pass = 1, MOST_PASSES
-      q = found%q
-      before = found%cost()
+      before = one%cost()
+      q = one%q
       call simulator%forget()
       call take_directions(simulator, q, whitener, is_valid, .false.)
       if (.not. is_valid) exit
-      call fit_nested(simulator, whitener, active, q, options, found)
-      if (.not. found%is_found) exit
-      if (pass > 1 .and. abs(found%cost() - before) <= SETTLED) exit
-      call settle_nuisances(simulator, whitener, found%q, is_valid)
+      call fit_nested(simulator, whitener, active, q, options, one)
+      if (.not. one%is_found) exit
+      if (pass == 1 .or. one%cost() + whitener%log_determinant < least) then
+        least = one%cost() + whitener%log_determinant
+        found = one
+        call simulator%keep()
+      end if
+      if (pass > 1 .and. abs(one%cost() - before) <= SETTLED) exit
+      call settle_nuisances(simulator, whitener, one%q, is_valid)
     end do
-    if (found%is_found) call take_directions(simulator, found%q, whitener, is_valid, .true.)
-    if (.not. (found%is_found .and. is_valid)) &
-      call failure%raise('the simulator has no result at the best fit of the baseline')
+    call simulator%recall()
+    call take_directions(simulator, found%q, whitener, is_valid, .true.)
+    if (.not. is_valid) call failure%raise('the simulator has no result at the best fit of the baseline')
   end subroutine fit_baseline
 
   !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
@@ -252,7 +259,7 @@ contains
   end function roughly
 
   !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear. The
-  !> directions of the whitener, over all observations, are then those at q before that. If there is no result (`is_valid`
+  !> directions of the whitener, over all observations, are then those at q before that, if there is anything to settle. If there is no result (`is_valid`
   !> false) errors are as before.
   subroutine settle_nuisances(simulator, whitener, q, is_valid)
     class(simulator_t), intent(inout) :: simulator
@@ -261,6 +268,8 @@ contains
     logical, intent(out) :: is_valid
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
+    is_valid = .true.
+    if (.not. simulator%settles()) return
     n = simulator%n_observations
     allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
     call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)

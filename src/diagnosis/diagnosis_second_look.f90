@@ -105,6 +105,8 @@ contains
       other = whitener
       call simulator%evaluate(leader%q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call simulator%accept()
+      ! Twice: what the errors did for the baseline is another thing than what they do for the leader.
+      if (is_valid) call settle_nuisances(simulator, other, leader%q, is_valid)
       if (is_valid) call settle_nuisances(simulator, other, leader%q, is_valid)
       if (is_valid .and. present(model_error)) call model_error%renew(other, leader%q)
       if (is_valid) call simulator%directions(leader%q, next, nothing, is_valid)

@@ -85,6 +85,7 @@ module diagnosis_simulator
     procedure :: recall => simulator_recall
     procedure :: forget => simulator_forget
     procedure :: settle => simulator_settle
+    procedure :: settles => simulator_settles
     procedure :: skip => simulator_skip
     procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
@@ -187,6 +188,12 @@ contains
     self%n_observations = self%n_observations
     is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%quantities)
   end subroutine simulator_settle
+
+  !> Whether nuisances are not linear, so that `settle` does something.
+  pure logical function simulator_settles(self) result(settles)
+    class(simulator_t), intent(in) :: self
+    settles = self%n_nuisances < 0
+  end function simulator_settles
 
   !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing
   !> of them.

@@ -42,11 +42,12 @@ module diagnosis_validation
 
 contains
 
-  !> Validates the model with the quantities `active` free, from its fit q to everything.
-  subroutine validate(simulator, active, q, options, validation)
+  !> Validates the model with the quantities `active` free, from its fit q to everything, with the nuisances(n, :) of this
+  !> fit.
+  subroutine validate(simulator, active, q, nuisances, options, validation)
     class(simulator_t), intent(inout), target :: simulator
     integer, intent(in) :: active(:)
-    real(rp), intent(in) :: q(:)
+    real(rp), intent(in) :: q(:), nuisances(:, :)
     type(fit_options_t), intent(in) :: options
     type(validation_t), intent(out) :: validation
     type(tangents_t) :: full
@@ -57,6 +58,7 @@ contains
     allocate (validation%fold(0), validation%n(0), validation%density(0), validation%chi2(0), validation%square(0))
     validation%is_complete = .true.
     call find_tangents(simulator, active, q, full, ok)
+    full%nuisances = nuisances
     if (ok) call simulator%keep()
     do f = 1, maxval(simulator%labels%fold)
       outside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) == f)
@@ -73,22 +75,19 @@ contains
     end do
   end subroutine validate
 
-  !> Residuals, derivatives and nuisances of everything at q; the simulator then stands there.
+  !> Residuals and derivatives of everything at q; the simulator then stands there.
   subroutine find_tangents(simulator, active, q, full, is_valid)
     class(simulator_t), intent(inout) :: simulator
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
     type(tangents_t), intent(out) :: full
     logical, intent(out) :: is_valid
-    real(rp), allocatable :: patterns(:, :)
     integer :: n
     n = simulator%n_observations
     full%q = q
-    allocate (full%residuals(n), full%jacobian(n, size(active)), full%nuisances(n, simulator%n_nuisances))
-    allocate (patterns(n, 0))
+    allocate (full%residuals(n), full%jacobian(n, size(active)))
     call simulator%evaluate(q, active, full%residuals, full%jacobian, is_valid)
     if (is_valid) call simulator%accept()
-    if (is_valid) call simulator%directions(q, full%nuisances, patterns, is_valid)
     full%is_valid = is_valid
   end subroutine find_tangents
 

@@ -62,6 +62,7 @@ module diagnosis_wing_simulator
     procedure :: recall => wing_recall
     procedure :: forget => wing_forget
     procedure :: settle => wing_settle
+    procedure :: settles => wing_settles
     procedure :: common_share => wing_common_share
     procedure :: set_common_share => wing_set_common_share
   end type wing_simulator_t
@@ -104,8 +105,7 @@ contains
     n = size(experiment%loads)
     allocate (self%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
     allocate (self%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
-    allocate (self%band(bins%n, 0))
-    allocate (self%aside(2, n), self%linear(bins%n), source=0.0_rp)
+    allocate (self%band(bins%n, 0), self%aside(2, n), self%linear(bins%n), source=0.0_rp)
     self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
     call find_common(self)
     call make_labels(experiment, bins, self%labels)
@@ -183,8 +183,7 @@ contains
     real(rp), allocatable :: inputs(:, :), results(:, :), seconds(:)
     integer, allocatable :: statuses(:), loads(:)
     integer :: l, n
-    n = size(self%experiment%loads)
-    loads = [(l, l=1, n)]
+    loads = [(l, l=1, size(self%experiment%loads))]
     if (allocated(self%is_skipped)) loads = pack(loads,.not. self%is_skipped)
     n = size(loads)
     allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(), n), seconds(n), statuses(n))
@@ -272,23 +271,23 @@ contains
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
-    real(rp), parameter :: MOST = 5.0_rp
+    real(rp), parameter :: MOST = 5.0_rp, LEAST = 0.01_rp
     real(rp) :: before(2, size(self%aside, 2)), was_linear(size(self%linear)), e(2)
     real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
     real(rp) :: nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
-    type(material_place_t) :: place
     is_valid = .true.
-    associate (experiment => self%experiment, sd => self%experiment%measurement%accuracy%position)
-      if (.not. sd > 0 .or. size(experiment%model%triangles) == 0) return
+    if (.not. self%settles()) return
+    associate (sd => self%experiment%measurement%accuracy%position)
       before = self%aside
       was_linear = self%linear
       do l = 1, size(self%aside, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         e = max(-MOST, min(MOST, errors(v + 1:v + 2)))
-        place = find_place(experiment%model%points, experiment%model%triangles, experiment%model%size, &
-                           experiment%measurement%loads(l)%point + sd*e)
-        self%aside(:, l) = merge(sd, 0.0_rp, place%is_found)*e
+        do while (.not. is_on_wing(self%experiment, l, sd*e) .and. maxval(abs(e)) > LEAST)
+          e = e/2
+        end do
+        self%aside(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
       end do
       call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
@@ -305,6 +304,23 @@ contains
       end do
     end associate
   end subroutine wing_settle
+
+  !> Errors of places are what is not linear.
+  pure logical function wing_settles(self) result(settles)
+    class(wing_simulator_t), intent(in) :: self
+    settles = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
+  end function wing_settles
+
+  !> Whether the place `aside` [m] of where load l is stated to have acted is one of the wing.
+  logical function is_on_wing(experiment, l, aside)
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in) :: aside(2)
+    type(material_place_t) :: place
+    place = find_place(experiment%model%points, experiment%model%triangles, experiment%model%size, &
+                       experiment%measurement%loads(l)%point + aside)
+    is_on_wing = place%is_found
+  end function is_on_wing
 
   !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)

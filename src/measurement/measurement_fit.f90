@@ -235,6 +235,7 @@ contains
     integer, intent(in) :: free(:)
     real(rp), intent(inout) :: damping
     real(rp), intent(out) :: d(:)
+    real(rp), parameter :: HUGE_EXCESS = 1.0e30_rp ! of a step at its bound, instead of an overflow
     real(rp) :: excess(size(free)), step(size(free)), room
     logical :: is_put(size(free))
     integer :: k, pass
@@ -244,7 +245,7 @@ contains
       call find_free_step(triangle, scale(free), is_put, damping, step)
       do k = 1, size(free)
         room = merge(most(free(k)), -least(free(k)), step(k) > 0)
-        excess(k) = merge(0.0_rp, abs(step(k))/max(room, tiny(room)), is_put(k))
+        excess(k) = merge(0.0_rp, abs(step(k))/max(room, abs(step(k))/HUGE_EXCESS, tiny(room)), is_put(k))
       end do
       if (all(excess <= 1)) exit
       k = maxloc(excess, 1)
@@ -256,7 +257,7 @@ contains
       call find_free_step(triangle, scale(free), is_put, damping, step)
       do k = 1, size(free)
         room = merge(most(free(k)), -least(free(k)), step(k) > 0)
-        excess(k) = abs(step(k))/max(room, tiny(room))
+        excess(k) = abs(step(k))/max(room, abs(step(k))/HUGE_EXCESS, tiny(room))
       end do
       step = step/max(1.0_rp, maxval(excess))
     end if
