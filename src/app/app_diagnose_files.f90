@@ -37,7 +37,7 @@ contains
     character(:), allocatable :: what
     logical :: is_removed
     integer :: i
-    call write_fragment(s, d%baseline%q, 'baseline of a diagnosis', s%name//'_baseline.ini', failure)
+    call write_fragment(s, d%plain%q, 'baseline of a diagnosis', s%name//'_baseline.ini', failure)
     if (.not. d%extended%is_found) then
       call remove_file(s%name//'_extended.ini', is_removed)
       return
@@ -84,7 +84,7 @@ contains
     logical :: is_valid
     n = simulator%n_observations
     allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
-    call simulator%evaluate(d%baseline%q, [integer ::], base, jacobian, is_valid)
+    call simulator%evaluate(d%plain%q, [integer ::], base, jacobian, is_valid)
     extended = base
     if (d%extended%is_found) call simulator%evaluate(d%extended%q, [integer ::], extended, jacobian, is_valid)
     white(:, 1) = base

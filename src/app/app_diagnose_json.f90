@@ -171,10 +171,10 @@ contains
     call json%put('observations', s%bins%n)
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
-    call json%put('chi2', d%baseline%chi2)
-    call json%put('prior_chi2', d%baseline%prior_chi2)
+    call json%put('chi2', d%plain%chi2)
+    call json%put('prior_chi2', d%plain%prior_chi2)
     call json%put('spread_of_starts', d%spread)
-    call put_parameters(json, s, d%baseline%active, d%baseline%q)
+    call put_parameters(json, s, d%plain%active, d%plain%q)
     call json%close()
   end subroutine put_baseline
 

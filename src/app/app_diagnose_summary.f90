@@ -37,7 +37,7 @@ contains
       if (s%fits_finer) line = line(:len_trim(line) - 1)//', on which all is fitted)'
       write (unit, '(a)') trim(line)
     end if
-    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%baseline%chi2, ' of ', s%bins%n, &
+    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%plain%chi2, ' of ', s%bins%n, &
       '; variance over that of the noise model ', d%scale
     write (unit, '(a)') trim(line)
     write (line, '(a,a,a,f0.1)') 'misfit    global p = ', probability_text(d%decision%log_p_global), &

@@ -52,6 +52,7 @@ contains
       if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure)
       if (failure%failed) return
     end if
+    d%plain = d%baseline
     call build_design(simulator, d%baseline%q, d%design, failure)
     if (failure%failed) return
     call simulator%keep() ! where all refits begin
@@ -81,6 +82,9 @@ contains
       if (failure%failed) return
     end if
     call refit_leaders(simulator, options, d)
+    call simulator%recall()
+    if (options%validates) &
+      call validate(simulator, d%plain%active, d%plain%q, d%design%nuisances, options%fit, d%validated)
     call take_leaders_view(simulator, options, d, is_new, model_error)
     if (is_new) then
       call judge(simulator, options, is_scale_known, d, failure)
@@ -151,7 +155,6 @@ contains
     end if
     if (options%validates) then
       call simulator%recall()
-      call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
       call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
       call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
       d%has_gain = ok

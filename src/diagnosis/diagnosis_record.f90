@@ -42,7 +42,8 @@ module diagnosis_record
   !> Everything that came out.
   type :: diagnosis_t
     type(whitener_t) :: whitener
-    type(nested_fit_t) :: baseline
+    type(nested_fit_t) :: plain          !< the baseline for itself
+    type(nested_fit_t) :: baseline       !< the same with the nuisances of the refits, which may be those at the leader
     real(rp), allocatable :: spread(:)   !< of the starts, see fit_baseline
     type(design_t) :: design
     type(calibration_t) :: calibration
