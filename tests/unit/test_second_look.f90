@@ -4,6 +4,8 @@
 !> The beam has a one-way joint, and an error of the size of its sd: for the baseline it is a bow of the span, where the joint
 !> is one-way it is a twist. Seen from the baseline the twist is nothing that errors do: a second cause stands beside the
 !> joint. Seen from the fit of the joint there is no second one, and the joint is as strong as if its error were known.
+!>
+!> An error that grows with every look makes any cause fit better. That is no evidence: what it grows by counts against it.
 program test_second_look
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -11,12 +13,13 @@ program test_second_look
   use diagnosis_decision, only: VERDICT_ADEQUATE, VERDICT_NAMED
   use diagnosis_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use testkit, only: testkit_t
-  use turning_error, only: angle_of, error_of, turning_t, twisted_t, TRUTH
+  use turning_error, only: angle_of, error_of, growing_t, turning_t, twisted_t, TRUTH
   implicit none
   type(testkit_t) :: t
   type(twisted_t), target :: beam
   type(turning_t) :: error
-  type(diagnosis_t), target :: known, blind, seeing, none
+  type(growing_t) :: growing
+  type(diagnosis_t), target :: known, blind, seeing, refused, none
   type(diagnosis_options_t) :: options
   type(failure_t) :: failure
   real(rp) :: q0(N_ALL), q(N_ALL)
@@ -50,6 +53,17 @@ program test_second_look
   call t%check_close('with the p of the first look', seeing%decision%log_p_global, blind%decision%log_p_global, &
                      rtol=1.0e-12_rp)
   call t%check_close('and its size of the noise', seeing%scale, blind%scale, rtol=1.0e-12_rp)
+  growing%beam => beam
+  beam%angle = 0
+  call beam%observe(q, beam%sigma, 800001)
+  beam%data = beam%data + error_of(beam)
+  call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, blind, failure)
+  call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, refused, failure, model_error=growing)
+  call t%check('an error that grows is asked for', growing%n_calls > 0 .and. .not. failure%failed)
+  call t%check('and not taken, though everything fits better with it', abs(beam%factor - 1) < epsilon(beam%factor))
+  call t%check_close('the estimate is that of the first look', refused%extended%q(P_ONE_WAY), &
+                     blind%extended%q(P_ONE_WAY), rtol=1.0e-12_rp)
+  call t%check_close('and so is its sd', deviation(refused), deviation(blind), rtol=1.0e-12_rp)
   ! Without a cause nobody looks twice.
   error%n_calls = 0
   beam%angle = 0

@@ -7,16 +7,18 @@ module turning_error
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
-  public :: twisted_t, turning_t, angle_of, error_of
+  public :: twisted_t, turning_t, growing_t, angle_of, error_of
 
   real(rp), parameter, public :: TRUTH = 1.5_rp
   real(rp), parameter :: BOW = 0.01_rp, TWIST = 0.02_rp
 
   !> A beam with the error: angle 0 is the bow, a right angle the twist.
   type, extends(beam_t) :: twisted_t
-    real(rp) :: angle = 0
+    real(rp) :: angle = 0, factor = 1, kept_factor = 1
   contains
     procedure :: directions => twisted_directions
+    procedure :: keep => twisted_keep
+    procedure :: recall => twisted_recall
   end type twisted_t
 
   type, extends(model_error_t) :: turning_t
@@ -25,6 +27,14 @@ module turning_error
   contains
     procedure :: renew => turning_renew
   end type turning_t
+
+  !> An error that may be a hundred times as large as before whenever it is looked at.
+  type, extends(model_error_t) :: growing_t
+    type(twisted_t), pointer :: beam => null()
+    integer :: n_calls = 0
+  contains
+    procedure :: renew => growing_renew
+  end type growing_t
 
 contains
 
@@ -39,7 +49,7 @@ contains
     integer :: k
     do k = 1, size(e)
       associate (x => beam%labels%place(1, k), load => beam%load(:, beam%labels%surface(k)))
-        e(k) = load(3)*(cos(beam%angle)*BOW*(x*load(1))**2 + sin(beam%angle)*TWIST*x*load(2))
+        e(k) = beam%factor*load(3)*(cos(beam%angle)*BOW*(x*load(1))**2 + sin(beam%angle)*TWIST*x*load(2))
       end associate
     end do
   end function error_of
@@ -55,6 +65,18 @@ contains
     nuisances(:, n) = error_of(self)
   end subroutine twisted_directions
 
+  subroutine twisted_keep(self)
+    class(twisted_t), intent(inout) :: self
+    call self%beam_t%keep()
+    self%kept_factor = self%factor
+  end subroutine twisted_keep
+
+  subroutine twisted_recall(self)
+    class(twisted_t), intent(inout) :: self
+    call self%beam_t%recall()
+    self%factor = self%kept_factor
+  end subroutine twisted_recall
+
   subroutine turning_renew(self, whitener, q)
     class(turning_t), intent(inout) :: self
     type(whitener_t), intent(in), target :: whitener
@@ -62,4 +84,12 @@ contains
     self%n_calls = self%n_calls + 1
     if (whitener%n > 0) self%beam%angle = angle_of(q)
   end subroutine turning_renew
+
+  subroutine growing_renew(self, whitener, q)
+    class(growing_t), intent(inout) :: self
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: q(:)
+    self%n_calls = self%n_calls + 1
+    if (whitener%n > 0 .and. size(q) > 0) self%beam%factor = 100*self%beam%factor
+  end subroutine growing_renew
 end module turning_error
