@@ -29,6 +29,7 @@ program test_decision
   call calibration%init(design, N_EFFECTS, .true., 500, SEED)
   call test_unknown()
   call test_further()
+  call test_together()
   call test%finish()
 
 contains
@@ -74,7 +75,42 @@ contains
   subroutine test_further()
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: one
-    real(rp) :: z(design%k), other(design%k), low, high, odds
+    real(rp) :: z(design%k)
+    call make_pair('two causes are twice as probable as one', 2.0_rp, z, hypotheses, one)
+    call test%check('  which has a further one beside it', one%has_further .and. size(one%set) == 1)
+    call test%check('  and keeps its name', one%verdict == VERDICT_NAMED .and. one%set(1) == E_DRIFT .and. &
+                    .not. one%is_together .and. one%probability > 0.9_rp)
+  end subroutine test_further
+
+  !> Two causes that are six times as probable as drift alone are the answer, together. Unknown causes that are more probable
+  !> than these, but not than everything in the catalogue, do not take their place.
+  subroutine test_together()
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: one
+    real(rp) :: z(design%k), left, drift_alone
+    call make_pair('two causes are six times as probable as one', 6.0_rp, z, hypotheses, one)
+    call test%check('  and the answer, together', one%is_together .and. size(one%set) == 2)
+    left = 1 - one%posterior_together
+    call test%check('  but not certain', left > 0.05_rp)
+    drift_alone = one%posterior(E_DRIFT)
+    call set_unknown(hypotheses, (1 - left/2)/drift_alone) ! against everything else: 1 - left/2
+    call verdict_on(z, hypotheses, one)
+    call test%check('both where unknown causes lead with less than one half', one%is_together .and. &
+                    one%posterior_unknown > one%posterior_together .and. one%posterior_unknown < 0.5_rp)
+    call set_unknown(hypotheses, (1 + left)/drift_alone)
+    call verdict_on(z, hypotheses, one)
+    call test%check('unknown where they have more than one half', one%verdict == VERDICT_UNKNOWN .and. &
+                    one%posterior_unknown > 0.5_rp .and. size(one%set) == 0)
+  end subroutine test_together
+
+  !> Drift of 15 sd and so much of an offset that two causes have these odds against drift alone; unknown causes have none.
+  subroutine make_pair(title, wanted, z, hypotheses, one)
+    character(*), intent(in) :: title
+    real(rp), intent(in) :: wanted
+    real(rp), intent(out) :: z(:)
+    type(hypotheses_t), intent(out) :: hypotheses
+    type(decision_t), intent(out) :: one
+    real(rp) :: other(design%k), low, high, odds
     integer :: i
     other = first_basis(E_OFFSET)
     other = other - dot_product(other, drift())*drift()
@@ -87,14 +123,11 @@ contains
       hypotheses%unknown = -1.0e3_rp
       call verdict_on(z, hypotheses, one)
       odds = one%posterior_together/one%posterior(E_DRIFT)
-      if (odds > 2) high = 0.5_rp*(low + high)
-      if (odds <= 2) low = 0.5_rp*(low + high)
+      if (odds > wanted) high = 0.5_rp*(low + high)
+      if (odds <= wanted) low = 0.5_rp*(low + high)
     end do
-    call test%check('two causes are twice as probable as one', abs(odds - 2) < 1.0e-3_rp)
-    call test%check('  which has a further one beside it', one%has_further .and. size(one%set) == 1)
-    call test%check('  and keeps its name', one%verdict == VERDICT_NAMED .and. one%set(1) == E_DRIFT .and. &
-                    .not. one%is_together .and. one%probability > 0.9_rp)
-  end subroutine test_further
+    call test%check(title, abs(odds/wanted - 1) < 1.0e-3_rp)
+  end subroutine make_pair
 
   subroutine verdict_on(z, hypotheses, decision)
     real(rp), intent(in) :: z(:)
