@@ -150,10 +150,17 @@ def next_measurement(diagnosis):
         return ""
     rows = [f"<tr><td class=name>{escape(n['repeat'])}</td><td class=number>{n['separation_sd']:.2f} sd</td></tr>"
             for n in diagnosis["next_measurements"][:5]]
-    now = diagnosis["next_measurements"][0]["separation_now_sd"]
-    return (f"<h2>What to measure next</h2><p>The first cause and the one that imitates it best differ by {now:.2f} sd "
-            "now. With one of these loads once more:</p><table><tbody>" + "".join(rows) + "</tbody></table>"
+    return ("<h2>What to measure next</h2>" + rivals(diagnosis) + "<p>By how much the first cause differs from the nearest "
+            "of all others with one of these loads once more:</p><table><tbody>" + "".join(rows) + "</tbody></table>"
             + new_loads(diagnosis.get("new_loads", [])))
+
+
+def rivals(diagnosis):
+    titles = {e["name"]: e["title"] for e in diagnosis["effects"]}
+    near = [f"{escape(titles[r['effect']])}{' (' + escape(r['variant']) + ')' if r['variant'] else ''} by "
+            f"{r['separation_now_sd']:.2f} sd" for r in diagnosis.get("rivals", [])[:4]]
+    return ("<p>What others can imitate of the first cause is taken from it; it then differs from " + ", from ".join(near)
+            + ". Below 2 sd they cannot be told apart, above 3 they can.</p>" if near else "")
 
 
 def new_loads(loads):
@@ -161,7 +168,7 @@ def new_loads(loads):
             f"<td class=number>{1e3 * n['force_n'] * (1 if n['direction'][2] >= 0 else -1):.4g}</td>"
             f"<td class=number>{n['separation_sd']:.2f} sd</td></tr>" for n in loads[:5]]
     return ("<p>With one load at a new place:</p><table><thead><tr><th>x [mm]</th><th>y [mm]</th><th>force, up [mN]</th>"
-            "<th>they differ by</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>" if rows else "")
+            "<th>it differs by</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>" if rows else "")
 
 
 def figure_html(picture):

@@ -7,7 +7,7 @@ module app_diagnose
   use app_diagnose_draws, only: draws_file_t
   use app_diagnose_files, only: write_fragments, write_maps
   use app_diagnose_json, only: write_diagnosis_json
-  use app_diagnose_next, only: next_t, rank_loads, rank_places, write_next
+  use app_diagnose_next, only: next_t, rank_loads, write_next
   use app_diagnose_plan, only: print_plan
   use app_diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use app_diagnose_summary, only: print_verdict
@@ -113,8 +113,7 @@ contains
       return
     end if
     self%settings%noise%model = self%simulator%noise
-    next = rank_loads(self%simulator, self%diagnosis)
-    call rank_places(self%settings, self%simulator, self%diagnosis, next)
+    call rank_loads(self%settings, self%simulator, self%diagnosis, next)
     call ask(self, questions)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)

@@ -74,12 +74,13 @@ contains
       call json%close()
     end do
     call json%close()
+    call put_rivals(json, s, d, next)
     call json%open_list('next_measurements')
     do i = 1, size(next%order)
       call json%open_object('')
       call json%put('repeat', s%measurement%loads(next%order(i))%name)
       call json%put('separation_sd', next%after(next%order(i)))
-      call json%put('separation_now_sd', next%separation)
+      call json%put('separation_now_sd', next%now(1))
       call json%close()
     end do
     call json%close()
@@ -90,7 +91,7 @@ contains
       call json%put('force_n', next%places(i)%force)
       call json%put('direction', next%places(i)%direction)
       call json%put('separation_sd', next%places(i)%after)
-      call json%put('separation_now_sd', next%separation)
+      call json%put('separation_now_sd', next%now(1))
       call json%close()
     end do
     call json%close()
@@ -98,6 +99,30 @@ contains
     call write_text(s%name//'.json', json%text, ok)
     if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')
   end subroutine write_diagnosis_json
+
+  !> Of every effect the place at which it comes nearest to the first cause.
+  subroutine put_rivals(json, s, d, next)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(next_t), intent(in) :: next
+    logical :: is_told(size(s%catalogue%effects))
+    integer :: r
+    call json%open_list('rivals')
+    is_told = .false.
+    do r = 1, size(next%rivals)
+      associate (one => d%design%candidates(next%rivals(r)))
+        if (is_told(one%effect)) cycle
+        is_told(one%effect) = .true.
+        call json%open_object('')
+        call json%put('effect', s%catalogue%effects(one%effect)%name)
+        call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
+        call json%put('separation_now_sd', next%now(r))
+        call json%close()
+      end associate
+    end do
+    call json%close()
+  end subroutine put_rivals
 
   subroutine put_verdict(json, s, d, unknown)
     type(json_t), intent(inout) :: json

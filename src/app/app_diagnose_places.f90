@@ -15,8 +15,8 @@ module app_diagnose_places
   use diagnosis_whitener, only: whitener_t
   use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, make_bins
   use diagnosis_wing_lattice, only: lattice
-  use diagnosis_wing_quantities, only: make_setup, quantity_tangent, setup_coordinates, setup_t, KIND_INSTRUMENT, &
-                                       KIND_PARAMETER
+  use diagnosis_wing_quantities, only: make_setup, quantity_tangent, setup_coordinates, setup_t, wing_quantity_t, &
+                                       KIND_INSTRUMENT, KIND_PARAMETER
   use diagnosis_wing_simulator, only: wing_simulator_t, N_COMMON_NUISANCES
   use measurement_data, only: measured_load_t, measurement_t, observation_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
@@ -26,17 +26,33 @@ module app_diagnose_places
   use solid_params, only: PARAM_PLATE
   implicit none
   private
-  public :: new_load_t, shared_columns, try_loads, normal_matrix, separation
+  public :: new_load_t, trial_t, shared_columns, try_loads, normal_matrix, separation
 
   real(rp), parameter :: SPACING = 0.15_rp, NEAR_ROOT = 0.2_rp !< of the wing's size
 
   type :: new_load_t
+    integer :: number = 0                    !< of the trial
     real(rp) :: place(2) = 0                 !< [m]
     real(rp) :: force = 0                    !< [N]
     real(rp) :: direction(3) = 0
     real(rp), allocatable :: normal(:, :)    !< (columns, columns)
     real(rp) :: after = 0                    !< sd between rivals with this load too
   end type new_load_t
+
+  !> A wing to which new loads are applied.
+  type :: trial_t
+    integer :: n = 0 !< loads
+    type(measurement_t), private :: m
+    type(bins_t), private :: bins
+    type(setup_t), private :: setup
+    type(evaluation_work_t), private :: work
+    type(wing_quantity_t), allocatable, private :: kinds(:)
+    real(rp), allocatable, private :: q(:)
+  contains
+    procedure :: begin => trial_begin
+    procedure :: apply => trial_apply
+    procedure :: end => trial_end
+  end type trial_t
 
 contains
 
@@ -48,33 +64,59 @@ contains
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
     type(new_load_t), allocatable, intent(out) :: loads(:)
-    type(measurement_t) :: m
-    type(experiment_t) :: experiment
-    type(bins_t) :: bins
-    type(setup_t) :: setup
-    type(evaluation_work_t) :: work
-    type(failure_t) :: failure
+    type(trial_t) :: trial
     type(new_load_t) :: one
     integer :: l
     logical :: ok
     allocate (loads(0))
-    call empty_measurement(s, m)
-    if (size(m%loads) == 0) return
-    call experiment%init(m, s%setup%wing, s%experiment%model%params, [integer ::], s%experiment%options, failure, &
-                         s%instrument, masses=s%experiment%masses)
-    if (failure%failed) return
-    call make_bins(experiment, s%bins%size, bins)
-    call make_setup(experiment, s%setup%wing, s%catalogue%kinds, q, setup)
-    call work%init(setup%experiment)
-    do l = 1, size(m%loads)
-      one%place = m%loads(l)%point
-      one%force = m%loads(l)%force
-      one%direction = m%loads(l)%direction
-      call find_normal(s, simulator, setup, work, bins, q, columns, l, one%normal, ok)
+    call trial%begin(s, q)
+    do l = 1, trial%n
+      call trial%apply(simulator, l, columns, one, ok)
       if (ok) loads = [loads, one]
     end do
-    call work%free()
+    call trial%end()
   end subroutine try_loads
+
+  !> Makes the wing at q ready for the new loads, of which there are `n`, perhaps none. On rank 0 alone.
+  subroutine trial_begin(self, s, q)
+    class(trial_t), intent(inout) :: self
+    type(diagnose_settings_t), intent(in) :: s
+    real(rp), intent(in) :: q(:)
+    type(experiment_t) :: experiment
+    type(failure_t) :: failure
+    self%n = 0
+    call empty_measurement(s, self%m)
+    if (size(self%m%loads) == 0) return
+    call experiment%init(self%m, s%setup%wing, s%experiment%model%params, [integer ::], s%experiment%options, failure, &
+                         s%instrument, masses=s%experiment%masses)
+    if (failure%failed) return
+    call make_bins(experiment, s%bins%size, self%bins)
+    call make_setup(experiment, s%setup%wing, s%catalogue%kinds, q, self%setup)
+    call self%work%init(self%setup%experiment)
+    self%kinds = s%catalogue%kinds
+    self%q = q
+    self%n = size(self%m%loads)
+  end subroutine trial_begin
+
+  !> Applies load l: `one` with the normal matrix of the quantities `columns`. Not `ok` if the wing does not carry it.
+  subroutine trial_apply(self, simulator, l, columns, one, ok)
+    class(trial_t), intent(inout) :: self
+    type(wing_simulator_t), intent(in) :: simulator
+    integer, intent(in) :: l, columns(:)
+    type(new_load_t), intent(out) :: one
+    logical, intent(out) :: ok
+    one%number = l
+    one%place = self%m%loads(l)%point
+    one%force = self%m%loads(l)%force
+    one%direction = self%m%loads(l)%direction
+    call find_normal(self%kinds, simulator, self%setup, self%work, self%bins, self%q, columns, l, one%normal, ok)
+  end subroutine trial_apply
+
+  subroutine trial_end(self)
+    class(trial_t), intent(inout) :: self
+    if (self%n > 0) call self%work%free()
+    self%n = 0
+  end subroutine trial_end
 
   !> The measurement that would have all new loads.
   subroutine empty_measurement(s, m)
@@ -134,8 +176,8 @@ contains
   end function nearest_load
 
   !> The normal matrix of load l; not `ok` if it has no shape, or only one behind a snap.
-  subroutine find_normal(s, simulator, setup, work, bins, q, columns, l, normal, ok)
-    type(diagnose_settings_t), intent(in) :: s
+  subroutine find_normal(kinds, simulator, setup, work, bins, q, columns, l, normal, ok)
+    type(wing_quantity_t), intent(in) :: kinds(:)
     type(wing_simulator_t), intent(in) :: simulator
     type(setup_t), intent(in) :: setup
     type(evaluation_work_t), intent(inout) :: work
@@ -161,7 +203,7 @@ contains
       c = c + matmul(seen, transpose(seen))
     end do
     do i = 1, size(columns)
-      call quantity_tangent(work, setup, s%catalogue%kinds, q, columns(i), l, raw)
+      call quantity_tangent(work, setup, kinds, q, columns(i), l, raw)
       call bin_rows(bins, l, raw, white(:, i))
     end do
     call factorise(c, ok)
@@ -191,13 +233,15 @@ contains
   end subroutine shared_columns
 
   !> The normal matrix of all loads of the measurement. columns(:) are the n_baseline of the baseline, as many as
-  !> shared_sd(:) that are shared, and others; the first two have priors. The other ranks serve.
-  subroutine normal_matrix(simulator, q, columns, shared_sd, normal, ok)
+  !> shared_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents
+  !> of which it is made. The other ranks serve.
+  subroutine normal_matrix(simulator, q, columns, shared_sd, normal, ok, whitened)
     type(wing_simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:), shared_sd(:)
     integer, intent(in) :: columns(:)
     real(rp), intent(out) :: normal(:, :)
     logical, intent(out) :: ok
+    real(rp), allocatable, intent(out), optional :: whitened(:, :)
     type(whitener_t) :: whitener
     type(failure_t) :: failure
     real(rp) :: residuals(simulator%n_observations)
@@ -216,6 +260,7 @@ contains
     call whitener%add_directions(nuisances)
     call whitener%apply(white)
     normal = matmul(transpose(white), white)
+    if (present(whitened)) whitened = white
     do i = 1, simulator%n_baseline
       associate (sd => simulator%quantities(columns(i))%prior_sd)
         if (sd > 0) normal(i, i) = normal(i, i) + 1/sd**2

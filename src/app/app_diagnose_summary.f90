@@ -68,21 +68,25 @@ contains
         ' for a location that was left out'
       write (unit, '(a)') trim(line)
     end if
-    if (size(next%order) > 0) call print_next(unit, s, next)
+    if (size(next%order) > 0) call print_next(unit, s, d, next)
     extended = ''
     if (d%extended%is_found) extended = ', _extended.ini'
     write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini'//extended//', _next_measurements.csv'
     flush (unit)
   end subroutine print_verdict
 
-  !> The load that tells the rivals apart best: a repeat or a new place.
-  subroutine print_next(unit, s, next)
+  !> The load that separates the cause from its nearest rival best: a repeat or a new place.
+  subroutine print_next(unit, s, d, next)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
     type(next_t), intent(in) :: next
-    character(:), allocatable :: what
+    real(rp), parameter :: NOTHING = 1.0_rp ! [sd]
+    character(:), allocatable :: what, cause, rival
     character(120) :: line
     real(rp) :: after
+    cause = effect_name(next%cause)
+    rival = effect_name(next%rivals(1))
     after = next%after(next%order(1))
     what = 'repeat '//s%measurement%loads(next%order(1))%name
     if (size(next%places) > 0) then
@@ -95,9 +99,21 @@ contains
         end if
       end associate
     end if
-    write (line, '(a,f0.1,a,f0.1,a)') ' at ', after, ' sd, now ', next%separation, ' sd'
-    write (unit, '(a)') 'next      '//what//': '//s%catalogue%effects(next%effects(1))%name//' against '// &
-      s%catalogue%effects(next%effects(2))%name//trim(line)
+    if (after < NOTHING) then
+      write (unit, '(a)') 'next      no further load of this kind tells '//cause//' from '//rival
+    else
+      write (line, '(2(a,f0.1),a)') ' is then ', after, ' sd from all others, now ', next%now(1), ' sd from '
+      write (unit, '(a)') 'next      '//what//': '//cause//trim(line)//' '//rival
+    end if
+
+  contains
+
+    pure function effect_name(candidate) result(name)
+      integer, intent(in) :: candidate
+      character(:), allocatable :: name
+      name = s%catalogue%effects(d%design%candidates(candidate)%effect)%name
+    end function effect_name
+
   end subroutine print_next
 
   !> What was measured, and how exactly.

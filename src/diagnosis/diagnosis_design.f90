@@ -69,7 +69,6 @@ module diagnosis_design
     real(rp), allocatable, dimension(:, :), private :: tangents, patterns
   contains
     procedure :: compress => design_compress
-    procedure :: by_surface => design_by_surface
     procedure :: observed => design_observed
   end type design_t
 
@@ -381,16 +380,4 @@ contains
     real(rp) :: r(self%whitener%n)
     r = matmul(self%q_all(:self%whitener%n, :), z)
   end function design_observed
-
-  !> Squares(n_surfaces) of a direction z(k) that come from the observations of each surface; they add up to |z|^2 less
-  !> what stands in priors.
-  function design_by_surface(self, z, surface, n_surfaces) result(squares)
-    class(design_t), intent(in) :: self
-    real(rp), intent(in) :: z(:)
-    integer, intent(in) :: surface(:), n_surfaces
-    real(rp) :: squares(n_surfaces), r(self%whitener%n)
-    integer :: s
-    r = self%observed(z)
-    squares = [(sum(r**2, mask=surface == s), s=1, n_surfaces)]
-  end function design_by_surface
 end module diagnosis_design
