@@ -18,7 +18,7 @@ module app_diagnose_summary
 
 contains
 
-  !> At most 15 lines.
+  !> At most 14 lines, and 15 with the notice of a wrong declared error.
   subroutine print_verdict(unit, s, d, band, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -52,7 +52,7 @@ contains
           write (unit, '(a)') '          '//effect%sentence
         end associate
       end do
-      do i = 1, min(3, parameter_count(d))
+      do i = 1, min(merge(2, 3, size(zeros%value) > 1), parameter_count(d))
         write (unit, '(a)') '          '//value_text(s, d, i)
       end do
     end if
@@ -71,7 +71,8 @@ contains
     if (size(next%order) > 0) call print_next(unit, s, d, next)
     extended = ''
     if (d%extended%is_found) extended = ', _extended.ini'
-    write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini'//extended//', _next_measurements.csv'
+    write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini'//extended//', _next_measurements.csv; '// &
+      'tools/plot_diagnosis.py '//s%name//'.json makes the report'
     flush (unit)
   end subroutine print_verdict
 

@@ -1,15 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Causes that the blind cases do not hide, as they need other data or other mechanics: msm_diagnose finds each of them in
-data of tools/make_measurement, with an interval that is where the truth is.
+data of tools/make_measurement, with an interval that is where the truth is. And the shipped case, as its head says.
 
 usage: diagnosis_entries.py <msm_diagnose> <h5dump> [tests]
 
 Intervals are of 90 %: their half width is 1.645 sd, and the truth is asked to be within 3.3 sd, which it is but once in a
 thousand times; seeds are given.
 """
+import json
+import shutil
+import subprocess
+import sys
+
 from synthetic_bending import NAMED, SET, append_loads, diagnose, measure
-from whole_program import check, main
+from whole_program import SOURCE, check, main
 
 INPUT = """[Wing]
 file = {wing};
@@ -71,6 +76,28 @@ def test_gravity(case):
           found["verdict"]["set"] == ["gravity"], found["verdict"]["sentence"])
     if found["verdict"]["set"][0] == "gravity":
         holds(found, "gravity_z", -9.81)
+
+
+def test_shipped(case):
+    """What the head of ini/diagnose.ini says to do: the gradient that ini/diagnose.json hides is in a set with the cross-sections
+    of veins, which do almost the same, or named, and there is a report."""
+    for path in ("ini/diagnose.ini", "ini/diagnose.json", "wings/calliphora_small.h5"):
+        (case.folder / path).parent.mkdir(exist_ok=True)
+        shutil.copy(SOURCE / path, case.folder / path)
+    tool(case, "make_measurement", "ini/diagnose.json", "-o", "ini/bending.h5")
+    done = case.flusi("ini/diagnose.ini", timeout=300)
+    verdict = json.loads((case.folder / "diagnosis.json").read_text())["verdict"]
+    check(done.code in (NAMED, SET) and verdict["set"] in (["E_gradient"], ["E_gradient", "taper"]), verdict["sentence"])
+    check(len((done.out + done.err).splitlines()) <= 15, "at most 15 lines on the terminal")
+    tool(case, "plot_diagnosis.py", "diagnosis.json")
+    report = (case.folder / "report.html").read_text()
+    check("stiffness that changes along the span" in report and "src=\"data:image/png;base64" in report and
+          "What to measure next" in report, "the report has words, pictures and what to measure next")
+
+
+def tool(case, name, *arguments):
+    subprocess.run([sys.executable, "-B", SOURCE / "tools" / name, *arguments], cwd=case.folder, check=True,
+                   stdout=subprocess.DEVNULL)
 
 
 main(globals())
