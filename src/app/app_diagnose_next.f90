@@ -88,7 +88,8 @@ contains
   end subroutine rank_loads
 
   !> Rivals at all of their places are hundreds: all loads are tried against each effect where it comes nearest now, which
-  !> is an upper bound, and those with the largest bounds against all, until none that is left can be better.
+  !> is an upper bound, and those with the largest bounds against all, until none that is left can be better or
+  !> 3 MOST_PLACES have been tried.
   subroutine rank_places(s, simulator, d, duel, next)
     type(diagnose_settings_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator

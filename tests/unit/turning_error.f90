@@ -29,9 +29,7 @@ module turning_error
   end type turning_t
 
   !> An error that may be a hundred times as large as before whenever it is looked at.
-  type, extends(model_error_t) :: growing_t
-    type(twisted_t), pointer :: beam => null()
-    integer :: n_calls = 0
+  type, extends(turning_t) :: growing_t
   contains
     procedure :: renew => growing_renew
   end type growing_t
