@@ -16,17 +16,7 @@ import sys
 from synthetic_bending import NAMED, SET, append_loads, diagnose, measure
 from whole_program import SOURCE, check, main
 
-INPUT = """[Wing]
-file = {wing};
-[Measurement]
-file = {file};
-[Diagnose]
-parameters = E, joint:*;
-observations = 600;
-refine = no;
-[Saving]
-name = {name};
-"""
+OPTIONS = "observations = 600;\n"
 STIFFNESS = {"plate": "edges", "E": 9.0e9, "joints": {"C_Sc": 1.0e-6}}
 
 
@@ -48,7 +38,7 @@ def test_creep(case):
     measure(case, "data.h5", stiffness=STIFFNESS, hidden=hidden, protocol={"hold": 2.0})
     measure(case, "later.h5", stiffness=STIFFNESS, hidden=hidden, protocol={"hold": 600.0}, seed=6)
     append_loads(case, "data.h5", "later.h5")
-    code, found = diagnose(case, "data.h5", "creep", INPUT)
+    code, found = diagnose(case, "data.h5", "creep", OPTIONS)
     is_named(code, found, "creep")
     holds(found, "creep", 0.01)
 
@@ -56,7 +46,7 @@ def test_creep(case):
 def test_root(case):
     """A fifth of the stiffness where the veins are clamped: not the compliance of the clamp, nor damage beside it."""
     measure(case, "data.h5", stiffness={**STIFFNESS, "root": 0.2})
-    code, found = diagnose(case, "data.h5", "root", INPUT)
+    code, found = diagnose(case, "data.h5", "root", OPTIONS)
     is_named(code, found, "root_stiffness")
     holds(found, "root", 0.2)
 
@@ -64,14 +54,14 @@ def test_root(case):
 def test_camber(case):
     """A wing with an arch, a bow and a twist of 10 um, in which the plate is Morley's and knows what is curved."""
     measure(case, "data.h5", stiffness={**STIFFNESS, "plate": "morley", "camber": [1.0e-5, 1.0e-5, 1.0e-5]})
-    code, found = diagnose(case, "data.h5", "camber", INPUT)
+    code, found = diagnose(case, "data.h5", "camber", OPTIONS)
     is_named(code, found, "camber")
 
 
 def test_gravity(case):
     """A membrane of 0.1 kg/m^2 sags. What has sagged is not flat: camber does much the same, and both are the answer."""
     measure(case, "data.h5", stiffness=STIFFNESS, hidden={"gravity": [0, 0, -9.81], "areal_density": 0.1})
-    code, found = diagnose(case, "data.h5", "gravity", "[Mass]\nmembrane_law = uniform;\nareal_density = 0.1;\n" + INPUT)
+    code, found = diagnose(case, "data.h5", "gravity", OPTIONS, "[Mass]\nmembrane_law = uniform;\nareal_density = 0.1;\n")
     check(code == SET and set(found["verdict"]["set"]) == {"gravity", "camber"} or code == NAMED and
           found["verdict"]["set"] == ["gravity"], found["verdict"]["sentence"])
     if found["verdict"]["set"][0] == "gravity":

@@ -16,20 +16,11 @@ import shutil
 from synthetic_bending import append_loads, diagnose, measure
 from whole_program import check, main
 
-INPUT = """[Wing]
-file = {wing};
-[Measurement]
-file = {file};
-[Diagnose]
-parameters = E, joint:*;
-observations = 20000;
+OPTIONS = """observations = 20000;
 noise = declared;
-refine = no;
 draws = 500;
 intervals = no;
 validation = no;
-[Saving]
-name = {name};
 """
 TEST = {"stiffness": {"plate": "edges", "E_gradient": -0.04}, "noise": {"height": 1e-9, "reference_scans": 1000},
         "declared": {"height": 1e-6}}
@@ -47,7 +38,7 @@ def ranking(case, name):
 def test_promise(case):
     """A load at the best new place, and the best one that is there once more."""
     measure(case, "data.h5", **TEST)
-    diagnose(case, "data.h5", "before", INPUT)
+    diagnose(case, "data.h5", "before", OPTIONS)
     rows = ranking(case, "before")
     new = [row for row in rows if row["load"] == "(new place)"]
     check(new[0]["then"] == max(row["then"] for row in new), "the best place comes first")
@@ -56,7 +47,7 @@ def test_promise(case):
         measure(case, "further.h5", **TEST, seed=77, loads=[load], protocol={"levels": [1.0]})
         shutil.copy(case.folder / "data.h5", case.folder / f"{title}.h5")
         append_loads(case, f"{title}.h5", "further.h5")
-        diagnose(case, f"{title}.h5", f"with_{title}", INPUT)
+        diagnose(case, f"{title}.h5", f"with_{title}", OPTIONS)
         found = ranking(case, f"with_{title}")[0]["now"]
         print(f"    {title}: {best['now']:.3f} sd now, {best['then']:.3f} promised, {found:.3f} found")
         check(best["then"] > 1.05 * best["now"], f"{title}: it is worth while")

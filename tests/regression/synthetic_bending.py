@@ -39,9 +39,19 @@ def append_loads(case, file, other, interval=120.0):
             facts["replicate"] = facts["replicate"] + 1
 
 
-def diagnose(case, file, name, text):
-    """Exit code and JSON of a diagnosis with `text` as input, in which {wing}, {file} and {name} stand for these."""
-    done = case.flusi(case.write(f"{name}.ini", text.format(wing=WING, file=file, name=name)), timeout=300)
+def diagnose(case, file, name, options, before=""):
+    """Exit code and JSON of a diagnosis with these lines in [Diagnose], behind the sections `before`."""
+    text = f"""{before}[Wing]
+file = {WING};
+[Measurement]
+file = {file};
+[Diagnose]
+parameters = E, joint:*;
+refine = no;
+{options}[Saving]
+name = {name};
+"""
+    done = case.flusi(case.write(f"{name}.ini", text), timeout=300)
     check(done.code in (ADEQUATE, NAMED, SET, UNKNOWN), done.err)
     found = json.loads((case.folder / f"{name}.json").read_text())
     print(f"    {name}: {done.code} {found['verdict']['sentence']}", flush=True)
