@@ -79,6 +79,9 @@ def extension(diagnosis):
         interval = (f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else
                     f"more than {lower:.4g} (95 %)" if one["has_lower"] else
                     f"less than {upper:.4g} (95 %)" if one["has_upper"] else "the data set no end")
+        jumps = [end for end in ("lower", "upper") if one[f"{end}_is_jump"]]
+        if jumps:
+            interval += f"; the shape of the wing jumps at the {' and the '.join(jumps)} end"
         rows.append(f"<tr><td class=name>{escape(one['name'])}</td><td class=number>{best:.4g}</td>"
                     f"<td class=number>{interval}</td></tr>")
     if not rows:

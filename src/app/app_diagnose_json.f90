@@ -297,6 +297,8 @@ contains
           call json%put('lower_best_upper', ends)
           call json%put('has_lower', d%intervals(i)%has_lower)
           call json%put('has_upper', d%intervals(i)%has_upper)
+          call json%put('lower_is_jump', d%intervals(i)%is_jump(1))
+          call json%put('upper_is_jump', d%intervals(i)%is_jump(2))
           call json%close()
         end do
         call json%close()

@@ -233,6 +233,7 @@ contains
         else if (one%has_upper) then
           text = text//', with 95 % confidence less than '//shown(one%upper)//unit()
         end if
+        if (any(one%is_jump)) text = text//' (it ends where a shape jumps)'
       end associate
     end associate
 

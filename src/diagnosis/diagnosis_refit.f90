@@ -30,6 +30,8 @@ module diagnosis_refit
     procedure :: init => nested_init
     procedure :: evaluate => nested_evaluate
     procedure :: accept => nested_accept
+    procedure :: keep => nested_keep
+    procedure :: go_back => nested_go_back
   end type nested_problem_t
 
   !> A model that was fitted.
@@ -85,6 +87,18 @@ contains
     class(nested_problem_t), intent(inout) :: self
     call self%simulator%accept()
   end subroutine nested_accept
+
+  subroutine nested_keep(self, slot)
+    class(nested_problem_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    call self%simulator%keep(slot)
+  end subroutine nested_keep
+
+  subroutine nested_go_back(self, slot)
+    class(nested_problem_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    call self%simulator%recall(slot)
+  end subroutine nested_go_back
 
   !> Sum of squares with priors.
   pure real(rp) function nested_cost(self) result(cost)

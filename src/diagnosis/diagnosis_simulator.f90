@@ -7,10 +7,13 @@
 !> variant is a set of parameters that are released together. Surfaces, ring-down or forces differ only in what
 !> extends `simulator_t`.
 module diagnosis_simulator
+  use base_errors, only: require
   use base_kinds, only: rp
   implicit none
   private
-  public :: simulator_t, labels_t, quantity_t, effect_t, variant_t
+  public :: simulator_t, labels_t, quantity_t, effect_t, slot_of, variant_t
+
+  integer, parameter, public :: N_SLOTS = 3 !< places where a simulator stood, that it can keep
 
   !> A parameter, in the coordinate that the simulator takes (a logarithm for what varies by factors).
   type :: quantity_t
@@ -159,17 +162,27 @@ contains
     self%n_observations = self%n_observations
   end subroutine simulator_accept
 
-  !> Remembers where the solver stands and about which errors nuisances are, in the place of what it remembered before.
-  subroutine simulator_keep(self)
+  !> Remembers where the solver stands and about which errors nuisances are, in the place of what it remembered before in
+  !> this slot, 1 to N_SLOTS; without one where the next stage of a diagnosis begins.
+  subroutine simulator_keep(self, slot)
     class(simulator_t), intent(inout) :: self
-    self%n_observations = self%n_observations
+    integer, intent(in), optional :: slot
+    call require(self%n_observations >= 0 .and. slot_of(slot) <= N_SLOTS, 'simulator_t: slot 1 to N_SLOTS')
   end subroutine simulator_keep
 
-  !> The solver and the nuisances are again where they were at the last `keep`.
-  subroutine simulator_recall(self)
+  !> The solver and the nuisances are again where they were at the last `keep` with this slot.
+  subroutine simulator_recall(self, slot)
     class(simulator_t), intent(inout) :: self
-    self%n_observations = self%n_observations
+    integer, intent(in), optional :: slot
+    call require(self%n_observations >= 0 .and. slot_of(slot) <= N_SLOTS, 'simulator_t: slot 1 to N_SLOTS')
   end subroutine simulator_recall
+
+  !> Index of a slot, 0 without one.
+  pure integer function slot_of(slot)
+    integer, intent(in), optional :: slot
+    slot_of = 0
+    if (present(slot)) slot_of = slot
+  end function slot_of
 
   !> The solver does not begin where it stands: another equilibrium may have been followed there than the one that a wing
   !> at rest comes to.

@@ -10,7 +10,7 @@
 !>     end if
 module diagnosis_wing_simulator
   use base_kinds, only: rp
-  use diagnosis_simulator, only: effect_t, quantity_t, simulator_t
+  use diagnosis_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
   use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
@@ -31,21 +31,27 @@ module diagnosis_wing_simulator
   character(*), parameter, public :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
+  !> Where a simulator stands.
+  type :: standing_t
+    real(rp), allocatable :: shapes(:, :, :)
+    real(rp), allocatable :: band(:, :)      !< (n, :) further directions of errors, of the mesh for instance
+    logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
+    real(rp), allocatable :: aside(:, :)     !< (2, loads) [m] errors of places about which nuisances are linear
+    real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
+  end type standing_t
+
   type, extends(simulator_t) :: wing_simulator_t
     type(experiment_t), pointer :: experiment => null()
     type(wing_runner_t) :: runner
     type(bins_t) :: bins
     type(noise_model_t) :: noise
-    real(rp), allocatable :: band(:, :)          !< (n, :) further directions of errors, of the mesh for instance
     integer :: n_evaluations = 0
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     integer, private :: gain = 0, membrane = 0   !< quantities that are the gain of all forces, and D; 0: none
-    real(rp), allocatable, private :: shapes(:, :, :), tried(:, :, :), kept(:, :, :)
-    logical, allocatable, private :: is_start(:), was_straight(:), was_tried(:), was_start(:)
-    real(rp), allocatable, private :: aside(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
-    real(rp), allocatable, private :: linear(:)   !< (n) what these errors do by the tangent there
-    real(rp), allocatable, private :: kept_aside(:, :), kept_linear(:), kept_band(:, :)
+    type(standing_t), private :: here, kept(0:N_SLOTS)
+    real(rp), allocatable, private :: tried(:, :, :)
+    logical, allocatable, private :: was_straight(:), was_tried(:)
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
@@ -103,9 +109,9 @@ contains
     call self%runner%init(experiment, wing, kinds, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%output_size())
     n = size(experiment%loads)
-    allocate (self%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
-    allocate (self%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
-    allocate (self%band(bins%n, 0), self%aside(2, n), self%linear(bins%n), source=0.0_rp)
+    allocate (self%here%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
+    allocate (self%here%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
+    allocate (self%here%band(bins%n, 0), self%here%aside(2, n), self%here%linear(bins%n), source=0.0_rp)
     self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
     call find_common(self)
     call make_labels(experiment, bins, self%labels)
@@ -148,8 +154,8 @@ contains
   subroutine wing_set_band(self, band)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: band(:, :)
-    self%n_nuisances = self%n_nuisances - size(self%band, 2) + size(band, 2)
-    self%band = band
+    self%n_nuisances = self%n_nuisances - size(self%here%band, 2) + size(band, 2)
+    self%here%band = band
   end subroutine wing_set_band
 
   !> Takes the shapes at which `other`, the same loads on a mesh of half or of twice the size, stands as starts of warm
@@ -158,19 +164,17 @@ contains
     class(wing_simulator_t), intent(inout) :: self
     class(wing_simulator_t), intent(in) :: other
     integer, intent(in) :: parents(:, :)
-    integer :: i, n
-    n = self%experiment%model%n_points
-    self%shapes = 0 ! ghost points do not move
-    do i = 1, n
+    self%here%shapes = 0 ! ghost points do not move
+    associate (mine => self%here%shapes, its => other%here%shapes, n => self%experiment%model%n_points)
       if (n == size(parents, 2)) then
-        self%shapes(:, i, :) = 0.5_rp*(other%shapes(:, parents(1, i), :) + other%shapes(:, parents(2, i), :))
+        mine(:, :n, :) = 0.5_rp*(its(:, parents(1, :), :) + its(:, parents(2, :), :))
       else
-        self%shapes(:, i, :) = other%shapes(:, i, :)
+        mine(:, :n, :) = its(:, :n, :)
       end if
-    end do
-    self%is_start = other%is_start
-    self%aside = other%aside
-    self%linear = other%linear
+    end associate
+    self%here%is_start = other%here%is_start
+    self%here%aside = other%here%aside
+    self%here%linear = other%here%linear
   end subroutine wing_begin_like
 
   !> One batch: all loads at q but those that are skipped. outputs(:, loads).
@@ -188,9 +192,9 @@ contains
     n = size(loads)
     allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(), n), seconds(n), statuses(n))
     do l = 1, n
-      inputs(:, l) = task_input(task, loads(l), self%is_start(loads(l)), self%aside(:, loads(l)), q, columns)
+      inputs(:, l) = task_input(task, loads(l), self%here%is_start(loads(l)), self%here%aside(:, loads(l)), q, columns)
     end do
-    call self%farm%share(self%runner, reshape(self%shapes, [size(self%shapes)]))
+    call self%farm%share(self%runner, reshape(self%here%shapes, [size(self%here%shapes)]))
     call self%farm%run(self%runner, [(l, l=1, n)], inputs, results, statuses, seconds)
     is_valid = all(statuses == 0)
     self%n_evaluations = self%n_evaluations + 1
@@ -217,7 +221,7 @@ contains
       b = self%bins%count(l)
       first = self%bins%first(l)
       self%was_straight(l) = outputs(1, l) > 0.5_rp
-      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l) - self%linear(first:first + b - 1)
+      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l) - self%here%linear(first:first + b - 1)
       at = N_FACTS + b
       do i = 1, size(q)
         if (.not. any(columns == i)) cycle
@@ -237,32 +241,27 @@ contains
     integer :: l
     do l = 1, size(self%was_tried)
       if (.not. self%was_tried(l)) cycle
-      self%shapes(:, :, l) = self%tried(:, :, l)
-      self%is_start(l) = self%was_straight(l)
+      self%here%shapes(:, :, l) = self%tried(:, :, l)
+      self%here%is_start(l) = self%was_straight(l)
     end do
   end subroutine wing_accept
 
-  subroutine wing_keep(self)
+  subroutine wing_keep(self, slot)
     class(wing_simulator_t), intent(inout) :: self
-    self%kept = self%shapes
-    self%was_start = self%is_start
-    self%kept_aside = self%aside
-    self%kept_linear = self%linear
-    self%kept_band = self%band
+    integer, intent(in), optional :: slot
+    self%kept(slot_of(slot)) = self%here
   end subroutine wing_keep
 
-  subroutine wing_recall(self)
+  subroutine wing_recall(self, slot)
     class(wing_simulator_t), intent(inout) :: self
-    self%shapes = self%kept
-    self%is_start = self%was_start
-    self%aside = self%kept_aside
-    self%linear = self%kept_linear
-    call self%set_band(self%kept_band)
+    integer, intent(in), optional :: slot
+    call self%set_band(self%kept(slot_of(slot))%band)
+    self%here = self%kept(slot_of(slot))
   end subroutine wing_recall
 
   subroutine wing_forget(self)
     class(wing_simulator_t), intent(inout) :: self
-    self%is_start = .false.
+    self%here%is_start = .false.
   end subroutine wing_forget
 
   !> Errors of the places of the loads: what one does is not linear in it where a load meets a soft place or the edge of a
@@ -272,35 +271,35 @@ contains
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
     real(rp), parameter :: MOST = 5.0_rp, LEAST = 0.01_rp
-    real(rp) :: before(2, size(self%aside, 2)), was_linear(size(self%linear)), e(2)
+    real(rp) :: before(2, size(self%here%aside, 2)), was_linear(size(self%here%linear)), e(2)
     real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
     real(rp) :: nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
     is_valid = .true.
     if (.not. self%settles()) return
     associate (sd => self%experiment%measurement%accuracy%position)
-      before = self%aside
-      was_linear = self%linear
-      do l = 1, size(self%aside, 2)
+      before = self%here%aside
+      was_linear = self%here%linear
+      do l = 1, size(self%here%aside, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         e = max(-MOST, min(MOST, errors(v + 1:v + 2)))
         do while (.not. is_on_wing(self%experiment, l, sd*e) .and. maxval(abs(e)) > LEAST)
           e = e/2
         end do
-        self%aside(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
+        self%here%aside(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
       end do
       call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
       if (.not. is_valid) then
-        self%aside = before
-        self%linear = was_linear
+        self%here%aside = before
+        self%here%linear = was_linear
         return
       end if
-      do l = 1, size(self%aside, 2)
+      do l = 1, size(self%here%aside, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         first = self%bins%first(l)
         last = first + self%bins%count(l) - 1
-        self%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%aside(:, l)/sd)
+        self%here%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%here%aside(:, l)/sd)
       end do
     end associate
   end subroutine wing_settle
@@ -395,6 +394,6 @@ contains
       call bin_bows(self%bins, l, self%experiment%root, self%experiment%model%size, &
                     patterns(first:first + b - 1, i + 1:i + N_BOWS))
     end do
-    nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%band
+    nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%here%band
   end subroutine wing_directions
 end module diagnosis_wing_simulator

@@ -4,6 +4,7 @@ module turning_error
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, P_ONE_WAY
   use diagnosis_second_look, only: model_error_t
+  use diagnosis_simulator, only: N_SLOTS, slot_of
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
@@ -14,7 +15,7 @@ module turning_error
 
   !> A beam with the error: angle 0 is the bow, a right angle the twist.
   type, extends(beam_t) :: twisted_t
-    real(rp) :: angle = 0, factor = 1, kept_factor = 1
+    real(rp) :: angle = 0, factor = 1, kept_factor(0:N_SLOTS) = 1
   contains
     procedure :: directions => twisted_directions
     procedure :: keep => twisted_keep
@@ -63,16 +64,18 @@ contains
     nuisances(:, n) = error_of(self)
   end subroutine twisted_directions
 
-  subroutine twisted_keep(self)
+  subroutine twisted_keep(self, slot)
     class(twisted_t), intent(inout) :: self
-    call self%beam_t%keep()
-    self%kept_factor = self%factor
+    integer, intent(in), optional :: slot
+    call self%beam_t%keep(slot)
+    self%kept_factor(slot_of(slot)) = self%factor
   end subroutine twisted_keep
 
-  subroutine twisted_recall(self)
+  subroutine twisted_recall(self, slot)
     class(twisted_t), intent(inout) :: self
-    call self%beam_t%recall()
-    self%factor = self%kept_factor
+    integer, intent(in), optional :: slot
+    call self%beam_t%recall(slot)
+    self%factor = self%kept_factor(slot_of(slot))
   end subroutine twisted_recall
 
   subroutine turning_renew(self, whitener, q)
