@@ -16,10 +16,10 @@ module diagnosis_decision
   use diagnosis_calibration, only: calibration_t, statistics_t
   use diagnosis_design, only: design_t, is_part_of
   use diagnosis_distributions, only: log_add
-  use diagnosis_hypotheses, only: add_effect, expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, &
-                                  log_prior, remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, &
-                                  PRIOR_UNKNOWN
+  use diagnosis_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, &
+                                  remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   use diagnosis_rejection, only: name_power
+  use diagnosis_together, only: find_together
   implicit none
   private
   public :: decision_t, decide, rank_effects, reject_catalogue, take_back_name, verdict_word
@@ -36,7 +36,7 @@ module diagnosis_decision
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which a set, which excludes no other cause, says more
-  integer, parameter :: POWER_DRAWS = 100, MOST_TOGETHER = 3, MOST_LEADERS = 8
+  integer, parameter :: POWER_DRAWS = 100
 
   type :: decision_t
     integer :: verdict = VERDICT_INSUFFICIENT
@@ -187,56 +187,6 @@ contains
     end associate
     probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + (PRIOR_ONE + PRIOR_TWO)*factor))
   end function rejected_probability
-
-  !> Two or three effects that explain z together better than any other pair: every effect is tried beside each of the
-  !> leaders, then every third one; log_together is the logarithm of their odds. What the nonlinear fit of the first has left
-  !> is what the others have to explain.
-  subroutine find_together(design, hypotheses, order, together, log_together)
-    type(design_t), intent(in) :: design
-    type(hypotheses_t), intent(in) :: hypotheses
-    integer, intent(in) :: order(:)
-    type(explained_t), intent(out) :: together
-    real(rp), intent(out) :: log_together
-    type(explained_t) :: first, one, best
-    integer :: i, j, n
-    logical :: is_better
-    n = min(size(order), MOST_LEADERS)
-    allocate (together%members(0))
-    log_together = IMPOSSIBLE
-    if (n < 2) return
-    best%log_evidence = IMPOSSIBLE
-    do i = 1, n
-      call explain(design, hypotheses%best([order(i)]), hypotheses%z(:, order(i)), first)
-      first%log_evidence = hypotheses%effect(order(i))
-      do j = i + 1, size(order)
-        call add_effect(design, first, order(j), one)
-        if (one%log_evidence > best%log_evidence) best = one
-      end do
-    end do
-    together = best
-    do while (size(together%members) < min(MOST_TOGETHER, size(order)))
-      is_better = .false.
-      do j = 1, size(order)
-        if (any(design%candidates(together%members)%effect == order(j))) cycle
-        call add_effect(design, together, order(j), one)
-        if (one%log_evidence > best%log_evidence) then
-          best = one
-          is_better = .true.
-        end if
-      end do
-      if (.not. is_better .or. log_odds(best) < log_odds(together)) exit
-      together = best
-    end do
-    log_together = log_odds(together)
-
-  contains
-
-    real(rp) function log_odds(causes)
-      type(explained_t), intent(in) :: causes
-      log_odds = causes%log_evidence + log_prior(size(causes%members), size(order))
-    end function log_odds
-
-  end subroutine find_together
 
   !> Posterior probabilities of all hypotheses.
   subroutine find_posterior(hypotheses, n, log_together, decision)
