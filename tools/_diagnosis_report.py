@@ -202,6 +202,12 @@ def page(diagnosis, pictures, flight=None):
     sentences = [e["sentence"] for c in verdict["causes"] for e in diagnosis["effects"]
                  if e["name"] == c["effect"] and verdict["word"] in ("named", "consistent_with_set")]
     warning = diagnosis["noise"]["warning"]
+    tails = diagnosis["noise"]["heavy_tails"]
+    if tails["is_found"]:
+        least, most = tails["share_90"]
+        warning = ". ".join(filter(None, (warning, f"{tails['heights_left_out']} of {tails['heights_tested']} heights stand out "
+                                          f"from those around them ({100 * least:.2g} to {100 * most:.2g} % do) and were left "
+                                          f"out. {tails['sentence'].rstrip('.')}")))
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>Diagnosis</title><style>{STYLE}</style></head><body>

@@ -2,6 +2,7 @@
 !> The register of the ini keys of `msm_diagnose`. All units are SI.
 module app_diagnose_keys
   use app_instrument, only: register_instrument_keys
+  use app_outliers, only: register_outliers
   use app_wing_keys, only: register_wing_keys
   use base_kinds, only: rp
   use io_include, only: register_include
@@ -20,6 +21,7 @@ contains
     call registry%add_section('Measurement', 'what the wing did in the experiment')
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
                            'here and then in the folder of the input file', required=.true.)
+    call register_outliers(registry, 'leave_out|keep', 'leave_out')
     call register_instrument_keys(registry)
     call register_diagnose(registry)
     call registry%add_section('Solver', 'path of the static solution')

@@ -4,6 +4,7 @@
 module app_diagnose_settings
   use app_diagnose_keys, only: register_diagnose_keys
   use app_instrument, only: read_instrument
+  use app_outliers, only: choose_heights
   use app_outputs, only: refuse_overwriting
   use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
@@ -21,6 +22,7 @@ module app_diagnose_settings
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t
+  use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
   use parallel_world, only: world_t
   use solid_mass, only: lump_mass
@@ -45,6 +47,7 @@ module app_diagnose_settings
     type(wing_patterns_t) :: patterns
     type(bins_t) :: bins
     type(noise_estimate_t) :: noise
+    type(outliers_t) :: outliers
     type(diagnosis_options_t) :: options
     integer :: n_starts = 1
     logical :: finds_band = .false.         !< what another mesh changes counts as an error
@@ -83,6 +86,7 @@ contains
         call s%config%complain(errors, 'Measurement', 'file', problem)
       else
         call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
+        call choose_heights(s%config, s%measurement_path, .false., s%measurement, s%outliers, notices)
       end if
     end if
     call check_outputs(s, errors)

@@ -134,6 +134,7 @@ contains
     write (unit, '(a)') trim(line)//' '//s%measurement_path
     write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, &
       ' um, declared are ', 1.0e6_rp*s%noise%declared, ' um'
+    if (s%outliers%n > 0) line = trim(line)//'; '//number_text(s%outliers%n)//' heights stand out and are left out'
     write (unit, '(a)') trim(line)
   end subroutine print_data
 

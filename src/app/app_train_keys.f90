@@ -3,6 +3,7 @@
 !> [Train] preset.
 module app_train_keys
   use app_instrument, only: register_instrument_keys
+  use app_outliers, only: register_outliers
   use app_wing_keys, only: register_wing_keys
   use base_kinds, only: rp
   use io_include, only: register_include
@@ -22,6 +23,7 @@ contains
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
                          'here and then in the folder of the input file. Several individuals: a list, separated by '// &
                            'commas; [Wing] file may then be a list as long', required=.true.)
+    call register_outliers(registry, 'preset|leave_out|keep', 'preset')
     call register_instrument_keys(registry)
     call register_train(registry)
     call register_search(registry)

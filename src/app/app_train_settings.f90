@@ -3,6 +3,7 @@
 !> choices of search and fit. Whatever a user can do wrong is found here. SI units.
 module app_train_settings
   use app_instrument, only: read_instrument
+  use app_outliers, only: choose_heights
   use app_outputs, only: refuse_overwriting
   use app_settings, only: output_params_t
   use app_train_files, only: choose_individual, individual_files, of_individual
@@ -20,6 +21,7 @@ module app_train_settings
   use measurement_experiment, only: experiment_t
   use measurement_fit, only: fit_options_t
   use measurement_instrument, only: instrument_t
+  use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
@@ -68,6 +70,7 @@ contains
     type(train_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
+    type(outliers_t) :: outliers
     character(:), allocatable :: text, problem, scale, wing, measurement
     logical :: found
     call register_train_keys(registry)
@@ -86,6 +89,7 @@ contains
     if (.not. found) return
     scale = s%config%get_word('Train', 'scale')
     call read_measurement_file(s, path, measurement, world, errors)
+    call choose_heights(s%config, s%measurement_path, s%is_paper, s%measurement, outliers, notices)
     if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
     call read_instrument(s%config, s%instrument, errors)
     call read_sought(s%config, 'Train', s%setup%asked, s%instrument, &

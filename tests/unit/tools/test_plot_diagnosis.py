@@ -26,7 +26,7 @@ DIAGNOSIS = {
                 "grade": "A",
                 "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0]}],
                 "set": ["drift"]},
-    "noise": {"warning": ""}, "questions": [], "next_measurements": [], "effects": [EFFECT],
+    "noise": {"warning": "", "heavy_tails": {"is_found": False}}, "questions": [], "next_measurements": [], "effects": [EFFECT],
     "baseline": {"parameters": [{"name": "E", "unit": "Pa", "value": 9.1e9}]},
     "extended": {"is_found": True, "parameters": [{"name": "E", "unit": "Pa", "value": 8.2e9},
                                                   {"name": "drift", "unit": "1", "value": 0.002}],
