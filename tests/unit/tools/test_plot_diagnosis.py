@@ -26,12 +26,13 @@ DIAGNOSIS = {
                 "grade": "A",
                 "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0]}],
                 "set": ["drift"]},
-    "noise": {"warning": "", "heavy_tails": {"is_found": False}}, "questions": [], "next_measurements": [], "effects": [EFFECT],
+    "noise": {"warning": "", "heavy_tails": {"is_found": False}}, "questions": [], "next_measurements": [],
+    "effects": [EFFECT],
     "baseline": {"parameters": [{"name": "E", "unit": "Pa", "value": 9.1e9}]},
     "extended": {"is_found": True, "parameters": [{"name": "E", "unit": "Pa", "value": 8.2e9},
                                                   {"name": "drift", "unit": "1", "value": 0.002}],
-                 "intervals_90": [{"name": "drift", "lower_best_upper": [0.001, 0.002, 0.003],
-                                                     "has_lower": True, "has_upper": True}]},
+                 "intervals_90": [{"name": "drift", "lower_best_upper": [0.001, 0.002, 0.003], "has_lower": True,
+                                   "has_upper": True, "lower_is_jump": False, "upper_is_jump": False}]},
     "validation": {"has_gain": True, "gain_per_location": 5.0, "standard_error": 1.0, "baseline": FOLDS,
                    "extended": {**FOLDS, "log_density": [16.0, 15.0], "chi2": [22.0, 19.0]}}}
 
@@ -94,11 +95,20 @@ class Report(unittest.TestCase):
 
     def test_set(self):
         """What cannot be told apart has a table, and an interval with one end says which."""
-        interval = {"name": "drift", "lower_best_upper": [0.001, 0.002, 0.9], "has_lower": True, "has_upper": False}
+        interval = {"name": "drift", "lower_best_upper": [0.001, 0.002, 0.9], "has_lower": True, "has_upper": False,
+                    "lower_is_jump": True, "upper_is_jump": False}
         text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**DIAGNOSIS["verdict"], "word": "consistent_with_set", "grade": "B"},
                                     "extended": {**DIAGNOSIS["extended"], "intervals_90": [interval]}})
         self.assertIn("What these data cannot tell apart", text)
-        self.assertIn("more than 0.001 (95 %)", text)
+        self.assertIn("more than 0.001 (95 %); the shape of the wing jumps at the lower end", text)
+
+    def test_heavy_tails(self):
+        """Heights that were left out are told, beside what else there is to say of the noise."""
+        tails = {"is_found": True, "heights_left_out": 12, "heights_tested": 930, "share_90": [0.008, 0.021],
+                 "sentence": "Specks."}
+        text = self.page(diagnosis={**DIAGNOSIS, "noise": {"warning": "they scatter", "heavy_tails": tails}})
+        self.assertIn("they scatter. 12 of 930 heights stand out from those around them (0.8 to 2.1 % do) and were left out. "
+                      "Specks.</div>", text)
 
     def test_unknown(self):
         """An unknown cause has its region and what is related to it; sentences of causes that are not sufficient are left
