@@ -19,6 +19,7 @@ module app_diagnose
   use base_random, only: random_uniforms
   use diagnosis_battery, only: question_t, question_residuals
   use diagnosis_engine, only: diagnosis_t, run_diagnosis
+  use diagnosis_noise, only: judge_variance
   use diagnosis_wing_simulator, only: wing_simulator_t
   use parallel_world, only: world_t
   implicit none
@@ -95,6 +96,7 @@ contains
     type(unknown_t) :: unknown
     type(question_t), allocatable :: questions(:)
     type(draws_file_t) :: store
+    character(:), allocatable :: warning
     store%path = self%settings%draws_path
     if (command%action == DIAGNOSE_PLAN) then
       call print_plan(output_unit, self%settings, self%simulator, self%failure, store)
@@ -113,6 +115,9 @@ contains
       return
     end if
     self%settings%noise%model = self%simulator%noise
+    warning = self%settings%noise%warning
+    call judge_variance(self%settings%noise, self%diagnosis%scale)
+    if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
     call ask(self, questions)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)

@@ -12,10 +12,11 @@ module diagnosis_noise
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: noise_estimate_t, estimate_noise
+  public :: noise_estimate_t, estimate_noise, judge_variance
 
   real(rp), parameter :: MEDIAN_OF_NORMAL = 0.6744897501960817_rp
   integer, parameter :: FEWEST = 50 !< differences
+  real(rp), parameter :: TOO_LARGE = 1.5_rp !< declared over true sd, and the other way round, that is told
 
   type :: noise_estimate_t
     logical :: is_found = .false.     !< there were enough neighbours
@@ -68,9 +69,9 @@ contains
       estimate%model%factor = max(1.0_rp, ratio**2)
       if (.not. a%correlation_length > 0) estimate%model%factor = ratio**2
     end associate
-    if (ratio > 1.5_rp) then
+    if (ratio > TOO_LARGE) then
       estimate%warning = 'neighbouring heights scatter more than the declared errors allow'
-    else if (ratio < 0.67_rp .and. .not. experiment%measurement%accuracy%correlation_length > 0) then
+    else if (ratio < 1/TOO_LARGE .and. .not. experiment%measurement%accuracy%correlation_length > 0) then
       estimate%warning = 'neighbouring heights scatter less than the declared errors: they are too large, or correlated'
     end if
 
@@ -93,4 +94,15 @@ contains
       end associate
     end subroutine add
   end subroutine estimate_noise
+
+  !> Of declared errors that neighbours share in part, their scatter says no more than how large the other part is. What says
+  !> it is the variance of all errors: that of `estimate%model`, as the fit has left it, times `scale`. Adds a warning if there
+  !> is none yet.
+  subroutine judge_variance(estimate, scale)
+    type(noise_estimate_t), intent(inout) :: estimate
+    real(rp), intent(in) :: scale
+    if (estimate%warning /= '' .or. .not. estimate%is_found .or. .not. estimate%model%length > 0) return
+    if (estimate%model%factor*scale < 1/TOO_LARGE**2) &
+      estimate%warning = 'heights differ less from smooth shapes than the declared errors allow: these are too large'
+  end subroutine judge_variance
 end module diagnosis_noise

@@ -6,6 +6,7 @@
 !> on (0, 0.9): 0.9 x 0.618^7/2 = 0.016.
 program test_noise_share
   use base_kinds, only: i8, rp
+  use diagnosis_noise, only: judge_variance, noise_estimate_t
   use diagnosis_noise_share, only: find_share
   use noise_scans, only: make_scans, scans_t
   use testkit, only: testkit_t
@@ -20,6 +21,7 @@ program test_noise_share
   call find('0.7', 0.7_rp, 0.2_rp, 0.0_rp)
   call find('0.36 beside a wave', 0.36_rp, 0.0_rp, 1.0_rp)
   call find_none()
+  call judge()
   call t%finish()
 
 contains
@@ -52,4 +54,27 @@ contains
     call find_share(scans, [3.0_rp], is_new)
     call t%check('none are found where there are none', scans%share < 0.1_rp .and. is_new)
   end subroutine find_none
+
+  !> Errors that are declared as twice what they are, 1/4 of the variance, are told too large; those that are declared right, or
+  !> as four fifths of what they are, are not; and nothing is said where neighbours have been asked already.
+  subroutine judge()
+    type(noise_estimate_t) :: estimate
+    estimate%is_found = .true.
+    estimate%warning = ''
+    estimate%model%length = 1
+    estimate%model%factor = 0.5_rp
+    call judge_variance(estimate, 2.0_rp)
+    call t%check('right errors are not warned of', estimate%warning == '')
+    call judge_variance(estimate, 3.0_rp)
+    call t%check('nor are those that are declared too small', estimate%warning == '')
+    call judge_variance(estimate, 0.5_rp)
+    call t%check('errors declared twice as large are', index(estimate%warning, 'too large') > 0)
+    estimate%warning = 'neighbours have told'
+    call judge_variance(estimate, 0.5_rp)
+    call t%check('once', estimate%warning == 'neighbours have told')
+    estimate%warning = ''
+    estimate%model%length = 0
+    call judge_variance(estimate, 0.5_rp)
+    call t%check('and not where neighbours share nothing', estimate%warning == '')
+  end subroutine judge
 end program test_noise_share
