@@ -74,12 +74,11 @@ contains
     real(rp), intent(in) :: full(:)
     type(scan_t), intent(out) :: scan
     integer :: i, j, k
-    allocate (scan%number(1 - REACH:size(m%x) + REACH, 1 - REACH:size(m%y) + REACH), source=0)
-    allocate (scan%value, scan%sd, scan%off, scan%least, mold=real(scan%number, rp))
-    scan%value = 0
-    scan%sd = 0
-    scan%off = 0
-    scan%least = 0
+    associate (x => size(m%x) + REACH, y => size(m%y) + REACH)
+      allocate (scan%number(1 - REACH:x, 1 - REACH:y), source=0)
+      allocate (scan%value(1 - REACH:x, 1 - REACH:y), scan%sd(1 - REACH:x, 1 - REACH:y), &
+                scan%off(1 - REACH:x, 1 - REACH:y), scan%least(1 - REACH:x, 1 - REACH:y), source=0.0_rp)
+    end associate
     do k = 1, m%loads(l)%count()
       i = m%loads(l)%node(1, k)
       j = m%loads(l)%node(2, k)
