@@ -238,6 +238,7 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     integer, intent(in) :: e
+    real(rp), parameter :: FAINT = 1.0e-100_rp
     character(12) :: status
     integer :: c, i
     associate (effect => s%catalogue%effects(e))
@@ -268,8 +269,9 @@ contains
           call json%put('log_evidence', d%hypotheses%effect(e))
           call json%put('posterior', d%decision%posterior(e))
           call json%put('detectable_snr', d%detectable_snr(e))
-          call json%put('detectable', [(d%detectable_snr(e)/max(norm2(one%tangents(:, i)), tiny(1.0_rp)), &
-                                        i=1, size(one%columns))])
+          ! A parameter that the baseline imitates alone shows at no strength.
+          call json%put('detectable', [(merge(huge(1.0_rp), d%detectable_snr(e)/max(norm2(one%tangents(:, i)), FAINT), &
+                                              norm2(one%tangents(:, i)) < FAINT), i=1, size(one%columns))])
           call json%open_list('parameters')
           do i = 1, size(one%columns)
             call json%put('', s%catalogue%quantities(one%columns(i))%name)
