@@ -208,9 +208,16 @@ def draw_head(seed, number, options):
 
 
 def make_case(seed, number, individual, options):
-    """Case `number` of an individual: content for `write_test`, and the truth."""
+    """Case `number` of an individual: content for `write_test`, and the truth. A wing that snaps under the errors of its loads
+    is drawn again."""
     rng, head = draw_head(seed, number, options)
-    return fill_case(rng, seed, number, head, individual, options)
+    for attempt in range(1, DRAWS + 1):
+        try:
+            return fill_case(rng, seed, number, head, individual, options)
+        except NoEquilibrium:
+            rng = numbers(seed, "case", number, attempt)
+            head["errors"] = int(rng.integers(2**53))
+    raise InputError(f"{DRAWS} wings in a row snap: are the forces of the design too large?")
 
 
 def fill_case(rng, seed, number, head, individual, options, bounds=(0.0, np.inf)):
