@@ -85,7 +85,7 @@ contains
   !> The design of a simulator at q. Candidates whose data are missing, and finer variants that are not released, are left
   !> out. Fails if the simulator has no result at q. `known` is a design of the same simulator at the same q, of which only
   !> some effects, or variants, are missing, or at a q close by, whose tangents and patterns are kept; nuisances(n, :), where
-  !> given, then take the place of its own, and no direction of a candidate is lost to these.
+  !> given, take the place of its own, and no direction of a candidate that `known` has is lost to these.
   subroutine build_design(simulator, q, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -135,7 +135,7 @@ contains
     design%k = size(r, 1)
     design%n_rest = n + count(design%weight > 0) - b - design%k
     allocate (least(0))
-    if (present(nuisances)) least = known%candidates%df
+    if (present(nuisances) .and. present(known)) least = known%candidates%df
     call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), &
                          beside_baseline(tangents, b), least, design)
     call make_families(simulator, r(:, [(i, i=size(columns) - b + 1, size(r, 2)), &

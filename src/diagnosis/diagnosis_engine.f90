@@ -12,12 +12,12 @@ module diagnosis_engine
   use diagnosis_design, only: build_design, design_t
   use diagnosis_exchange, only: add_finer
   use diagnosis_intervals, only: find_intervals, find_support, move_to_better
-  use diagnosis_leaders, only: fit_extended, refit_leaders
+  use diagnosis_leaders, only: fit_extended, refit_leaders, slot_of_fit
   use diagnosis_noise_share, only: find_share
   use diagnosis_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use diagnosis_refit, only: fit_baseline
   use diagnosis_second_look, only: model_error_t, take_leaders_view
-  use diagnosis_simulator, only: simulator_t
+  use diagnosis_simulator, only: simulator_t, N_SLOTS
   use diagnosis_validation, only: compare_folds, validate
   implicit none
   private
@@ -39,21 +39,21 @@ contains
     class(model_error_t), intent(inout), optional :: model_error
     type(refit_t), allocatable :: before(:)
     integer :: n_effects
-    real(rp), allocatable :: again(:), best(:, :)
+    real(rp), allocatable :: again(:), best(:, :), nuisances(:, :)
     logical :: is_scale_known, has_finer, is_new
     type(design_t) :: finer
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
-    call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure)
+    call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure, nuisances)
     if (failure%failed) return
     if (.not. options%is_scale_known) then
       call find_share(simulator, d%baseline%q, is_new)
       best = reshape(d%baseline%q, [size(d%baseline%q), 1])
-      if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure)
+      if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure, nuisances)
       if (failure%failed) return
     end if
     d%plain = d%baseline
-    call build_design(simulator, d%baseline%q, d%design, failure)
+    call build_design(simulator, d%baseline%q, d%design, failure, nuisances=nuisances)
     if (failure%failed) return
     call simulator%keep() ! where all refits begin
     ! Without directions that no test uses the noise model is believed.
@@ -133,9 +133,15 @@ contains
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout), target :: d
+    integer, parameter :: OWN_SLOT = N_SLOTS
     logical :: ok
+    integer :: slot
     if (size(d%decision%causes) == 0) return
-    call fit_extended(simulator, options, d, d%decision%causes, d%extended)
+    slot = fitted_already(d)
+    if (slot == 0) then
+      slot = OWN_SLOT
+      call fit_extended(simulator, options, d, d%decision%causes, slot, d%extended)
+    end if
     if (.not. d%extended%is_found) then
       if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision, NO_FIT)
       return
@@ -145,16 +151,20 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    call simulator%recall()
+    call simulator%recall(slot)
     if (options%finds_intervals) then
       call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
-      if (ok) call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      if (ok) then
+        slot = OWN_SLOT
+        call simulator%keep(slot)
+        call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      end if
       call find_support(simulator%quantities, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
-      call simulator%recall()
+      call simulator%recall(slot)
       call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
       call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
       d%has_gain = ok
@@ -168,4 +178,17 @@ contains
       call take_back_name(d%decision, NO_GAIN)
     end if
   end subroutine confirm
+
+  !> Where the simulator keeps the fit of a single cause of the verdict, which is then the extended model; 0: it has none.
+  integer function fitted_already(d) result(slot)
+    type(diagnosis_t), intent(inout) :: d
+    integer :: i
+    slot = 0
+    if (size(d%decision%causes) > 1) return
+    do i = 1, size(d%refits)
+      if (d%refits(i)%candidate /= d%decision%causes(1)) cycle
+      d%extended = d%refits(i)%found
+      slot = slot_of_fit(d%design, d%refits(i))
+    end do
+  end function fitted_already
 end module diagnosis_engine

@@ -163,10 +163,11 @@ contains
 
   !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
   !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
-  !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of nuisances at this point. spread(starts) is how much less
+  !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of
+  !> `nuisances` at this point, and the fit is the best one with these. spread(starts) is how much less
   !> probable than the best each start ended (sum of squares and log determinant), huge without an end. Fails if none has
   !> one.
-  subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure)
+  subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure, nuisances)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
     type(fit_options_t), intent(in) :: options
@@ -174,11 +175,12 @@ contains
     type(nested_fit_t), intent(out) :: found
     real(rp), allocatable, intent(out) :: spread(:)
     type(failure_t), intent(out) :: failure
+    real(rp), allocatable, intent(out), optional :: nuisances(:, :)
     integer, parameter :: MOST_PASSES = 6
     real(rp), parameter :: SETTLED = 0.05_rp ! in units of the sum of squares
     type(nested_fit_t) :: one
     type(failure_t) :: failed
-    real(rp), allocatable :: q(:)
+    real(rp), allocatable :: q(:), seen(:)
     real(rp) :: before, least
     integer :: i, s, pass, active(simulator%n_baseline)
     logical :: is_valid
@@ -208,7 +210,7 @@ contains
       before = one%cost()
       q = one%q
       call simulator%forget()
-      call take_directions(simulator, q, whitener, is_valid, .false.)
+      call take_directions(simulator, q, whitener, is_valid)
       if (.not. is_valid) exit
       call fit_nested(simulator, whitener, active, q, options, one)
       if (.not. one%is_found) exit
@@ -221,8 +223,16 @@ contains
       call settle_nuisances(simulator, whitener, one%q, is_valid)
     end do
     call simulator%recall()
-    call take_directions(simulator, found%q, whitener, is_valid, .true.)
-    if (.not. is_valid) call failure%raise('the simulator has no result at the best fit of the baseline')
+    call take_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
+    if (.not. is_valid) then
+      call failure%raise('the simulator has no result at the best fit of the baseline')
+      return
+    end if
+    ! Without an end of the passes these directions may be others than those of the fit.
+    call whitener%apply_one(seen)
+    if (sum(seen**2) + found%prior_chi2 <= found%cost() + SETTLED) return
+    call fit_nested(simulator, whitener, active, found%q, options, one)
+    if (one%is_found) found = one
   end subroutine fit_baseline
 
   !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
@@ -243,7 +253,7 @@ contains
     logical :: is_valid
     active = [(i, i=1, simulator%n_baseline)]
     call simulator%forget()
-    call take_directions(simulator, q, whitener, is_valid, .false.)
+    call take_directions(simulator, q, whitener, is_valid)
     if (is_valid) call fit_nested(simulator, whitener, active, q, roughly(options), found)
     if (.not. found%is_found) then
       call failure%raise('the baseline could not be fitted')
@@ -251,7 +261,7 @@ contains
     end if
     call simulator%evaluate(found%q, [integer ::], followed, nothing, is_valid)
     call simulator%forget()
-    if (is_valid) call take_directions(simulator, found%q, whitener, is_valid, .false., from_rest)
+    if (is_valid) call take_directions(simulator, found%q, whitener, is_valid, from_rest)
     if (.not. is_valid) return
     followed = followed - from_rest
     call whitener%apply_one(followed)
@@ -295,25 +305,23 @@ contains
     call simulator%settle(-matmul(residuals, nuisances), q, is_valid)
   end subroutine settle_nuisances
 
-  !> Nuisances at q, where the simulator stands after a fit, or goes first; it then sees these residuals.
-  subroutine take_directions(simulator, q, whitener, is_valid, stands_there, seen)
+  !> Nuisances at q, where the simulator goes; it then sees these residuals.
+  subroutine take_directions(simulator, q, whitener, is_valid, seen, directions)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(whitener_t), intent(inout) :: whitener
     logical, intent(out) :: is_valid
-    logical, intent(in) :: stands_there
-    real(rp), allocatable, intent(out), optional :: seen(:)
+    real(rp), allocatable, intent(out), optional :: seen(:), directions(:, :)
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
     n = simulator%n_observations
     allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
-    if (.not. stands_there) then
-      call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
-      if (.not. is_valid) return
-      call simulator%accept()
-      if (present(seen)) seen = residuals
-    end if
+    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    if (.not. is_valid) return
+    call simulator%accept()
+    if (present(seen)) seen = residuals
     call simulator%directions(q, nuisances, patterns, is_valid)
     if (is_valid) call whitener%add_directions(nuisances(whitener%rows, :))
+    if (present(directions)) call move_alloc(nuisances, directions)
   end subroutine take_directions
 end module diagnosis_refit

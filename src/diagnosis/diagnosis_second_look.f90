@@ -8,9 +8,10 @@ module diagnosis_second_look
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_design, only: build_design, design_t
+  use diagnosis_leaders, only: slot_of_fit
   use diagnosis_record, only: diagnosis_options_t, diagnosis_t
   use diagnosis_refit, only: fit_nested, nested_fit_t, settle_nuisances
-  use diagnosis_simulator, only: simulator_t
+  use diagnosis_simulator, only: simulator_t, N_SLOTS
   use diagnosis_whitener, only: whitener_t
   implicit none
   private
@@ -35,6 +36,7 @@ module diagnosis_second_look
 
   !> Gain of the sum of squares, in units of the noise, below which a cause changes no nuisance by what would matter.
   real(rp), parameter :: CLEAR = 25.0_rp
+  integer, parameter :: LEADER_SLOT = N_SLOTS !< of the simulator, for where the fit of the leader ends
 
 contains
 
@@ -59,7 +61,7 @@ contains
     if (d%refits(i)%gain < CLEAR) return
     leader = d%refits(i)%found
     whitener = d%whitener
-    call simulator%recall()
+    call simulator%recall(slot_of_fit(d%design, d%refits(i)))
     call follow_leader(simulator, options, d%scale, whitener, leader, nuisances, is_new, model_error)
     if (is_new) then
       call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, options%fit, baseline)
@@ -80,8 +82,8 @@ contains
   end subroutine take_leaders_view
 
   !> The fit of the leader and the nuisances at it, in turn, until it stays or becomes less probable: the larger the errors
-  !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. `is_new`
-  !> false: it has not become more probable.
+  !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. The simulator
+  !> stands where the fit has ended, before and after. `is_new` false: it has not become more probable.
   subroutine follow_leader(simulator, options, scale, whitener, leader, nuisances, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -125,10 +127,10 @@ contains
       whitener = other
       leader = found
       nuisances = next
-      call simulator%keep()
+      call simulator%keep(LEADER_SLOT)
       if (moved < STAYS) exit
     end do
-    call simulator%recall()
+    if (is_new) call simulator%recall(LEADER_SLOT)
   end subroutine follow_leader
 
   !> Twice the negative logarithm of the probability density of data and parameters, without a constant.

@@ -13,7 +13,9 @@ module diagnosis_simulator
   private
   public :: simulator_t, labels_t, quantity_t, effect_t, slot_of, variant_t
 
-  integer, parameter, public :: N_SLOTS = 3 !< places where a simulator stood, that it can keep
+  !> Places where a simulator stood, that it can keep: slots 1 to N_SLOTS are anybody's; slot N_SLOTS + e is where the fit of
+  !> effect e ended.
+  integer, parameter, public :: N_SLOTS = 3
 
   !> A parameter, in the coordinate that the simulator takes (a logarithm for what varies by factors).
   type :: quantity_t
@@ -163,18 +165,18 @@ contains
   end subroutine simulator_accept
 
   !> Remembers where the solver stands and about which errors nuisances are, in the place of what it remembered before in
-  !> this slot, 1 to N_SLOTS; without one where the next stage of a diagnosis begins.
+  !> this slot, see N_SLOTS; without one where the next stage of a diagnosis begins.
   subroutine simulator_keep(self, slot)
     class(simulator_t), intent(inout) :: self
     integer, intent(in), optional :: slot
-    call require(self%n_observations >= 0 .and. slot_of(slot) <= N_SLOTS, 'simulator_t: slot 1 to N_SLOTS')
+    call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
   end subroutine simulator_keep
 
   !> The solver and the nuisances are again where they were at the last `keep` with this slot.
   subroutine simulator_recall(self, slot)
     class(simulator_t), intent(inout) :: self
     integer, intent(in), optional :: slot
-    call require(self%n_observations >= 0 .and. slot_of(slot) <= N_SLOTS, 'simulator_t: slot 1 to N_SLOTS')
+    call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
   end subroutine simulator_recall
 
   !> Index of a slot, 0 without one.

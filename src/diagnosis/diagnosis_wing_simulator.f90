@@ -49,7 +49,8 @@ module diagnosis_wing_simulator
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     integer, private :: gain = 0, membrane = 0   !< quantities that are the gain of all forces, and D; 0: none
-    type(standing_t), private :: here, kept(0:N_SLOTS)
+    type(standing_t), private :: here
+    type(standing_t), allocatable, private :: kept(:) !< (0:) by slot
     real(rp), allocatable, private :: tried(:, :, :)
     logical, allocatable, private :: was_straight(:), was_tried(:)
   contains
@@ -92,6 +93,7 @@ contains
     self%experiment => experiment
     self%quantities = quantities
     self%effects = effects
+    allocate (self%kept(0:N_SLOTS + size(effects)))
     self%bins = bins
     self%n_baseline = n_baseline
     self%n_observations = bins%n
@@ -240,10 +242,9 @@ contains
     class(wing_simulator_t), intent(inout) :: self
     integer :: l
     do l = 1, size(self%was_tried)
-      if (.not. self%was_tried(l)) cycle
-      self%here%shapes(:, :, l) = self%tried(:, :, l)
-      self%here%is_start(l) = self%was_straight(l)
+      if (self%was_tried(l)) self%here%shapes(:, :, l) = self%tried(:, :, l)
     end do
+    where (self%was_tried) self%here%is_start = self%was_straight
   end subroutine wing_accept
 
   subroutine wing_keep(self, slot)

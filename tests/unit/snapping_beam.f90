@@ -22,7 +22,7 @@ module snapping_beam
     integer :: surface = 5, column = 1     !< that snaps, quantity that decides
     real(rp) :: farthest = huge(1.0_rp)    !< step at which it does not snap
     real(rp) :: fold = huge(1.0_rp)        !< it has the other shape above
-    type(place_t) :: here, tried, kept(0:N_SLOTS)
+    type(place_t) :: here, tried, kept(0:N_SLOTS + 20)
   contains
     procedure :: evaluate => snapping_evaluate
     procedure :: accept => snapping_accept

@@ -15,7 +15,7 @@ module turning_error
 
   !> A beam with the error: angle 0 is the bow, a right angle the twist.
   type, extends(beam_t) :: twisted_t
-    real(rp) :: angle = 0, factor = 1, kept_factor(0:N_SLOTS) = 1
+    real(rp) :: angle = 0, factor = 1, kept_factor(0:N_SLOTS + 20) = 1
   contains
     procedure :: directions => twisted_directions
     procedure :: keep => twisted_keep
