@@ -51,8 +51,8 @@ contains
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, snapping, failure)
     call t%check('and where the way back snaps', snapping%decision%verdict == VERDICT_NAMED .and. &
                  all(snapping%decision%set == E_ONE_WAY))
- call t%check_close('with what is left for noise', snapping%decision%remainder_log_p, smooth%decision%remainder_log_p, &
-                       rtol=1.0e-6_rp)
+    call t%check_close('with what is left for noise', snapping%decision%remainder_log_p, &
+                       smooth%decision%remainder_log_p, rtol=1.0e-6_rp)
     call t%check_close('the interval has the same lower end', snapping%intervals(1)%lower, smooth%intervals(1)%lower, &
                        rtol=1.0e-3_rp)
     call t%check_close('and upper end', snapping%intervals(1)%upper, smooth%intervals(1)%upper, rtol=1.0e-3_rp)
