@@ -79,7 +79,7 @@ def extension(diagnosis):
         interval = (f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else
                     f"more than {lower:.4g} (95 %)" if one["has_lower"] else
                     f"less than {upper:.4g} (95 %)" if one["has_upper"] else "the data set no end")
-        jumps = [end for end in ("lower", "upper") if one[f"{end}_is_jump"]]
+        jumps = [end for end in ("lower", "upper") if one.get(f"{end}_is_jump")]
         if jumps:
             interval += f"; the shape of the wing jumps at the {' and the '.join(jumps)} end"
         rows.append(f"<tr><td class=name>{escape(one['name'])}</td><td class=number>{best:.4g}</td>"
@@ -202,8 +202,8 @@ def page(diagnosis, pictures, flight=None):
     sentences = [e["sentence"] for c in verdict["causes"] for e in diagnosis["effects"]
                  if e["name"] == c["effect"] and verdict["word"] in ("named", "consistent_with_set")]
     warning = diagnosis["noise"]["warning"]
-    tails = diagnosis["noise"]["heavy_tails"]
-    if tails["is_found"]:
+    tails = diagnosis["noise"].get("heavy_tails")  # files of earlier versions have none
+    if tails and tails["is_found"]:
         least, most = tails["share_90"]
         warning = ". ".join(filter(None, (warning, f"{tails['heights_left_out']} of {tails['heights_tested']} heights stand out "
                                           f"from those around them ({100 * least:.2g} to {100 * most:.2g} % do) and were left "

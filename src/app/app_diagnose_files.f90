@@ -84,8 +84,10 @@ contains
     logical :: is_valid
     n = simulator%n_observations
     allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
+    call simulator%recall()
     call simulator%evaluate(d%plain%q, [integer ::], base, jacobian, is_valid)
     extended = base
+    call simulator%recall(d%extended_slot)
     if (d%extended%is_found) call simulator%evaluate(d%extended%q, [integer ::], extended, jacobian, is_valid)
     white(:, 1) = base
     white(:, 2) = extended

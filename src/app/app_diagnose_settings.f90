@@ -86,7 +86,8 @@ contains
         call s%config%complain(errors, 'Measurement', 'file', problem)
       else
         call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
-        call choose_heights(s%config, s%measurement_path, .false., s%measurement, s%outliers, notices)
+        if (errors%count() == 0) &
+          call choose_heights(s%config, s%measurement_path, .false., s%measurement, s%outliers, notices)
       end if
     end if
     call check_outputs(s, errors)

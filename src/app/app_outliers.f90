@@ -18,7 +18,7 @@ contains
     type(registry_t), intent(inout) :: registry
     character(*), intent(in) :: words, usual
     call registry%add_word('Measurement', 'outliers', usual, words, &
-                           'heights that stand out from all around them by more than 5 sd, as no normal errors do')
+                           'heights that stand out from all around them by more than 6 sd, as no normal errors do')
   end subroutine register_outliers
 
   !> Leaves them out, unless they are to be kept or the program's preset `keeps` them, and adds how many to `notices`.

@@ -89,7 +89,8 @@ contains
     if (.not. found) return
     scale = s%config%get_word('Train', 'scale')
     call read_measurement_file(s, path, measurement, world, errors)
-    call choose_heights(s%config, s%measurement_path, s%is_paper, s%measurement, outliers, notices)
+    if (errors%count() == 0) &
+      call choose_heights(s%config, s%measurement_path, s%is_paper, s%measurement, outliers, notices)
     if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
     call read_instrument(s%config, s%instrument, errors)
     call read_sought(s%config, 'Train', s%setup%asked, s%instrument, &
@@ -281,6 +282,7 @@ contains
     call settle_word('Train', 'cost', trim(merge('chi2', 'h   ', s%use_chi2)))
     call settle_word('Train', 'stages', number_text(s%n_stages))
     call settle_word('Polish', 'polish', trim(merge('yes', 'no ', s%polish)))
+    call settle_word('Measurement', 'outliers', trim(merge('keep     ', 'leave_out', s%is_paper)))
     call settle_word('Wing', 'cross_springs', trim(merge('yes', 'no ', s%setup%asked%cross_springs)))
 
   contains

@@ -28,7 +28,8 @@ module diagnosis_engine
 contains
 
   !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
-  !> `model_error` renews directions of errors.
+  !> `model_error` renews directions of errors. The simulator then stands where the extended fit has ended, or the baseline's
+  !> without one; see `extended_slot`.
   subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -71,6 +72,7 @@ contains
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
       if (options%validates) &
         call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
+      call simulator%recall()
       return
     end if
     call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
@@ -93,6 +95,7 @@ contains
       call refit_leaders(simulator, options, d, before)
     end if
     call confirm(simulator, options, d)
+    call simulator%recall(d%extended_slot)
   end subroutine run_diagnosis
 
   !> What the tangents alone say: z, statistics, odds, and a first verdict. Statistics that are there already are those of
@@ -135,12 +138,11 @@ contains
     type(diagnosis_t), intent(inout), target :: d
     integer, parameter :: OWN_SLOT = N_SLOTS
     logical :: ok
-    integer :: slot
     if (size(d%decision%causes) == 0) return
-    slot = fitted_already(d)
-    if (slot == 0) then
-      slot = OWN_SLOT
-      call fit_extended(simulator, options, d, d%decision%causes, slot, d%extended)
+    d%extended_slot = fitted_already(d)
+    if (d%extended_slot == 0) then
+      call fit_extended(simulator, options, d, d%decision%causes, OWN_SLOT, d%extended)
+      if (d%extended%is_found) d%extended_slot = OWN_SLOT
     end if
     if (.not. d%extended%is_found) then
       if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision, NO_FIT)
@@ -151,20 +153,20 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    call simulator%recall(slot)
+    call simulator%recall(d%extended_slot)
     if (options%finds_intervals) then
       call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
       if (ok) then
-        slot = OWN_SLOT
-        call simulator%keep(slot)
+        d%extended_slot = OWN_SLOT
+        call simulator%keep(OWN_SLOT)
         call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       end if
       call find_support(simulator%quantities, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
-      call simulator%recall(slot)
+      call simulator%recall(d%extended_slot)
       call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
       call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
       d%has_gain = ok

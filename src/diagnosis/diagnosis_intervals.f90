@@ -5,7 +5,7 @@ module diagnosis_intervals
   use base_kinds, only: rp
   use diagnosis_design, only: candidate_t
   use diagnosis_refit, only: fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
-  use diagnosis_simulator, only: quantity_t, simulator_t
+  use diagnosis_simulator, only: N_SLOTS, quantity_t, simulator_t
   use diagnosis_whitener, only: whitener_t
   use measurement_fit, only: fit_options_t
   use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
@@ -16,7 +16,7 @@ module diagnosis_intervals
 contains
 
   !> Intervals of the quantities that `extended`, a fit over the observations of the whitener, has beside those of the
-  !> baseline, in the order in which they are active. `scale` is the variance of the noise over that of the whitener.
+  !> baseline, in the order in which they are active. The simulator stands where the fit has ended, before and after. `scale` is the variance of the noise over that of the whitener.
   subroutine find_intervals(simulator, whitener, scale, options, extended, intervals)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
@@ -25,6 +25,7 @@ contains
     type(nested_fit_t), intent(in) :: extended
     type(interval_t), allocatable, intent(out) :: intervals(:)
     real(rp), parameter :: RESOLUTION = 0.01_rp ! of the threshold, in sums of squares
+    integer, parameter :: START_SLOT = N_SLOTS  ! 1 and 2 are those of profile_interval
     type(nested_problem_t) :: problem
     type(fit_options_t) :: fits
     integer :: i, n, first
@@ -37,11 +38,14 @@ contains
     ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
     fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*scale/ &
                                    (extended%cost() + THRESHOLD_90*scale))
+    call simulator%keep(START_SLOT)
     do i = first, n
+      call simulator%recall(START_SLOT)
       call profile_interval(problem, nested_unknowns(simulator, extended%active, extended%q), &
                             extended%q(extended%active), i, sqrt(extended%covariance(i, i)), THRESHOLD_90*scale, fits, &
                             intervals(i - first + 1), extended%covariance(:, i)/extended%covariance(i, i))
     end do
+    call simulator%recall(START_SLOT)
   end subroutine find_intervals
 
   !> Whether an interval excludes the null.

@@ -67,8 +67,7 @@ contains
         call take_refit(simulator, d, one)
         if (round == 2 .and. known == 0 .and. .not. is_behind(order(i))) then
           full = one
-          call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, full%found, one, &
-                            slot_of_fit(d%design, one))
+          call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, full%found, one)
           call take_better(simulator, d, full, one, 0.0_rp, is_better)
         end if
         d%refits = [d%refits, one]
@@ -77,7 +76,7 @@ contains
       if (round == 2 .and. size(d%refits) == n_fitted) exit
       do i = 1, size(d%refits)
         one = d%refits(i)
-        call begin_at_whole(simulator, options, d, one)
+        call begin_at_whole(simulator, options, d, one, merge(0, n_fitted, i > n_fitted))
         d%refits(i) = one
       end do
       do i = n_fitted + 1, size(d%refits)
@@ -173,21 +172,21 @@ contains
   end subroutine take_refit
 
   !> Where an effect is a part of others whose fits are better it may be enough alone, but not be found from the baseline,
-  !> where its tangents show nothing of it: fits it also from these.
-  subroutine begin_at_whole(simulator, options, d, one)
+  !> where its tangents show nothing of it: fits it also from these, but for the first n_tried refits.
+  subroutine begin_at_whole(simulator, options, d, one, n_tried)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
     type(refit_t), intent(inout) :: one
+    integer, intent(in) :: n_tried
     type(refit_t) :: other
     logical :: is_better
     integer :: k
-    do k = 1, size(d%refits)
+    do k = n_tried + 1, size(d%refits)
       if (.not. is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate))) cycle
       if (d%refits(k)%found%cost() > one%found%cost() - DISAPPOINTING*d%scale) cycle
       other = one
-      call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, other%found, d%refits(k), &
-                        slot_of_fit(d%design, d%refits(k)))
+      call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, other%found, d%refits(k))
       call take_better(simulator, d, other, one, 0.0_rp, is_better)
     end do
   end subroutine begin_at_whole
@@ -209,8 +208,7 @@ contains
       call find_exchange(simulator, d%design, d%whitener, one%candidate, one%found, slot_of_fit(d%design, one), &
                          other%candidate, gain)
       if (other%candidate == 0 .or. gain < WORTH*d%scale) return
-      call fit_extended(simulator, options, d, [other%candidate], TRIAL_SLOT, other%found, one, &
-                        slot_of_fit(d%design, one))
+      call fit_extended(simulator, options, d, [other%candidate], TRIAL_SLOT, other%found, one)
       call take_better(simulator, d, other, one, WORTH*d%scale, is_better)
       if (.not. is_better) return
     end do
@@ -218,17 +216,16 @@ contains
 
   !> The baseline with candidates, fitted in full: from the fit of the baseline, and if that finds much less than the
   !> tangents promise, or if they tell little of it, also from the values before any fit, as joints that a wrong model
-  !> made rigid do not come back. `near`, where given, is a fit of this or another variant, or one of which this is a part,
-  !> from which one candidate is then fitted, at the place that the simulator keeps in `near_slot`, where given. The end is a rough one if `is_rough`; the
-  !> simulator keeps it in `slot`.
-  subroutine fit_extended(simulator, options, d, candidates, slot, found, near, near_slot, is_rough)
+  !> made rigid do not come back. `near`, where given, is a refit of this or another variant, or of an effect of which this
+  !> is a part: one candidate is then fitted from it, where it has ended, and as without it only if that does not succeed.
+  !> The end is a rough one if `is_rough`; the simulator keeps it in `slot`.
+  subroutine fit_extended(simulator, options, d, candidates, slot, found, near, is_rough)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(in), target :: d
     integer, intent(in) :: candidates(:), slot
     type(nested_fit_t), intent(out) :: found
     type(refit_t), intent(in), optional :: near
-    integer, intent(in), optional :: near_slot
     logical, intent(in), optional :: is_rough
     type(nested_fit_t) :: other
     type(fit_options_t) :: how
@@ -251,7 +248,7 @@ contains
       end associate
     end do
     usual = q
-    call simulator%recall(near_slot)
+    call simulator%recall()
     if (present(near)) then
       associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
         q = near%found%q
@@ -259,9 +256,11 @@ contains
         if (size(new) == size(old)) q(new) = near%found%q(old)
         if (size(new) < size(old)) q(new) = near%found%q(new)
       end associate
+      call simulator%recall(slot_of_fit(d%design, near), only_shapes=.true.)
       call fit_nested(simulator, d%whitener, active, q, options%fit, found, usual)
       call simulator%keep(slot)
-      return
+      if (found%is_found) return
+      call simulator%recall()
     end if
     call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, usual)
     call simulator%keep(slot)
@@ -270,7 +269,7 @@ contains
     if (found%is_found .and. .not. is_strong .and. &
         d%baseline%cost() - found%cost() > d%scale*(together%square - DISAPPOINTING)) return
     call simulator%recall()
-    q = max(simulator%quantities%lower, min(simulator%quantities%upper, q))
+    q = max(simulator%quantities%lower, min(simulator%quantities%upper, usual))
     call fit_nested(simulator, d%whitener, active, q, how, other, usual)
     if (.not. other%is_found) return
     if (found%is_found .and. .not. other%cost() < found%cost()) return

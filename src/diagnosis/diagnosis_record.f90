@@ -56,6 +56,7 @@ module diagnosis_record
     type(decision_t) :: linear, decision !< before and after the refits
     type(refit_t), allocatable :: refits(:)
     type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
+    integer :: extended_slot = 0         !< where the simulator keeps its end, 0: the end of the baseline
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
     logical :: is_null_excluded = .false. !< for each of the causes
     logical :: is_at_bound = .false.     !< a parameter that excludes its null

@@ -230,7 +230,7 @@ contains
     end if
     ! Without an end of the passes these directions may be others than those of the fit.
     call whitener%apply_one(seen)
-    if (sum(seen**2) + found%prior_chi2 <= found%cost() + SETTLED) return
+    if (abs(sum(seen**2) + found%prior_chi2 - found%cost()) <= SETTLED) return
     call fit_nested(simulator, whitener, active, found%q, options, one)
     if (one%is_found) found = one
   end subroutine fit_baseline
@@ -283,8 +283,8 @@ contains
   end function roughly
 
   !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear. The
-  !> directions of the whitener, over all observations, are then those at q before that, if there is anything to settle. If there is no result (`is_valid`
-  !> false) errors are as before.
+  !> directions of the whitener, over all observations, are then those at q before that, if there is anything to settle. If
+  !> there is no result (`is_valid` false) errors are as before.
   subroutine settle_nuisances(simulator, whitener, q, is_valid)
     class(simulator_t), intent(inout) :: simulator
     type(whitener_t), intent(inout) :: whitener

@@ -64,6 +64,8 @@ contains
     call simulator%recall(slot_of_fit(d%design, d%refits(i)))
     call follow_leader(simulator, options, d%scale, whitener, leader, nuisances, is_new, model_error)
     if (is_new) then
+      call simulator%keep(slot_of_fit(d%design, d%refits(i)))
+      call simulator%recall(only_shapes=.true.)
       call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, options%fit, baseline)
       is_new = baseline%is_found
     end if

@@ -172,10 +172,13 @@ contains
     call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
   end subroutine simulator_keep
 
-  !> The solver and the nuisances are again where they were at the last `keep` with this slot.
-  subroutine simulator_recall(self, slot)
+  !> The solver and the nuisances are again where they were at the last `keep` with this slot; if `only_shapes`, the solver
+  !> alone, and errors stay those about which nuisances are now.
+  subroutine simulator_recall(self, slot, only_shapes)
     class(simulator_t), intent(inout) :: self
     integer, intent(in), optional :: slot
+    logical, intent(in), optional :: only_shapes
+    if (present(only_shapes)) self%n_observations = self%n_observations
     call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
   end subroutine simulator_recall
 

@@ -38,6 +38,7 @@ module diagnosis_validation
   end type tangents_t
 
   real(rp), parameter :: LINEAR = 0.1_rp  !< see above
+  integer, parameter :: FULL_SLOT = 1     !< of the simulator, for the fit to everything
   integer, parameter :: MOST_STEPS = 6    !< of a fit without one location: a model that needs more is not a good one
 
 contains
@@ -59,7 +60,7 @@ contains
     validation%is_complete = .true.
     call find_tangents(simulator, active, q, full, ok)
     full%nuisances = nuisances
-    if (ok) call simulator%keep()
+    if (ok) call simulator%keep(FULL_SLOT)
     do f = 1, maxval(simulator%labels%fold)
       outside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) == f)
       if (size(outside) == 0) cycle
@@ -132,7 +133,7 @@ contains
       few%reduction_tolerance = max(options%reduction_tolerance, LINEAR/max(1.0_rp, real(inner%n, rp)))
       few%most_rejections = 2
       few%most_iterations = min(options%most_iterations, MOST_STEPS)
-      call simulator%recall()
+      call simulator%recall(FULL_SLOT)
       call simulator%skip(simulator%labels%fold == f)
       call fit_nested(simulator, inner, active, merge(q, full%q, ok), few, found)
       call simulator%skip_none()
@@ -154,7 +155,7 @@ contains
     real(rp), allocatable, intent(out) :: residuals(:)
     logical, intent(out) :: ok
     real(rp) :: all(simulator%n_observations), jacobian(simulator%n_observations, 0)
-    call simulator%recall()
+    call simulator%recall(FULL_SLOT)
     call simulator%skip(simulator%labels%fold /= f)
     call simulator%evaluate(q, [integer ::], all, jacobian, ok)
     call simulator%skip_none()

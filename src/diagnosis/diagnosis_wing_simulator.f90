@@ -18,7 +18,6 @@ module diagnosis_wing_simulator
                                  TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
-  use measurement_place, only: find_place, material_place_t
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
   use solid_params, only: PARAM_PLATE
@@ -253,9 +252,15 @@ contains
     self%kept(slot_of(slot)) = self%here
   end subroutine wing_keep
 
-  subroutine wing_recall(self, slot)
+  subroutine wing_recall(self, slot, only_shapes)
     class(wing_simulator_t), intent(inout) :: self
     integer, intent(in), optional :: slot
+    logical, intent(in), optional :: only_shapes
+    if (present(only_shapes)) then
+      self%here%shapes = self%kept(slot_of(slot))%shapes
+      self%here%is_start = self%kept(slot_of(slot))%is_start
+      if (only_shapes) return
+    end if
     call self%set_band(self%kept(slot_of(slot))%band)
     self%here = self%kept(slot_of(slot))
   end subroutine wing_recall
@@ -284,7 +289,7 @@ contains
       do l = 1, size(self%here%aside, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         e = max(-MOST, min(MOST, errors(v + 1:v + 2)))
-        do while (.not. is_on_wing(self%experiment, l, sd*e) .and. maxval(abs(e)) > LEAST)
+        do while (.not. self%experiment%acts_on_wing(l, sd*e) .and. maxval(abs(e)) > LEAST)
           e = e/2
         end do
         self%here%aside(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
@@ -310,17 +315,6 @@ contains
     class(wing_simulator_t), intent(in) :: self
     settles = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
   end function wing_settles
-
-  !> Whether the place `aside` [m] of where load l is stated to have acted is one of the wing.
-  logical function is_on_wing(experiment, l, aside)
-    type(experiment_t), intent(in) :: experiment
-    integer, intent(in) :: l
-    real(rp), intent(in) :: aside(2)
-    type(material_place_t) :: place
-    place = find_place(experiment%model%points, experiment%model%triangles, experiment%model%size, &
-                       experiment%measurement%loads(l)%point + aside)
-    is_on_wing = place%is_found
-  end function is_on_wing
 
   !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)

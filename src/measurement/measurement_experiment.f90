@@ -50,6 +50,7 @@ module measurement_experiment
     procedure :: params => experiment_params
     procedure :: instrument_at => experiment_instrument_at
     procedure :: cost => experiment_cost
+    procedure :: acts_on_wing => experiment_acts_on_wing
   end type experiment_t
 
 contains
@@ -274,4 +275,15 @@ contains
     end do
     h = sqrt(h)
   end function experiment_cost
+
+  !> Whether the place `aside` [m] of where load l is stated to have acted is one of the wing.
+  logical function experiment_acts_on_wing(self, l, aside) result(acts)
+    class(experiment_t), intent(in) :: self
+    integer, intent(in) :: l
+    real(rp), intent(in) :: aside(2)
+    type(material_place_t) :: place
+    place = find_place(self%model%points, self%model%triangles, self%model%size, &
+                       self%measurement%loads(l)%point + aside)
+    acts = place%is_found
+  end function experiment_acts_on_wing
 end module measurement_experiment

@@ -263,7 +263,7 @@ def test_check(case):
         said = re.search(rf"^  {key} = (\S+); .*by the preset", done.out, re.M)
         check(said and float(said.group(1)) == value, f"{key} is {value}:\n{done.out}")
     for said in ("weights = paper", "constants = paper", "scale = linear", "cost = h", "stages = 2", "polish = no",
-                 "cross_springs = yes"):
+                 "cross_springs = yes", "outliers = keep"):
         check(re.search(rf"^  {said};", done.out, re.M), f"{said}:\n{done.out}")
     case.write("train.ini", done.out)
     again = case.run("train.ini", "--check", ranks=0)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A beam one of whose loads may snap to another shape: for tests of intervals.
+!> A beam one of whose loads may snap to another shape: for tests of refits and intervals.
 !>
 !> It snaps where the point goes too far at once from where the solver stands, and then stays snapped however the point moves:
 !> two equilibria of which a solver finds that beside which it begins. And it snaps behind a fold, where there is only one.
@@ -62,9 +62,11 @@ contains
     self%kept(slot_of(slot)) = self%here
   end subroutine snapping_keep
 
-  subroutine snapping_recall(self, slot)
+  subroutine snapping_recall(self, slot, only_shapes)
     class(snapping_t), intent(inout) :: self
     integer, intent(in), optional :: slot
+    logical, intent(in), optional :: only_shapes
+    if (present(only_shapes)) call self%beam_t%recall(slot, only_shapes)
     self%here = self%kept(slot_of(slot))
   end subroutine snapping_recall
 end module snapping_beam

@@ -7,7 +7,7 @@
 program test_snapping
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_beam, only: make_beam, N_ALL, N_BASE, P_ONE_WAY
+  use diagnosis_beam, only: make_beam, N_ALL, N_BASE, P_ONE_WAY, P_TORSION
   use diagnosis_intervals, only: find_intervals
   use diagnosis_refit, only: fit_nested, nested_fit_t
   use diagnosis_whitener, only: whitener_t
@@ -19,20 +19,20 @@ program test_snapping
   real(rp), parameter :: ROOT = 0.02_rp !< of the half width: each end is where the root is within 1 % of its threshold
   type(testkit_t) :: t
   type(snapping_t), target :: beam
-  type(interval_t) :: smooth, snapping, folded
+  type(interval_t) :: smooth, snapping, folded, smooth_twist, twist
   real(rp) :: best, width
 
   call t%start(parallel=.false.)
   call make_beam(beam%beam_t)
   beam%column = P_ONE_WAY
   call measure()
-  call find(smooth)
+  call find(smooth, smooth_twist)
   best = smooth%best
   width = 0.5_rp*(smooth%upper - smooth%lower)
   call t%check('the beam that does not snap has two ends', smooth%has_lower .and. smooth%has_upper .and. width > 0)
 
   beam%farthest = 0.6_rp*width
-  call find(snapping)
+  call find(snapping, twist)
   call t%check('two equilibria leave two ends', snapping%has_lower .and. snapping%has_upper)
   call t%check_close('the best is that of the beam that does not snap', snapping%best, best, atol=ROOT*width)
   call t%check_close('and so is the lower end', snapping%lower, smooth%lower, atol=ROOT*width)
@@ -41,10 +41,14 @@ program test_snapping
 
   beam%farthest = huge(1.0_rp)
   beam%fold = best + 0.5_rp*width
-  call find(folded)
+  call find(folded, twist)
   call t%check_close('a fold ends the interval', folded%upper, beam%fold, atol=ROOT*width)
   call t%check_close('on its side', folded%lower, smooth%lower, atol=ROOT*width)
   call t%check('which is said', folded%is_jump(2) .and. .not. folded%is_jump(1) .and. folded%has_upper)
+  call t%check_close('the other parameter of the cause has the interval of the beam that does not snap', twist%lower, &
+                     smooth_twist%lower, atol=ROOT*0.5_rp*(smooth_twist%upper - smooth_twist%lower))
+  call t%check_close('at both ends', twist%upper, smooth_twist%upper, &
+                     atol=ROOT*0.5_rp*(smooth_twist%upper - smooth_twist%lower))
   call t%finish()
 
 contains
@@ -56,9 +60,9 @@ contains
     call beam%observe(q, beam%sigma, 910001)
   end subroutine measure
 
-  !> The interval of the one-way joint after a fit of it and the baseline.
-  subroutine find(interval)
-    type(interval_t), intent(out) :: interval
+  !> The intervals of the one-way joint and, after it, of the torsion, after a fit of both and the baseline.
+  subroutine find(interval, second)
+    type(interval_t), intent(out) :: interval, second
     type(interval_t), allocatable :: intervals(:)
     type(whitener_t), target :: whitener
     type(nested_fit_t) :: found
@@ -76,10 +80,11 @@ contains
     call whitener%init(beam, [(i, i=1, beam%n_observations)], failure)
     call whitener%add_directions(nuisances)
     q(P_ONE_WAY) = 0.9_rp
-    call fit_nested(beam, whitener, [(i, i=1, N_BASE), P_ONE_WAY], q, options, found)
+    call fit_nested(beam, whitener, [(i, i=1, N_BASE), P_ONE_WAY, P_TORSION], q, options, found)
     call t%check('the fit has an end', found%is_found .and. .not. failure%failed .and. .not. beam%here%is_snapped)
     beam%farthest = farthest
     call find_intervals(beam, whitener, 1.0_rp, options, found, intervals)
     interval = intervals(1)
+    second = intervals(2)
   end subroutine find
 end program test_snapping

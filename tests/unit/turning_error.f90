@@ -71,10 +71,12 @@ contains
     self%kept_factor(slot_of(slot)) = self%factor
   end subroutine twisted_keep
 
-  subroutine twisted_recall(self, slot)
+  subroutine twisted_recall(self, slot, only_shapes)
     class(twisted_t), intent(inout) :: self
     integer, intent(in), optional :: slot
-    call self%beam_t%recall(slot)
+    logical, intent(in), optional :: only_shapes
+    call self%beam_t%recall(slot, only_shapes)
+    if (present(only_shapes)) return
     self%factor = self%kept_factor(slot_of(slot))
   end subroutine twisted_recall
 
