@@ -21,7 +21,7 @@ find_package(LAPACK REQUIRED)
 # Its supernodal part lives from BLAS: libopenblas-serial-dev makes it several times faster.
 find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
-find_package(OpenMP REQUIRED COMPONENTS C) # only to keep CHOLMOD from starting threads
+find_package(OpenMP REQUIRED COMPONENTS C Fortran) # only to keep CHOLMOD from starting threads, and to test that
 add_library(CHOLMOD::CHOLMOD INTERFACE IMPORTED)
 target_include_directories(CHOLMOD::CHOLMOD INTERFACE ${CHOLMOD_INCLUDE_DIR})
 target_link_libraries(CHOLMOD::CHOLMOD INTERFACE ${CHOLMOD_LIBRARY} OpenMP::OpenMP_C)

@@ -72,17 +72,28 @@ def unknown_html(verdict):
 
 
 def extension(diagnosis):
-    """What was added to the model, with intervals."""
+    """What was added to the model, with intervals if there are any: what leaves most of the misfit has none."""
+    extended = diagnosis["extended"]
+    before = {one["name"] for one in diagnosis["baseline"]["parameters"]}
+    intervals = {one["name"]: one for one in extended.get("intervals_90", [])}
     rows = []
-    for one in diagnosis["extended"].get("intervals_90", []):
-        lower, best, upper = one["lower_best_upper"]
-        interval = (f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else
-                    f"more than {lower:.4g} (95 %)" if one["has_lower"] else
-                    f"less than {upper:.4g} (95 %)" if one["has_upper"] else "the data set no end")
-        jumps = [end for end in ("lower", "upper") if one.get(f"{end}_is_jump")]
-        if jumps:
-            interval += f"; the shape of the wing jumps at the {' and the '.join(jumps)} end"
-        rows.append(f"<tr><td class=name>{escape(one['name'])}</td><td class=number>{best:.4g}</td>"
+    for parameter in extended.get("parameters", []):
+        name, value = parameter["name"], parameter["value"]
+        if name in before:
+            continue
+        interval = "not sought"
+        if "intervals_90" not in extended and diagnosis["verdict"]["word"] == "unknown_cause":
+            interval = "none, as this explains too little"
+        if name in intervals:
+            one = intervals[name]
+            lower, value, upper = one["lower_best_upper"]
+            interval = (f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else
+                        f"more than {lower:.4g} (95 %)" if one["has_lower"] else
+                        f"less than {upper:.4g} (95 %)" if one["has_upper"] else "the data set no end")
+            jumps = [end for end in ("lower", "upper") if one.get(f"{end}_is_jump")]
+            if jumps:
+                interval += f"; the shape of the wing jumps at the {' and the '.join(jumps)} end"
+        rows.append(f"<tr><td class=name>{escape(name)}</td><td class=number>{value:.4g}</td>"
                     f"<td class=number>{interval}</td></tr>")
     if not rows:
         return ""

@@ -129,9 +129,10 @@ contains
     d%decision = d%linear
   end subroutine judge
 
-  !> The causes of the verdict: fitted together, with intervals, and tried on locations that the fit did not see. A name
-  !> is not given if a cause of it has no interval that excludes the null, or an estimate that stands at a bound, or if it
-  !> does not predict better. The rest of several causes gets no name either, as it has been found to explain too little.
+  !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
+  !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
+  !> stands at a bound, or if it does not predict better. The rest of several causes gets no name either, as it has been found
+  !> to explain too little.
   subroutine confirm(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -154,7 +155,8 @@ contains
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
     call simulator%recall(d%extended_slot)
-    if (options%finds_intervals) then
+    ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next.
+    if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
       call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
       if (ok) then

@@ -108,7 +108,7 @@ contains
                                   experiment%model%layout%hinge_place(:, kinds(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
     call self%runner%init(experiment, wing, kinds, bins, patterns)
-    call self%farm%start(world, self%runner%input_size(), self%runner%output_size())
+    call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
     n = size(experiment%loads)
     allocate (self%here%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
     allocate (self%here%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
@@ -191,7 +191,8 @@ contains
     loads = [(l, l=1, size(self%experiment%loads))]
     if (allocated(self%is_skipped)) loads = pack(loads,.not. self%is_skipped)
     n = size(loads)
-    allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(), n), seconds(n), statuses(n))
+    allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(task, size(columns)), n), &
+              seconds(n), statuses(n))
     do l = 1, n
       inputs(:, l) = task_input(task, loads(l), self%here%is_start(loads(l)), self%here%aside(:, loads(l)), q, columns)
     end do
@@ -199,8 +200,12 @@ contains
     call self%farm%run(self%runner, [(l, l=1, n)], inputs, results, statuses, seconds)
     is_valid = all(statuses == 0)
     self%n_evaluations = self%n_evaluations + 1
-    allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
-    outputs(:, loads) = results
+    if (n == size(self%experiment%loads)) then
+      call move_alloc(results, outputs)
+    else
+      allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
+      outputs(:, loads) = results
+    end if
     self%was_tried = .false.
     self%was_tried(loads) = .true.
   end subroutine run_all

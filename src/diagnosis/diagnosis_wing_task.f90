@@ -42,6 +42,7 @@ module diagnosis_wing_task
     procedure :: free => runner_free
     procedure :: input_size => runner_input_size
     procedure :: output_size => runner_output_size
+    procedure :: most_output => runner_most_output
     procedure :: run_task => runner_run_task
   end type wing_runner_t
 
@@ -80,13 +81,28 @@ contains
   end function runner_input_size
 
   !> Numbers that any task gives back at most.
-  pure integer function runner_output_size(self) result(n)
+  pure integer function runner_most_output(self) result(n)
     class(wing_runner_t), intent(in) :: self
+    integer :: task
+    n = maxval([(self%output_size(task, size(self%quantities)), task=TASK_EVALUATE, TASK_NUISANCES)])
+  end function runner_most_output
+
+  !> Numbers that a task with derivatives with respect to `n_columns` quantities gives back at most.
+  pure integer function runner_output_size(self, task, n_columns) result(n)
+    class(wing_runner_t), intent(in) :: self
+    integer, intent(in) :: task, n_columns
     integer :: most
     most = maxval(self%bins%count)
-    n = most*(1 + size(self%quantities)) + 3*self%bare%model%n_all
-    n = max(n, most*(N_LOAD_NUISANCES + size(self%quantities) + 2*size(self%patterns%place, 2)), &
-            maxval(self%bare%comparisons%n))
+    select case (task)
+    case (TASK_EVALUATE)
+      n = most*(1 + n_columns) + 3*self%bare%model%n_all
+    case (TASK_NUISANCES)
+      n = most*(N_LOAD_NUISANCES + n_columns)
+    case (TASK_DIRECTIONS)
+      n = most*(N_LOAD_NUISANCES + n_columns + 2*size(self%patterns%place, 2))
+    case default
+      n = maxval(self%bare%comparisons%n)
+    end select
     n = n + N_FACTS
   end function runner_output_size
 

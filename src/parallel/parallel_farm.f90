@@ -149,8 +149,8 @@ contains
     call send_command(self, DISMISS, 0)
   end subroutine farm_dismiss
 
-  !> Does the tasks 1 .. size(order), begun in that order: inputs(n_input, :), outputs(n_output, :). The
-  !> output of a task that was not run is 0, and its status NOT_RUN; that of a failed one is what the
+  !> Does the tasks 1 .. size(order), begun in that order: inputs(n_input, :), outputs(n, :) with n up to n_output, which is
+  !> all that is sent. The output of a task that was not run is 0, and its status NOT_RUN; that of a failed one is what the
   !> runner left. `seconds` is how long each took. On rank 0; the others are in `serve`.
   subroutine farm_run(self, runner, order, inputs, outputs, statuses, seconds)
     class(farm_t), intent(inout) :: self
@@ -164,18 +164,17 @@ contains
     integer :: first, last, rank, number
     logical :: has_result
     call require(self%world%is_root, 'farm_run: rank 0')
-    call require(size(inputs, 1) == self%n_input .and. size(outputs, 1) == self%n_output .and. &
+    call require(size(inputs, 1) == self%n_input .and. size(outputs, 1) <= self%n_output .and. &
                  all([size(inputs, 2), size(outputs, 2), size(statuses), size(seconds)] == size(order)), &
                  'farm_run: arrays of the right sizes')
     call require(is_permutation(order), 'farm_run: an order of all tasks')
-    outputs = 0
     statuses = NOT_RUN
     seconds = 0
     self%held = 0
     self%given = 0
     first = 1 ! the tasks order(first:last) are left
     last = size(order)
-    call send_command(self, BATCH, 0)
+    call send_command(self, BATCH, size(outputs, 1))
     do
       if (first <= last) then
         if (runner%wants_stop()) last = first - 1
@@ -208,6 +207,9 @@ contains
       end do
     end do
     call end_batch(self)
+    do number = 1, size(order)
+      if (statuses(number) == NOT_RUN) outputs(:, number) = 0
+    end do
   end subroutine farm_run
 
   !> A worker holds at most two tasks, and near the end only one, lest another one be idle.
@@ -240,12 +242,12 @@ contains
     integer, intent(inout) :: statuses(:)
     type(MPI_Status) :: envelope
     integer :: number
-    call MPI_Recv(self%results(1)%numbers, 3 + self%n_output, MPI_DOUBLE_PRECISION, MPI_ANY_SOURCE, RESULT_TAG, &
+    call MPI_Recv(self%results(1)%numbers, 3 + size(outputs, 1), MPI_DOUBLE_PRECISION, MPI_ANY_SOURCE, RESULT_TAG, &
                   self%world%comm, envelope)
     number = nint(self%results(1)%numbers(1))
     statuses(number) = nint(self%results(1)%numbers(2))
     seconds(number) = self%results(1)%numbers(3)
-    outputs(:, number) = self%results(1)%numbers(4:)
+    outputs(:, number) = self%results(1)%numbers(4:3 + size(outputs, 1))
     self%held(envelope%MPI_SOURCE) = self%held(envelope%MPI_SOURCE) - 1
   end subroutine take_result
 
@@ -274,7 +276,7 @@ contains
       call self%world%broadcast_integers(words)
       select case (words(1))
       case (BATCH)
-        call serve_batch(self, runner)
+        call serve_batch(self, runner, words(2))
       case (SHARING)
         call replace_context(self, runner, words(2))
       case default
@@ -283,10 +285,11 @@ contains
     end do
   end subroutine farm_serve
 
-  !> Works off tasks while the next one is on its way.
-  subroutine serve_batch(self, runner)
+  !> Works off tasks, each with an output of this length, while the next one is on its way.
+  subroutine serve_batch(self, runner, length)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
+    integer, intent(in) :: length
     integer :: slot, status
     slot = 1
     call expect_task(self, slot)
@@ -297,10 +300,10 @@ contains
       call MPI_Wait(self%results(slot)%request, MPI_STATUS_IGNORE)
       associate (numbers => self%results(slot)%numbers)
         numbers(1) = self%tasks(slot, 1)%numbers(1)
-        call time_task(runner, self%tasks(slot, 1)%numbers(2:), numbers(4:), status, numbers(3))
+        call time_task(runner, self%tasks(slot, 1)%numbers(2:), numbers(4:3 + length), status, numbers(3))
         numbers(2) = status
       end associate
-      call MPI_Isend(self%results(slot)%numbers, 3 + self%n_output, MPI_DOUBLE_PRECISION, 0, RESULT_TAG, &
+      call MPI_Isend(self%results(slot)%numbers, 3 + length, MPI_DOUBLE_PRECISION, 0, RESULT_TAG, &
                      self%world%comm, self%results(slot)%request)
       slot = DEPTH + 1 - slot
     end do

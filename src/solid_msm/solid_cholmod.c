@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The few CHOLMOD calls that solid_cholesky needs, behind an opaque handle. Fortran cannot name the
  * members of cholmod_common, which are needed to choose the method. */
-#define _GNU_SOURCE /* RTLD_DEFAULT */
+#define _GNU_SOURCE /* RTLD_DEFAULT, RTLD_NEXT */
 #include <cholmod.h>
 #include <dlfcn.h>
 #include <omp.h>
@@ -18,12 +18,40 @@ typedef struct {
   int n;
 } solver_t;
 
+/* libgomp makes a team for every parallel region, for one thread too: it allocates, frees and calls the kernel to wake
+ * nobody. CHOLMOD has hundreds of regions of a few rows in each factorisation, so that this costs a wing of 200 points a third
+ * of the factorisation. This function stands before libgomp's for all that the program is linked with: a plain call while CHOLMOD
+ * has one thread, and libgomp's for everybody else, also if CHOLMOD is called from a region, whose threads would share its loops.
+ * CHOLMOD built with another OpenMP does not call it. */
+static _Thread_local int is_alone;
+
+typedef void parallel_t(void (*region)(void *), void *data, unsigned threads, unsigned flags);
+parallel_t GOMP_parallel;
+
+void GOMP_parallel(void (*region)(void *), void *data, unsigned threads, unsigned flags) {
+  if (is_alone && omp_get_level() == 0) {
+    region(data);
+    return;
+  }
+  parallel_t *next;
+  void *found = dlsym(RTLD_NEXT, "GOMP_parallel");
+  if (!found) abort();
+  memcpy(&next, &found, sizeof next); /* ISO C has no conversion from object to function */
+  next(region, data, threads, flags);
+}
+
 /* CHOLMOD's supernodal loops ask for four threads whatever OMP_NUM_THREADS says. A wing is far too
  * small for that, and several ranks share a node: no parallel regions below this level. */
 static int one_thread(void) {
   int levels = omp_get_max_active_levels();
   omp_set_max_active_levels(0);
+  is_alone = 1;
   return levels;
+}
+
+static void end_one_thread(int levels) {
+  is_alone = 0;
+  omp_set_max_active_levels(levels);
 }
 
 /* Address of an exported function, NULL if this BLAS has none of the name. */
@@ -159,7 +187,7 @@ int solid_cholmod_analyse(solver_t **handle, int n, int *colptr, int *rowind, in
     s->rhs = cholmod_allocate_dense((size_t)n, 1, (size_t)n, CHOLMOD_REAL, &s->common);
     if (!s->factor || !s->rhs) status = -1;
   }
-  omp_set_max_active_levels(levels);
+  end_one_thread(levels);
   return status;
 }
 
@@ -171,7 +199,7 @@ int solid_cholmod_factorise(solver_t *s, const double *values) {
   for (int k = 0; k < start[s->n]; k++) x[s->place[k]] = values[k];
   s->common.status = CHOLMOD_OK;
   int ok = cholmod_factorize(s->matrix, s->factor, &s->common);
-  omp_set_max_active_levels(levels);
+  end_one_thread(levels);
   if (!ok || s->common.status < 0) return -1;
   return s->common.status == CHOLMOD_NOT_POSDEF || s->factor->minor < (size_t)s->n ? 1 : 0;
 }
@@ -187,7 +215,7 @@ int solid_cholmod_solve(solver_t *s, int columns, double *b) {
     const double *x = s->x->x;
     for (int k = 0; k < s->n; k++) b[s->order[k]] = x[k];
   }
-  omp_set_max_active_levels(levels);
+  end_one_thread(levels);
   return ok ? 0 : -1;
 }
 

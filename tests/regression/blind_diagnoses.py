@@ -190,6 +190,7 @@ def test_shuffled(case):
         exchange_scans(data / f"{name}.h5", name == "shuffled")
     for code, found, _ in two_at_a_time(lambda name: diagnose(case, data / f"{name}.h5", name, timeout=900), names):
         check(code == UNKNOWN, f"scans under wrong names are not {found['verdict']['sentence']}")
+        check("intervals_90" not in found["extended"], "what leaves more than noise has no intervals")
 
 
 def exchange_scans(path, are_all):

@@ -17,6 +17,7 @@ program test_diagnosis
   use diagnosis_design, only: build_design, design_t
   use diagnosis_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use diagnosis_hypotheses, only: hypotheses_t
+  use diagnosis_record, only: LARGEST_SCALE
   use diagnosis_simulator, only: variant_t
   use testkit, only: testkit_t
   implicit none
@@ -295,6 +296,8 @@ contains
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(failure%failed .or. d%decision%verdict /= VERDICT_NAMED, 'exchanged loads get no name')
     if (.not. failure%failed) call check(is_coherent(d%decision), 'nor a probability that the odds do not have')
+    call check(d%extended_scale > LARGEST_SCALE .and. .not. allocated(d%intervals), &
+               'nor intervals of what leaves more than noise')
   end subroutine test_whole_run
 
   !> An effect that is stronger than the parameter may be is no name.
