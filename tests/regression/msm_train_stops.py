@@ -4,45 +4,80 @@
 
 usage: msm_train_stops.py <msm_train> <h5dump> <write_twin> [tests]
 """
+import contextlib
 import os
 import pty
 import random
 import re
+import shutil
 import signal
 import subprocess
 import time
 
 from training_case import quick, same_outcome, training, twin
-from whole_program import EXIT_STOPPED, EXIT_USER, check, main, merged
+from whole_program import EXIT_OK, EXIT_STOPPED, EXIT_USER, check, main, merged
 
 
-def wait_for(case, n, told=r"^generation +(\d+) "):
-    """Waits until the run that `start` began tells of generation (or what is told) n or a later one, and a moment more."""
+def wait_for(case, n, told):
+    """Waits until the run that `start` began has told a number of at least n, and a moment more."""
     end = time.monotonic() + 60
     while time.monotonic() < end:
+        has_ended = case.process.poll() is not None
         if any(int(g) >= n for g in re.findall(told, case.out.read_text(), re.M)):
             time.sleep(random.uniform(0, 0.05))  # about a generation
             return
-        check(case.process.poll() is None, f"the run ended too early: {case.out.read_text()}{case.err.read_text()}")
+        check(not has_ended, f"the run ended too early: {case.out.read_text()}{case.err.read_text()}")
         time.sleep(0.01)
     raise AssertionError("no progress")
 
 
 def kill(case, ranks):
-    """kill -9 of the program if it has no launcher, or of one of its ranks: all end with it."""
-    os.kill(case.ranks()[-1] if ranks > 0 else case.process.pid, signal.SIGKILL)
+    """kill -9 of the program if it has no launcher, or of the rank that leads: all end with it. Whether it was in time."""
+    leader = min(case.ranks(), default=None) if ranks > 0 else case.process.pid
+    if leader is not None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(leader, signal.SIGKILL)
     done = case.wait()
-    check(done.code not in (0, EXIT_STOPPED), f"it was killed: {done}")
     end = time.monotonic() + 20
     while case.ranks():
         check(time.monotonic() < end, "no rank outlives mpiexec")
+    if re.search(r"^evaluations +\d+ in all", done.out, re.M):  # it has ended what it had to do, and writes, or has written
+        return False
+    check(done.code not in (0, EXIT_STOPPED), f"it was killed: {done}")
     check("trained.ini" not in case.files(), "an unfinished training leaves no wing")
+    return True
+
+
+def terminate(case, _):
+    """SIGTERM to the program without a launcher. Whether it was in time."""
+    os.kill(case.process.pid, signal.SIGTERM)
+    done = case.wait()
+    if done.code == EXIT_OK:
+        return False
+    check(done.code == EXIT_STOPPED and "go on with --restart" in done.out, f"stopped: {done}")
+    check("trained.ini" not in case.files(), "an unfinished training leaves no wing")
+    return True
+
+
+def run_and(end_it, case, *words, ranks, n, told):
+    """Ends a run once it has told n, and begins anew from the same files where a busy machine was late with it."""
+    before = case.folder.with_name(case.folder.name + "_before")
+    shutil.copytree(case.folder, before)
+    for _ in range(20):
+        case.start("train.ini", *words, ranks=ranks)
+        wait_for(case, n, told)
+        if end_it(case, ranks):
+            shutil.rmtree(before)
+            return
+        shutil.rmtree(case.folder)
+        shutil.copytree(before, case.folder)
+    raise AssertionError(f"never in time: {words} on {ranks} ranks, {n} of {told}")
 
 
 def test_kill(case):
     """Killed on two ranks, and stopped by a signal, at random: the restarted runs are the undisturbed one to the bit."""
     whole, killed = case.sub("whole"), case.sub("killed")
-    ini = quick(CMAES={"max_generations": 9, "restarts": "ipop", "max_restarts": 1, "lambda": 5, "max_evaluations": 90})
+    ini = quick(CMAES={"max_generations": 9, "restarts": "ipop", "max_restarts": 1, "lambda": 5, "max_evaluations": 150})
     for one in (whole, killed):
         twin(one)
         one.write("train.ini", ini)
@@ -50,18 +85,11 @@ def test_kill(case):
     # No candidate of so short a search meets heights to the declared 0.1 um.
     for text in (done.out, (whole.folder / "trained.ini").read_text()):
         check("warning: this does not fit within the declared errors" in text, f"what does not fit is told:\n{text}")
-    first = random.randint(2, 4)  # the backup of generation 1 is written then
-    second = random.randint(first + 2, 8)
-    print(f"killed after generation {first} or a little later, stopped after {second}")
-    killed.start("train.ini", ranks=2)
-    wait_for(killed, first)
-    kill(killed, 2)
-    killed.start("train.ini", "--restart")
-    wait_for(killed, second)
-    os.kill(killed.process.pid, signal.SIGTERM)
-    done = killed.wait()
-    check(done.code == EXIT_STOPPED and "go on with --restart" in done.out, f"stopped: {done}")
-    check("trained.ini" not in killed.files(), "an unfinished training leaves no wing")
+    told = r"^generation +\d+  evaluations +(\d+) "
+    first, second = random.randint(10, 20), random.randint(30, 80)  # the backup of generation 1, of 5 candidates, is written then
+    print(f"killed after {first} evaluations or a little later, stopped after {second}")
+    run_and(kill, killed, ranks=2, n=first, told=told)
+    run_and(terminate, killed, "--restart", ranks=0, n=second, told=told)
     killed.write("short.ini", merged(ini, {"Saving": {"wtimemax": 1e-9}}))
     done = killed.run("short.ini", "--restart", ranks=0, code=EXIT_STOPPED)
     check("wall time" in done.out, f"the wall time is over at once:\n{done.out}")
@@ -87,9 +115,7 @@ def test_kill_polish(case):
     print(f"killed at point {point} of the polish, and in interval {interval}")
     for words, ranks, told, n in ((), 3, r"^polish from start 1 of at most 1  evaluations +(\d+) ", point), \
             (("--restart",), 0, r"^interval (\d) of 3, ", interval):
-        killed.start("train.ini", *words, ranks=ranks)
-        wait_for(killed, n, told)
-        kill(killed, ranks)
+        run_and(kill, killed, *words, ranks=ranks, n=n, told=told)
     done = killed.run("train.ini", "--restart", ranks=0)
     check("restart   after" in done.out and "generation" not in done.out, f"the search is not repeated:\n{done.out}")
     same_outcome(whole, killed)
