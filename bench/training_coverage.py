@@ -25,6 +25,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 SOURCE = Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(SOURCE / "tools"), str(SOURCE / "bench")]
+import _project_python  # noqa: F401, E402
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 

@@ -6,6 +6,8 @@ import argparse
 import csv
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import numpy as np
 
 from _cycles import FlappingRun

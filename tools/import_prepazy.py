@@ -16,6 +16,8 @@ import sys
 from math import pi
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import h5py
 import numpy as np
 

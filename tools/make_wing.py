@@ -13,6 +13,8 @@ import argparse
 import sys
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))

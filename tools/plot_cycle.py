@@ -7,6 +7,8 @@ import csv
 import sys
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import matplotlib
 
 matplotlib.use("Agg")

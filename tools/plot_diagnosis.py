@@ -13,6 +13,8 @@ import io
 import json
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import h5py
 import matplotlib
 

@@ -7,6 +7,8 @@ import argparse
 import re
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import numpy as np
 import matplotlib
 

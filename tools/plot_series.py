@@ -4,6 +4,8 @@
 import argparse
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import numpy as np
 import matplotlib
 

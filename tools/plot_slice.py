@@ -5,6 +5,8 @@ draws the vorticity along the span of a wing on planes normal to it."""
 import argparse
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import matplotlib
 
 matplotlib.use("Agg")

@@ -13,6 +13,8 @@ import argparse
 import io
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import matplotlib
 
 matplotlib.use("Agg")

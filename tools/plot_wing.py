@@ -13,6 +13,8 @@ per point (or three: the last one, the deflection normal to the wing, is taken) 
 import argparse
 from pathlib import Path
 
+import _project_python  # noqa: F401
+
 import matplotlib
 
 matplotlib.use("Agg")
