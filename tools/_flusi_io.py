@@ -8,15 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
+from _project_python import PACKAGES, stop_without
+
 
 class InputError(Exception):
     """A mistake in what the user gave; its text is all the user needs to see."""
 
 
 def run_tool(name, main):
-    """Runs main() and turns an InputError into a message and exit code 2."""
+    """Runs main() and turns an InputError, or a package that is not there, into a message and exit code 2."""
     try:
         main()
+    except ModuleNotFoundError as error:
+        if error.name not in PACKAGES:
+            raise
+        stop_without(name, [error.name])
     except InputError as error:
         print(f"{name}: {error}", file=sys.stderr)
         sys.exit(2)

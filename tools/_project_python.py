@@ -5,8 +5,16 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-PACKAGES = ("numpy", "h5py", "matplotlib", "scipy")  # those of requirements.txt
+EVERYWHERE = ("numpy", "h5py", "matplotlib")
+PACKAGES = (*EVERYWHERE, "scipy")  # those of requirements.txt; the last is for what bends wings
 ROOT = Path(__file__).resolve().parent.parent
+
+
+def stop_without(script, missing):
+    """Ends a tool that lacks packages with a message and exit code 2."""
+    print(f"{script}: {sys.executable} has no {', '.join(missing)}. 'tools/quickstart deps' installs what tools need in "
+          f".venv, where they find it; or: pip install -r tools/requirements.txt", file=sys.stderr)
+    sys.exit(2)
 
 
 def use_project_python():
@@ -18,8 +26,8 @@ def use_project_python():
     python = own / "bin/python"
     if python.exists() and Path(sys.prefix).resolve() != own:
         os.execv(python, [str(python), *sys.argv])
-    sys.exit(f"{script.name}: {sys.executable} has no {', '.join(missing)}. 'tools/quickstart deps' installs what tools need "
-             f"in .venv, where they find it; or: pip install -r tools/requirements.txt")
+    if set(missing) & set(EVERYWHERE):
+        stop_without(script.name, missing)
 
 
 use_project_python()

@@ -18,9 +18,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+import _project_python  # noqa: F401, E402
+
+import numpy as np  # noqa: E402
+
 SPARS = 2 * math.pi * 0.1**4 / 64  # moment of area of the spars of wings/filament.h5, m^4 per metre of width
 MASS, RIGIDITY, TILT = 1.5, 0.00225, 18.0
 THIN = {"thin-24-normal": "no thickness, no friction", "thin-40": "no thickness, with friction"}
@@ -165,7 +168,6 @@ def table(root):
 
 
 def plot(root, picture):
-    sys.path.insert(0, str(ROOT / "tools"))
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt

@@ -18,9 +18,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+import _project_python  # noqa: F401, E402
+
+import numpy as np  # noqa: E402
+
 LENGTH, HEIGHT, DENSITY, NU = 2.56, 0.48, 1000.0, 1e-3  # of the box and of the fluid, SI units
 # A mask whose step is 2 h wide has its wall where it is drawn if sqrt(nu C_eta) is this part of h = dx: the zero of
 # wall_shift in tests/verification/support_walls.f90.
@@ -176,7 +179,6 @@ def table(root):
 
 
 def plot(root, picture):
-    sys.path.insert(0, str(ROOT / "tools"))
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt

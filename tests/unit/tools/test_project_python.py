@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tools that are begun with a Python without packages: the project's own takes over, or one line says what is missing."""
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import venv
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[3]
+
+
+class ProjectPython(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = Path(folder.name).resolve()
+        shutil.copytree(SOURCE / "tools", self.root / "tools", ignore=shutil.ignore_patterns("__pycache__"))
+
+    def run_tool(self, tool, *words, python=sys.executable, **environment):
+        """Without what is installed for the interpreter: -S finds the standard library alone."""
+        clean = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+        return subprocess.run([str(python), "-B", "-S", str(self.root / "tools" / tool), *words], capture_output=True,
+                              text=True, timeout=60, cwd=self.root, env={**clean, **environment})
+
+    def check_message(self, done, *packages):
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertIn(f"has no {', '.join(packages)}. 'tools/quickstart deps'", done.stderr)
+
+    def test_no_packages(self):
+        for tool in ("plot_cycle.py", "make_measurement", "import_prepazy.py"):
+            done = self.run_tool(tool, "--help")
+            self.check_message(done, "numpy", "h5py", "matplotlib", "scipy")
+            self.assertTrue(done.stderr.startswith(f"{tool}: "), done.stderr)
+
+    def test_taken_over(self):
+        own = self.root / ".venv/bin/python"
+        own.parent.mkdir(parents=True)
+        own.write_text("#!/bin/sh\nprintf '<%s>' \"$@\"\nexit 7\n")
+        own.chmod(0o755)
+        for tool in sorted(path.name for path in (self.root / "tools").iterdir()):
+            text = "" if (self.root / "tools" / tool).is_dir() else (self.root / "tools" / tool).read_text()
+            if tool.startswith("_") or "__main__" not in text or "import numpy" not in text and "_flusi_io" not in text:
+                continue
+            with self.subTest(tool):
+                done = self.run_tool(tool, "a file", "--option")
+                self.assertEqual((done.returncode, done.stdout),
+                                 (7, f"<{self.root}/tools/{tool}><a file><--option>"), done.stderr)
+
+    def test_own_without_packages(self):
+        venv.create(self.root / ".venv", symlinks=True)
+        own = self.root / ".venv/bin/python"
+        done = subprocess.run([own, "-B", self.root / "tools/plot_cycle.py"], capture_output=True, text=True, timeout=60,
+                              env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"})
+        self.check_message(done, "numpy", "h5py", "matplotlib", "scipy")
+
+    def test_without_scipy(self):
+        """Pictures do not need it; what does says so."""
+        packages = self.root / "packages"
+        packages.mkdir()
+        real = Path(importlib.util.find_spec("numpy").origin).parent
+        for folder in (real, real.with_name("numpy.libs")):
+            (packages / folder.name).symlink_to(folder)
+        for name in ("h5py", "matplotlib"):
+            (packages / name).mkdir()
+        shutil.copy(SOURCE / "ini/diagnose.json", self.root / "case.json")
+        done = self.run_tool("import_heights.py", "--help", PYTHONPATH=str(packages))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.run_tool("make_measurement", "case.json", "-o", "out.h5", PYTHONPATH=str(packages))
+        self.check_message(done, "scipy")
+
+
+if __name__ == "__main__":
+    unittest.main()
