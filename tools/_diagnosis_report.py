@@ -12,6 +12,7 @@ CLASSES = {"adequate": "determined", "named": "determined", "consistent_with_set
 WORDS = {"adequate": "The model is adequate", "named": "The cause has a name",
          "consistent_with_set": "Several causes are possible", "unknown_cause": "A cause that is not in the catalogue",
          "data_insufficient": "Not enough data"}
+SMALL = 0.05  # posterior probability: 3 units of log evidence, the bound of an alias
 
 
 def probability(p):
@@ -109,8 +110,12 @@ def alternatives(diagnosis):
     known = {e["name"]: e for e in diagnosis["effects"]}
     rows = [f"<tr><td class=name>{escape(known[name]['title'])}</td><td class=number>{share(known[name]['posterior'])}</td>"
             f"<td>{escape(known[name]['sentence'])}</td></tr>" for name in verdict["set"]]
+    note = ""
+    if verdict["set_because"] == "alias" and min(known[name]["posterior"] for name in verdict["set"]) < SMALL:
+        note = ("<p>What is improbable here stays a candidate: if the other parameters may have any value, it does nearly what "
+                "the first cause does. Only what was known of them beforehand, or chance, speaks against it.</p>")
     return ("<h2>What these data cannot tell apart</h2><table><thead><tr><th>cause</th><th class=number>alone, with "
-            "probability</th><th>in words</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>")
+            "probability</th><th>in words</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>" + note)
 
 
 def shifts(diagnosis):

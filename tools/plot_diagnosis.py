@@ -195,8 +195,8 @@ def pictures_of(diagnosis, loads, unknown, outline):
         made.append(("residuals", "What the model misses", caption + " The cross marks the force.",
                      draw_residuals(loads, outline, is_extended)))
     made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
-                 "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What lies "
-                 "right of the dashed line the data cannot tell from the first.", draw_evidence(diagnosis["effects"])))
+                 "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
+                 "beyond the dashed line is less than 20 times less probable than the first.", draw_evidence(diagnosis["effects"])))
     if unknown:
         region = diagnosis["verdict"].get("region")
         made.append(("unknown", "Where on the wing", "If nothing but further forces, or nothing but the stiffness, were "

@@ -97,10 +97,15 @@ class Report(unittest.TestCase):
         """What cannot be told apart has a table, and an interval with one end says which."""
         interval = {"name": "drift", "lower_best_upper": [0.001, 0.002, 0.9], "has_lower": True, "has_upper": False,
                     "lower_is_jump": True, "upper_is_jump": False}
-        text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**DIAGNOSIS["verdict"], "word": "consistent_with_set", "grade": "B"},
-                                    "extended": {**DIAGNOSIS["extended"], "intervals_90": [interval]}})
+        verdict = {**DIAGNOSIS["verdict"], "word": "consistent_with_set", "grade": "B", "set_because": "alias"}
+        extended = {**DIAGNOSIS["extended"], "intervals_90": [interval]}
+        text = self.page(diagnosis={**DIAGNOSIS, "verdict": verdict, "extended": extended})
         self.assertIn("What these data cannot tell apart", text)
         self.assertIn("more than 0.001 (95 %); the shape of the wing jumps at the lower end", text)
+        self.assertNotIn("stays a candidate", text)
+        effects = [EFFECT, {**EFFECT, "name": "creep", "posterior": 0.04}]
+        text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**verdict, "set": ["drift", "creep"]}, "effects": effects})
+        self.assertIn("What is improbable here stays a candidate", text)
 
     def test_heavy_tails(self):
         """Heights that were left out are told, beside what else there is to say of the noise."""
