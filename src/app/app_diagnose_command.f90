@@ -49,7 +49,7 @@ contains
   !> Writes how the program is called.
   subroutine print_diagnose_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(18) = [character(84) :: &
+    character(*), parameter :: LINES(19) = [character(84) :: &
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
@@ -67,6 +67,7 @@ contains
                                             '           11 several causes are possible     3 numerical failure', &
                                             '           12 a cause that is not in the catalogue', &
                                             '           20 not enough data', &
+                                            "Open MPI's mpirun calls every code but 0 an error; with -q it does not.", &
                                             'parameters: docs/parameters.md, example: ini/diagnose.ini']
     call print_lines(unit, LINES)
   end subroutine print_diagnose_usage
