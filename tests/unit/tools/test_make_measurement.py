@@ -305,13 +305,13 @@ class Documentation(WithFolder):
 
 class Independence(unittest.TestCase):
     def test_imports(self):
-        """The generator imports its own modules, the reader of wing files and public libraries; nothing it runs is
-        the solver, and nothing of the fitter imports it."""
+        """The generator imports its own modules, the reader of wing files, the choice of a Python and public libraries;
+        nothing it runs is the solver, and nothing of the fitter imports it."""
         own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_membrane", "_bending_mesh", "_bending_model",
                "_bending_statics", "_measurement_case", "_measurement_noise", "_measurement_scan",
                "_measurement_synthesis", "_measurement_file", "_blind_batch", "_blind_cases", "_blind_effects",
                "_blind_ledger", "_blind_oracle", "_blind_study"}
-        allowed = own | {"_flusi_io", "_wing_file", "numpy", "scipy", "h5py"} \
+        allowed = own | {"_flusi_io", "_project_python", "_wing_file", "numpy", "scipy", "h5py"} \
             | set(getattr(sys, "stdlib_module_names", ()))
         for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement", TOOLS / "blindgen"]:
             text = path.read_text()
