@@ -12,7 +12,8 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
                       sigmas=None):
     """Writes a measurement file in the layout of HDF5 1.8, whose metadata carry checksums.
 
-    x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})};
+    x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})}; without heights (None)
+    it is the plan of an experiment;
     accuracy, calibration: {attribute: value}; unloaded_sigma (ny, nx), sigmas: {name: (ny, nx)} [m] where they are known.
     """
     def dataset(name, values):
@@ -32,11 +33,13 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
             if title:
                 file.attrs["title"] = np.bytes_(title)
             for name, values in (("x", x), ("y", y), ("z", unloaded)):
-                dataset("reference/" + name, values)
+                if values is not None:
+                    dataset("reference/" + name, values)
             if unloaded_sigma is not None:
                 dataset("reference/sigma", unloaded_sigma)
             for name, (heights, facts) in sorted(loads.items()):
-                dataset(f"loads/{name}/z", heights)
+                if heights is not None:
+                    dataset(f"loads/{name}/z", heights)
                 if sigmas and name in sigmas:
                     dataset(f"loads/{name}/sigma", sigmas[name])
                 attributes(f"loads/{name}", facts)
@@ -48,10 +51,10 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
 
 
 def write_test(path, content):
-    """Writes what `observe` of _measurement_synthesis made."""
+    """Writes what `observe` or `plan` of _measurement_synthesis made."""
     sigma = None
     if content["reference_scans"] > 1:
-        sigma = np.full(content["z"].shape, content["accuracy"]["height"] / np.sqrt(content["reference_scans"]))
+        sigma = np.full((len(content["y"]), len(content["x"])), content["accuracy"]["height"] / np.sqrt(content["reference_scans"]))
     loads = {load["name"]: (load["z"], {key: load[key] for key in ("force", "direction", "point", "order", "replicate",
                                                                    "time", "hold")}) for load in content["loads"]}
     write_measurement(path, content["x"], content["y"], content["z"], loads, content["accuracy"], content["calibration"],

@@ -204,17 +204,30 @@ def synthesise(case, jobs=1, tell=lambda text: None):
     return observe(bench, loads, shapes, bench.rest())
 
 
+def plan(bench, loads):
+    """What is stated before anything is measured: a dictionary for `write_test`."""
+    case = bench.case
+    low, high = bench.wing.points.min(0), bench.wing.points.max(0)
+    x, y = (grid_lines(low[k], high[k], case.spacing) for k in range(2))
+    stated = []
+    for load in loads:
+        size = float(np.linalg.norm(load.vector))
+        stated.append({"name": load.name, "z": None, "force": size, "direction": load.vector / size, "point": load.point,
+                       "order": load.order, "replicate": load.replicate,
+                       "time": (load.order - 1) * case.protocol.interval, "hold": case.protocol.hold})
+    return {"x": x, "y": y, "z": None, "loads": stated, "accuracy": declare(case), "calibration": case.calibration,
+            "title": case.title, "reference_scans": case.noise.reference_scans}
+
+
 def observe(bench, loads, shapes, unloaded):
     """What the experiment sees of the shapes (as from `bend`) and of the positions of the unloaded wing: a dictionary for
     `write_test`, and the truth about it."""
     case, hidden = bench.case, bench.case.hidden
-    low, high = bench.wing.points.min(0), bench.wing.points.max(0)
-    x, y = (grid_lines(low[k], high[k], case.spacing) for k in range(2))
+    content = plan(bench, loads)
+    x, y = content["x"], content["y"]
     errors = HeightErrors(case.noise, x, y, bench.streams)
     rest = scan(unloaded, bench.wing.triangles, x - hidden.map_shift[0], y - hidden.map_shift[1])
-    content = {"x": x, "y": y, "z": rest * hidden.height_scale + errors.reference() + fringes(bench, x, y, 0),
-               "loads": [], "accuracy": declare(case), "calibration": case.calibration, "title": case.title,
-               "reference_scans": case.noise.reference_scans}
+    content["z"] = rest * hidden.height_scale + errors.reference() + fringes(bench, x, y, 0)
     truth = {"case": asdict(case), "mesh": {"points": len(bench.wing.points), "triangles": len(bench.wing.triangles)},
              "joints": joint_truth(bench), "loads": []}
     # What is left of the deformation before is left of every point of the wing, also of those that were not seen then.
@@ -233,10 +246,7 @@ def observe(bench, loads, shapes, unloaded):
         z = z + errors.one_scan(number) + errors.outliers(number) + fringes(bench, x, y, number + 1)
         z += hidden.bow * (load.order - 1) * span**2
         z[errors.missing(number, known)] = np.nan
-        size = float(np.linalg.norm(load.vector))
-        content["loads"].append({"name": load.name, "z": z, "force": size, "direction": load.vector / size,
-                                 "point": load.point, "order": load.order, "replicate": load.replicate,
-                                 "time": (load.order - 1) * case.protocol.interval, "hold": case.protocol.hold})
+        content["loads"][number]["z"] = z
         truth["loads"].append({
             "name": load.name, "order": load.order, "force": load.true_vector.tolist(), "point": list(load.true_point),
             "stiffness_factor": load.factor, "vein_factor": load.factor_veins, "moved": moved, "snaps": report.snaps,

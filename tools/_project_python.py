@@ -8,6 +8,7 @@ from pathlib import Path
 EVERYWHERE = ("numpy", "h5py", "matplotlib")
 PACKAGES = (*EVERYWHERE, "scipy")  # those of requirements.txt; the last is for what bends wings
 ROOT = Path(__file__).resolve().parent.parent
+BEGUN = "FLUSI_MSM_BEGUN_AGAIN"  # in the environment of a tool that has been
 
 
 def stop_without(script, missing):
@@ -17,15 +18,24 @@ def stop_without(script, missing):
     sys.exit(2)
 
 
+def is_better(own, missing):
+    """Whether the Python in `own` has what all tools need, and something that is missing here."""
+    def has(name):
+        return any(own.glob(f"lib*/python*/site-packages/{name}"))
+
+    return (own / "bin/python").exists() and all(map(has, EVERYWHERE)) and any(map(has, missing))
+
+
 def use_project_python():
+    was_begun_again = os.environ.pop(BEGUN, "") != ""
     missing = [name for name in PACKAGES if find_spec(name) is None]
-    script = Path(sys.argv[0]).resolve()
-    if not missing or ROOT not in script.parents:  # another program that imports a tool finds its packages itself
-        return
+    script = Path(sys.argv[0])
+    if not missing or not script.is_file() or ROOT not in script.resolve().parents:
+        return  # another program that imports a tool finds its packages itself
     own = ROOT / ".venv"
-    python = own / "bin/python"
-    if python.exists() and Path(sys.prefix).resolve() != own:
-        os.execv(python, [str(python), *sys.argv])
+    if not was_begun_again and is_better(own, missing):
+        python = str(own / "bin/python")
+        os.execve(python, [python, *sys.argv], {**os.environ, BEGUN: "yes"})
     if set(missing) & set(EVERYWHERE):
         stop_without(script.name, missing)
 

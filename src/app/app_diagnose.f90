@@ -56,7 +56,8 @@ contains
     type(world_t), intent(in) :: world
     type(message_list_t) :: errors, notices
     self%world = world
-    call load_diagnose_settings(command%ini, command%refine, world, self%settings, errors, notices)
+    call load_diagnose_settings(command%ini, command%refine, command%action == DIAGNOSE_PLAN, world, self%settings, &
+                                errors, notices)
     if (errors%count() > 0) self%code = EXIT_USER
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')
@@ -77,7 +78,7 @@ contains
                                s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns)
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
-      if (s%options%is_scale_known) self%simulator%noise%factor = 1
+      if (s%options%is_scale_known .and. .not. s%measurement%is_plan) self%simulator%noise%factor = 1
       self%has_band = s%finds_band .and. command%action /= DIAGNOSE_PLAN
     end associate
     if (.not. self%has_band) return

@@ -53,7 +53,7 @@ contains
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
-                                            '  --plan              what the loads of the measurement could show', &
+                                  '  --plan              what the loads could show; the measurement needs no heights', &
                                             '  --refine            count what the mesh does as an error', &
                                             '  --refine=fit        and fit everything on a mesh of half the size', &
                                             '  --refine=no, or', &

@@ -34,9 +34,9 @@ contains
     call registry%add_section('Saving', 'what is written')
     call registry%add_text('Saving', 'name', 'diagnosis', &
                            'first part of the names of all files, with a folder if wanted')
-    call registry%add_text('Saving', 'draws', '', &
-                           'file in which the draws of the bootstrap are kept for another run with '// &
-                           'the same data and baseline; empty: NAME_draws.h5; none: they are not kept')
+    call registry%add_text('Saving', 'draws', 'NAME_draws.h5', &
+                           'file in which the draws of the bootstrap are kept for runs with the same loads and '// &
+                           'baseline; the word none: they are not kept', computed=.true.)
   end subroutine register_diagnose_keys
 
   !> Writes the reference of these keys, a part of docs/parameters.md.

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the loads of a measurement could show, before anything is fitted: the smallest strength of every effect, and
-!> which further load would lower it most: on the terminal, and NAME_plan.json for programs.
+!> What the loads of a measurement, or of a plan without heights, could show, before anything is fitted: the smallest
+!> strength of every effect, and which further load would lower it most: on the terminal, and NAME_plan.json for programs.
 module app_diagnose_plan
   use app_diagnose_places, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
   use app_diagnose_settings, only: diagnose_settings_t
@@ -59,6 +59,8 @@ contains
     end do
     call print_loads(unit, s, simulator, design, snr, helpful)
     write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
+    if (s%measurement%is_plan .and. s%noise%model%length > 0) write (unit, '(a)') &
+      'Errors of heights count as independent and as correlated ones, in full: how they mix is not known before.'
     if (s%finds_band) write (unit, '(a)') 'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
     flush (unit)
     call write_plan(s, design, snr, helpful, failure)

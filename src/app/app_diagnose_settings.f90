@@ -11,7 +11,7 @@ module app_diagnose_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use diagnosis_engine, only: diagnosis_options_t
-  use diagnosis_noise, only: estimate_noise, noise_estimate_t
+  use diagnosis_noise, only: estimate_noise, noise_estimate_t, plan_noise
   use diagnosis_wing_bins, only: bins_t, make_bins, usual_size
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
@@ -61,9 +61,10 @@ module app_diagnose_settings
 contains
 
   !> Reads the ini file `path` and what it names on all ranks; all mistakes go to `errors`, remarks to `notices`.
-  !> `refine` goes before [Diagnose] refine unless it is empty. Collective.
-  subroutine load_diagnose_settings(path, refine, world, s, errors, notices)
+  !> `refine` goes before [Diagnose] refine unless it is empty. What `only_plans` needs no heights. Collective.
+  subroutine load_diagnose_settings(path, refine, only_plans, world, s, errors, notices)
     character(*), intent(in) :: path, refine
+    logical, intent(in) :: only_plans
     type(world_t), intent(in) :: world
     type(diagnose_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -85,7 +86,7 @@ contains
       if (allocated(problem)) then
         call s%config%complain(errors, 'Measurement', 'file', problem)
       else
-        call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
+        call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors, only_plans)
         if (errors%count() == 0) &
           call choose_heights(s%config, s%measurement_path, .false., s%measurement, s%outliers, notices)
       end if
@@ -151,8 +152,8 @@ contains
       s%name = c%get_text('Saving', 'name')
       if (s%name == '') call c%complain(errors, 'Saving', 'name', 'must be the first part of names of files')
       call check_name(c, s%name, errors)
-      s%draws_path = c%get_text('Saving', 'draws')
-      if (s%draws_path == '') s%draws_path = s%name//'_draws.h5'
+      s%draws_path = s%name//'_draws.h5'
+      if (c%is_given('Saving', 'draws')) s%draws_path = c%get_text('Saving', 'draws')
       if (s%draws_path == 'none') s%draws_path = ''
     end associate
   end subroutine read_options
@@ -183,6 +184,10 @@ contains
     call make_catalogue(s%experiment, s%setup%wing, s%sought%numbers, s%config%get_real('Diagnose', 'prior_decades'), &
                         s%catalogue)
     call make_patterns(s%experiment, s%setup%wing, s%patterns)
+    if (s%measurement%is_plan) then
+      call plan_noise(s%experiment, s%noise)
+      return
+    end if
     allocate (values(maxval(s%experiment%comparisons%n), size(s%experiment%comparisons)), source=0.0_rp)
     do l = 1, size(values, 2)
       values(:s%experiment%comparisons(l)%n, l) = s%experiment%comparisons(l)%measured

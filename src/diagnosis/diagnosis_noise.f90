@@ -12,7 +12,7 @@ module diagnosis_noise
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: noise_estimate_t, estimate_noise, judge_variance
+  public :: noise_estimate_t, estimate_noise, judge_variance, plan_noise
 
   real(rp), parameter :: MEDIAN_OF_NORMAL = 0.6744897501960817_rp
   integer, parameter :: FEWEST = 50 !< differences
@@ -94,6 +94,19 @@ contains
       end associate
     end subroutine add
   end subroutine estimate_noise
+
+  !> Before there are heights. How much of correlated errors is independent from pixel to pixel is not known then: they count as
+  !> independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 - w) C <= 1 + C as
+  !> matrices, for every share w and covariance C).
+  subroutine plan_noise(experiment, estimate)
+    type(experiment_t), intent(in) :: experiment
+    type(noise_estimate_t), intent(out) :: estimate
+    estimate%warning = ''
+    estimate%model%length = experiment%measurement%accuracy%correlation_length
+    if (.not. estimate%model%length > 0) return
+    estimate%model%white = 0.5_rp
+    estimate%model%factor = 2
+  end subroutine plan_noise
 
   !> Of declared errors that neighbours share in part, their scatter says no more than how large the other part is. What says
   !> it is the variance of all errors: that of `estimate%model`, as the fit has left it, times `scale`. Adds a warning if there

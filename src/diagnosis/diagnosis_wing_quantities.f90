@@ -50,7 +50,8 @@ contains
     numbers = pack([(i, i=1, size(q))], abs(q - quantities%null) > 0 .or. quantities%kind == KIND_ZERO)
   end function differing
 
-  !> Whether the experiment has all that differs from its null at q as unknowns.
+  !> Whether the experiment has what differs from its null at q as unknowns, and nothing else: a parameter at its null is not the
+  !> same to the last bit as none, and what a rank has done before must not show.
   pure logical function is_setup_for(setup, quantities, q) result(is_it)
     type(setup_t), intent(in) :: setup
     type(wing_quantity_t), intent(in) :: quantities(:)
@@ -60,7 +61,8 @@ contains
     is_it = .false.
     if (.not. allocated(setup%order)) return
     wanted = differing(quantities, q)
-    is_it = all([(any(setup%order == wanted(i)), i=1, size(wanted))])
+    is_it = size(wanted) == size(setup%order)
+    if (is_it) is_it = all([(any(setup%order == wanted(i)), i=1, size(wanted))])
   end function is_setup_for
 
   !> The experiment for q, from one without unknowns.

@@ -149,13 +149,15 @@ contains
     call add_key(self, new)
   end subroutine registry_add_word
 
-  !> Free text, such as the name of a file.
-  subroutine registry_add_text(self, section, key, default, help, required)
+  !> Free text, such as the name of a file. If it is `computed`, `default` is a sentence and the program works the default out;
+  !> get_text may then be asked only if the key is given.
+  subroutine registry_add_text(self, section, key, default, help, required, computed)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, default, help
-    logical, intent(in), optional :: required
+    logical, intent(in), optional :: required, computed
     type(key_t) :: new
     call describe(new, KEY_TEXT, section, key, default, help, required=required)
+    if (present(computed)) new%is_computed = computed
     call add_key(self, new)
   end subroutine registry_add_text
 

@@ -71,6 +71,7 @@ module measurement_data
     character(NAME_LENGTH), allocatable :: zeros(:)   !< names of the unknown offsets
     type(accuracy_t) :: accuracy
     type(calibration_t) :: calibration
+    logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
     procedure :: place => measurement_place
     procedure :: deformation => measurement_deformation

@@ -28,12 +28,14 @@ module measurement_file
 contains
 
   !> Reads the measurement file `path` of the valid `wing` in this process alone; MPI need not run. If `messages` has
-  !> no more entries than before, `measurement` is complete and checked; otherwise its content is undefined.
-  subroutine read_measurement(path, wing, measurement, messages)
+  !> no more entries than before, `measurement` is complete and checked; otherwise its content is undefined. If it
+  !> `may_be_plan` of an experiment, nothing in the file has to be measured: see `is_plan`.
+  subroutine read_measurement(path, wing, measurement, messages, may_be_plan)
     character(*), intent(in) :: path
     type(wing_t), intent(in) :: wing
     type(measurement_t), intent(out) :: measurement
     type(message_list_t), intent(inout) :: messages
+    logical, intent(in), optional :: may_be_plan
     type(wing_report_t) :: report
     type(hdf5_file_t) :: file
     type(failure_t) :: failure, ignored
@@ -50,7 +52,7 @@ contains
                                      'extra'], report)
       call read_accuracy(file, measurement, report)
       call read_calibration(file, measurement, report)
-      call read_all_heights(file, measurement, report)
+      call read_all_heights(file, may_be_plan, measurement, report)
       call read_observations(file, measurement, report)
       call check_measurement(measurement, wing, report)
     end if
@@ -95,14 +97,25 @@ contains
     call read_whole(file, OBJECT, 'order_is_random', 0, 1, -1, m%calibration%order_is_random, report)
   end subroutine read_calibration
 
-  subroutine read_all_heights(file, m, report)
+  subroutine read_all_heights(file, may_be_plan, m, report)
     type(hdf5_file_t), intent(in) :: file
+    logical, intent(in), optional :: may_be_plan
     type(measurement_t), intent(inout) :: m
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
-    logical :: has_reference
+    logical :: has_reference, is_welcome
     integer :: l
+    is_welcome = .false.
     has_reference = is_group(file, '/reference')
+    call read_names(file, '/loads', names, report)
+    if (size(names) == 0) call report%add('/loads', 'there is no load')
+    m%is_plan = .not. has_heights(file, has_reference, names)
+    if (present(may_be_plan)) is_welcome = may_be_plan
+    if (m%is_plan .and. .not. is_welcome) then
+      m%is_plan = has_reference
+      if (has_reference) call report%add('/reference/z', 'missing; without heights a file is the plan of an '// &
+                                         'experiment, for msm_diagnose --plan')
+    end if
     if (has_reference) then
       call check_members(file, '/reference', [character(5) :: 'x', 'y', 'z', 'sigma'], report)
       call read_reference(file, m, report)
@@ -110,13 +123,24 @@ contains
       if (file%has('/reference')) call report%add('/reference', 'is not a group with datasets x, y and z')
       allocate (m%x(0), m%y(0), m%unloaded(0, 0), m%unloaded_sigma(0, 0), m%has_unloaded(0, 0))
     end if
-    call read_names(file, '/loads', names, report)
-    if (size(names) == 0) call report%add('/loads', 'there is no load')
     allocate (m%loads(size(names)))
     do l = 1, size(names)
       call read_load(file, trim(names(l)), has_reference, m, m%loads(l), report)
     end do
   end subroutine read_all_heights
+
+  logical function has_heights(file, has_reference, names)
+    type(hdf5_file_t), intent(in) :: file
+    logical, intent(in) :: has_reference
+    character(NAME_LENGTH), intent(in) :: names(:) !< of loads
+    integer :: l
+    has_heights = .false.
+    if (has_reference) has_heights = file%has('/reference/z')
+    do l = 1, size(names)
+      if (is_group(file, '/loads/'//trim(names(l)))) &
+        has_heights = has_heights .or. file%has('/loads/'//trim(names(l))//'/z')
+    end do
+  end function has_heights
 
   subroutine read_load(file, name, has_reference, m, load, report)
     type(hdf5_file_t), intent(in) :: file
@@ -136,7 +160,7 @@ contains
     call check_members(file, group, [character(5) :: 'z', 'sigma'], report)
     call check_names(file, group, [character(9) :: 'force', 'direction', 'point', 'order', 'time', 'hold', &
                                    'replicate'], report)
-    load%has_surface = file%has(group//'/z')
+    load%has_surface = file%has(group//'/z') .or. (m%is_plan .and. has_reference)
     call read_real(file, group, 'force', 'N', 0.0_rp, load%has_surface, 1.0e6_rp, load%force, report)
     call read_direction(file, group, 'direction', load%direction, report)
     call read_vector(file, group, 'point', 'm', FAR, load%point, report)
@@ -173,6 +197,7 @@ contains
     character(:), allocatable :: group, text
     character(NAME_LENGTH) :: zero
     type(suggestion_t) :: suggestion
+    real(rp), allocatable :: unread !< none: the value is needed
     integer :: l
     group = '/points/'//name
     observation%name = name
@@ -206,7 +231,8 @@ contains
     call read_word(file, group, 'units', .true., text, report)
     if (len(text) > 0 .and. text /= trim(merge('m  ', 'rad', observation%quantity == QUANTITY_DISPLACEMENT))) &
       call report%add(group, 'attribute units is '//quoted(text)//'; valid: m for displacements, rad for rotations')
-    call read_real(file, group, 'value', '', -FAR, .false., FAR, observation%value, report)
+    if (m%is_plan) unread = 0
+    call read_real(file, group, 'value', '', -FAR, .false., FAR, observation%value, report, unread)
     call read_real(file, group, 'sigma', '', 0.0_rp, .true., FAR, observation%sigma, report)
     call read_word(file, group, 'zero', .false., text, report)
     if (len(text) == 0) return

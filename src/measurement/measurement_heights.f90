@@ -18,7 +18,7 @@ module measurement_heights
 
 contains
 
-  !> Grid lines and unloaded heights. The arrays are allocated in any case, empty after a mistake.
+  !> Grid lines and unloaded heights, which a plan has not. The arrays are allocated in any case, empty after a mistake.
   subroutine read_reference(file, m, report)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(inout) :: m
@@ -38,7 +38,11 @@ contains
     allocate (m%unloaded(nx, ny), m%unloaded_sigma(nx, ny), source=0.0_rp)
     allocate (m%has_unloaded(nx, ny), source=.false.)
     if (nx == 0 .or. ny == 0) return
-    call read_map(file, '/reference/z', nx, ny, .false., z, has, report)
+    if (m%is_plan) then
+      call plan_map(nx, ny, z, has)
+    else
+      call read_map(file, '/reference/z', nx, ny, .false., z, has, report)
+    end if
     if (size(z) == 0) return
     if (.not. any(has)) call report%add('/reference/z', 'all heights are missing')
     m%unloaded(:, :) = reshape(z, [nx, ny])
@@ -82,7 +86,7 @@ contains
     call report%finish()
   end subroutine read_axis
 
-  !> The heights of a load that are known, where the unloaded height is known too.
+  !> The heights of a load that are known, where the unloaded height is known too; in a plan all.
   subroutine read_surface(file, group, m, load, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -95,7 +99,11 @@ contains
     nx = size(m%x)
     ny = size(m%y)
     if (nx == 0 .or. ny == 0) return
-    call read_map(file, group//'/z', nx, ny, .false., z, has, report)
+    if (m%is_plan) then
+      call plan_map(nx, ny, z, has)
+    else
+      call read_map(file, group//'/z', nx, ny, .false., z, has, report)
+    end if
     if (size(z) == 0) return
     if (.not. any(has)) then
       call report%add(group//'/z', 'all heights are missing')
@@ -125,6 +133,15 @@ contains
       end do
     end do
   end subroutine read_surface
+
+  !> What a plan has in place of heights: all will be known.
+  pure subroutine plan_map(nx, ny, values, has)
+    integer, intent(in) :: nx, ny
+    real(rp), allocatable, intent(out) :: values(:)
+    logical, allocatable, intent(out) :: has(:)
+    allocate (values(nx*ny), source=0.0_rp)
+    allocate (has(nx*ny), source=.true.)
+  end subroutine plan_map
 
   !> values(nx ny), 0 where they are missing, and where they are there; both empty after a mistake of form.
   subroutine read_map(file, name, nx, ny, is_sigma, values, has, report)

@@ -14,17 +14,19 @@ module measurement_share
 
 contains
 
-  !> Rank 0 reads the file; all ranks get the measurement and the messages. `wing` is the same on all. Collective.
-  subroutine load_measurement(world, path, wing, measurement, messages)
+  !> Rank 0 reads the file, which `may_be_plan` of an experiment (by default not); all ranks get the measurement and the
+  !> messages. `wing` is the same on all. Collective.
+  subroutine load_measurement(world, path, wing, measurement, messages, may_be_plan)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(wing_t), intent(in) :: wing
     type(measurement_t), intent(out) :: measurement
     type(message_list_t), intent(inout) :: messages
+    logical, intent(in), optional :: may_be_plan
     type(message_list_t) :: found
     character(:), allocatable :: text
     integer :: n, i
-    if (world%is_root) call read_measurement(path, wing, measurement, found)
+    if (world%is_root) call read_measurement(path, wing, measurement, found, may_be_plan)
     n = found%count()
     call world%broadcast_integer(n)
     do i = 1, n
@@ -38,10 +40,12 @@ contains
   subroutine share_measurement(world, m)
     type(world_t), intent(in) :: world
     type(measurement_t), intent(inout) :: m
-    integer :: n(5), i
+    integer :: n(6), i
     n = 0
-    if (world%is_root) n = [size(m%x), size(m%y), size(m%loads), size(m%observations), size(m%zeros)]
+    if (world%is_root) n = [size(m%x), size(m%y), size(m%loads), size(m%observations), size(m%zeros), &
+                            merge(1, 0, m%is_plan)]
     call world%broadcast_integers(n)
+    m%is_plan = n(6) == 1
     if (.not. world%is_root) allocate (m%x(n(1)), m%y(n(2)), m%unloaded(n(1), n(2)), m%unloaded_sigma(n(1), n(2)), &
                                        m%has_unloaded(n(1), n(2)), m%loads(n(3)), m%observations(n(4)), m%zeros(n(5)))
     call world%broadcast_reals(m%x)

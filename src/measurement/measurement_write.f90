@@ -30,7 +30,7 @@ contains
       call file%make_group('/reference', failure)
       call write_reals(file, '/reference/x', [size(m%x)], m%x, failure)
       call write_reals(file, '/reference/y', [size(m%y)], m%y, failure)
-      call write_map(file, '/reference/z', m%unloaded, m%has_unloaded, failure)
+      if (.not. m%is_plan) call write_map(file, '/reference/z', m%unloaded, m%has_unloaded, failure)
       call write_map(file, '/reference/sigma', m%unloaded_sigma, m%has_unloaded, failure)
     end if
     call write_accuracy(file, m, failure)
@@ -99,7 +99,7 @@ contains
       map(load%node(1, k), load%node(2, k)) = load%height(k)
       sigma(load%node(1, k), load%node(2, k)) = load%sigma(k)
     end do
-    call write_map(file, group//'/z', map, has, failure)
+    if (.not. m%is_plan) call write_map(file, group//'/z', map, has, failure)
     call write_map(file, group//'/sigma', sigma, has, failure)
   end subroutine write_load
 

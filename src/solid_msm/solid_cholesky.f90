@@ -111,7 +111,7 @@ contains
     integer :: status
     call require(c_associated(self%handle), 'cholesky_t%factorise before init')
     status = solid_cholmod_factorise(self%handle, values)
-    call require(status >= 0, 'cholesky_t: out of memory')
+    call require(status >= 0, 'cholesky_t: a factorisation failed (out of memory?)')
     self%n_factorisations = self%n_factorisations + 1
     is_spd = status == 0
   end subroutine cholesky_factorise

@@ -165,7 +165,10 @@ int solid_cholmod_analyse(solver_t **handle, int n, int *colptr, int *rowind, in
   one_blas_thread();
   solver_t *s = calloc(1, sizeof *s);
   *handle = s;
-  if (!s) return -1;
+  if (!s) {
+    end_one_thread(levels);
+    return -1;
+  }
   cholmod_start(&s->common);
   s->n = n;
   s->common.print = 0;

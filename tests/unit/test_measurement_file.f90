@@ -44,12 +44,15 @@ program test_measurement_file
   call t%check('the wings are valid', messages%count() == 0)
   call read_it()
   call t%world%barrier()
+  call read_plan()
+  call t%world%barrier()
   if (t%world%size == 1) then
     call refuse_headers()
     call refuse_datasets()
     call refuse_attributes()
     call refuse_what_does_not_fit()
     call refuse_observations()
+    call refuse_plans()
     call report_all()
   end if
   call t%finish()
@@ -149,6 +152,79 @@ contains
     has = .true.
     has(2:3) = .false.
   end function known
+
+  !> A file without heights is the plan of an experiment, in which every height of the grid will be seen under every load with the
+  !> declared errors; it stays one when it is written again.
+  subroutine read_plan()
+    type(measurement_t) :: m
+    type(failure_t) :: failure
+    integer :: i
+    if (t%world%is_root) then
+      call sample()
+      call make_plan()
+      call w%delete_attribute('/points/move', 'value')
+      call w%reals('/reference/sigma', [NX, NY], spread(1.0e-6_rp, 1, NX*NY))
+      call w%close()
+    end if
+    call t%world%barrier()
+    call load_measurement(t%world, PATH, wing, m, messages, .true.)
+    do i = 1, 2
+      call t%check('the plan is valid', messages%count() == 0)
+      if (messages%count() > 0) call messages%print(6, '  ')
+      call t%check('it is one', m%is_plan .and. all(m%loads%has_surface))
+      call t%check('all heights will be seen', m%loads(1)%count() == NX*NY .and. m%loads(2)%count() == NX*NY .and. &
+                   all(m%loads(1)%node(:, NX + 2) == [2, 2]))
+      call t%check('none has been', all(abs(m%loads(1)%height) + abs(m%loads(2)%height) <= 0) .and. &
+                   .not. any(abs(m%unloaded) > 0) .and. abs(m%observations(1)%value) <= 0)
+      call t%check_close('errors are as declared', m%deformation_sigma(1, 1), sqrt(10.0_rp)*1.0e-6_rp, rtol=1.0e-14_rp)
+      if (i == 2) exit
+      if (t%world%is_root) call write_measurement(OTHER, m, failure)
+      call t%check('it can be written',.not. failure%failed)
+      call t%world%barrier()
+      call load_measurement(t%world, OTHER, wing, m, messages, .true.)
+    end do
+    call t%world%barrier()
+    if (t%world%is_root) then
+      call sample()
+      call w%close()
+    end if
+    call t%world%barrier()
+    call load_measurement(t%world, PATH, wing, m, messages, .true.)
+    call t%check('what has heights is none',.not. m%is_plan .and. messages%count() == 0)
+    call t%check('  and keeps them', m%loads(2)%count() == NX*NY - 2)
+    call t%world%barrier()
+    if (t%world%is_root) then
+      call sample()
+      call w%delete('/reference')
+      call w%delete('/loads/tip')
+      call w%delete_attribute('/points/move', 'value')
+      call w%close()
+    end if
+    call t%world%barrier()
+    call load_measurement(t%world, PATH, wing, m, messages, .true.)
+    call t%check('a plan of readings alone', m%is_plan .and. messages%count() == 0 .and. size(m%observations) == 2)
+  end subroutine read_plan
+
+  subroutine make_plan()
+    call w%delete('/reference/z')
+    call w%delete('/loads/tip/z')
+  end subroutine make_plan
+
+  !> A plan is no measurement, which is said once; heights are known with their unloaded ones only.
+  subroutine refuse_plans()
+    call sample()
+    call make_plan()
+    call refused('/reference/z', 'missing; without heights a file is the plan of an experiment')
+    call sample()
+    call w%delete('/reference/z')
+    call w%close()
+    call mentions('/reference/z: missing')
+    call sample()
+    call w%delete('/reference')
+    call w%delete('/loads/tip')
+    call w%delete_attribute('/points/move', 'value')
+    call refused('/points/move', 'attribute value is missing')
+  end subroutine refuse_plans
 
   !> Closes the file and reads it: exactly one message, which names the object and says `what`.
   subroutine refused(object, what, structure)

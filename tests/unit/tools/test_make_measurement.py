@@ -262,6 +262,23 @@ class Experiments(WithFolder):
         self.assertAlmostEqual(1 - same.mean(), 0.02, delta=4 * np.sqrt(0.02 / known.sum()))
         self.assertGreater(np.nanmax(np.abs(heights["a"] - heights["c"])), 1e-6)
 
+    def test_plan(self):
+        """A plan states what the experiment states, and has nothing that is measured, and no truth."""
+        (self.folder / "case.json").write_text(json.dumps(BUSY))
+        self.run_tool("case.json", "-o", "done.h5", "--quiet")
+        self.assertEqual(self.run_tool("case.json", "-o", "plan.h5", "--plan").stdout, "plan.h5\n")
+        self.assertFalse((self.folder / "plan.truth.json").exists())
+        found = {}
+        for name in "done", "plan":
+            with h5py.File(self.folder / f"{name}.h5") as file:
+                found[name] = {}
+                file.visititems(lambda place, item: found[name].update({place: (
+                    item[()].tolist() if isinstance(item, h5py.Dataset) else None,
+                    {key: np.asarray(value).tolist() for key, value in item.attrs.items()})}))
+        measured = {"reference/z", "loads/P01_L1/z", "loads/P01_L2/z"}
+        self.assertLessEqual(measured, set(found["done"]))
+        self.assertEqual({place: item for place, item in found["done"].items() if place not in measured}, found["plan"])
+
     def test_mistakes(self):
         """A mistake is told in a sentence, with the key."""
         def refused(pattern, data, *changes):

@@ -37,19 +37,44 @@ class ProjectPython(unittest.TestCase):
             self.check_message(done, "numpy", "h5py", "matplotlib", "scipy")
             self.assertTrue(done.stderr.startswith(f"{tool}: "), done.stderr)
 
-    def test_taken_over(self):
-        own = self.root / ".venv/bin/python"
+    def make_own(self, *packages):
+        """A Python of the project, which tells its arguments, with packages."""
+        own = self.root / "environment/bin/python"  # .venv may be elsewhere
         own.parent.mkdir(parents=True)
         own.write_text("#!/bin/sh\nprintf '<%s>' \"$@\"\nexit 7\n")
         own.chmod(0o755)
+        for name in packages:
+            (self.root / "environment/lib/python3/site-packages" / name).mkdir(parents=True)
+        (self.root / ".venv").symlink_to("environment")
+
+    def test_taken_over(self):
+        self.make_own("numpy", "h5py", "matplotlib")
+        n_tools = 0
         for tool in sorted(path.name for path in (self.root / "tools").iterdir()):
             text = "" if (self.root / "tools" / tool).is_dir() else (self.root / "tools" / tool).read_text()
             if tool.startswith("_") or "__main__" not in text or "import numpy" not in text and "_flusi_io" not in text:
                 continue
+            n_tools += 1
             with self.subTest(tool):
                 done = self.run_tool(tool, "a file", "--option")
                 self.assertEqual((done.returncode, done.stdout),
                                  (7, f"<{self.root}/tools/{tool}><a file><--option>"), done.stderr)
+        self.assertGreaterEqual(n_tools, 15)
+        done = self.run_tool("plot_cycle.py", FLUSI_MSM_BEGUN_AGAIN="yes")  # once is enough
+        self.check_message(done, "numpy", "h5py", "matplotlib", "scipy")
+        for words in ["-c", "import _project_python"], ["-"]:  # not a tool
+            done = subprocess.run([sys.executable, "-B", "-S", *words], capture_output=True, text=True, timeout=60,
+                                  cwd=self.root / "tools", input="import _project_python")
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
+    def test_own_is_worse(self):
+        """One that pip has left without packages, or one that has not what is missing, does not take over."""
+        for packages in (), ("numpy",), ("scipy",):
+            with self.subTest(packages):
+                self.make_own(*packages)
+                self.check_message(self.run_tool("plot_cycle.py"), "numpy", "h5py", "matplotlib", "scipy")
+                shutil.rmtree(self.root / "environment")
+                (self.root / ".venv").unlink()
 
     def test_own_without_packages(self):
         venv.create(self.root / ".venv", symlinks=True)
