@@ -1,0 +1,110 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A task of a diagnosis gives the same to the bit whatever its rank has done before: the wing in the file that the first
+!> argument names, with E off its null, and in between every other quantity of the catalogue off its own. Ranks that have done
+!> other tasks would give other numbers otherwise, and results depend on their number.
+program test_wing_tasks
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use bench_places, only: wing_of_argument
+  use diagnosis_wing_bins, only: bins_t, make_bins
+  use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
+  use diagnosis_wing_lattice, only: make_patterns
+  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, TASK_DIRECTIONS, TASK_EVALUATE
+  use measurement_data, only: measurement_t
+  use measurement_experiment, only: experiment_t
+  use solid_params, only: default_params, solid_params_t
+  use solid_statics, only: static_options_t
+  use solid_wing, only: wing_t
+  use testkit, only: testkit_t
+  implicit none
+  integer, parameter :: NX = 12, NY = 8, TASKS(2) = [TASK_EVALUATE, TASK_DIRECTIONS]
+  real(rp), parameter :: FORCE = 2.0e-4_rp !< [N] moves the place by some 0.01 of the wing's length
+  type(testkit_t) :: t
+  type(wing_t), target :: wing
+  type(experiment_t), target :: bare
+  type(catalogue_t) :: catalogue
+  type(wing_runner_t) :: runner
+  real(rp), allocatable :: q(:), other(:), before(:, :), now(:)
+  character(:), allocatable :: name
+  integer :: i, k, n_moved, status
+
+  call t%start(parallel=.false.)
+  wing = wing_of_argument()
+  call make()
+  q = catalogue%kinds%null
+  q(1) = q(1) + 0.1_rp
+  allocate (before(runner%most_output(), 2), now(runner%most_output()))
+  do k = 1, 2
+    before(:, k) = done(k, q)
+    call t%check('the task is done', status == 0 .and. any(abs(before(N_FACTS + 1:, k)) > 0))
+  end do
+  n_moved = 0
+  name = ''
+  do i = 2, size(q)
+    if (catalogue%quantities(i)%name == name) cycle ! one of its places is enough
+    name = catalogue%quantities(i)%name
+    other = q
+    other(i) = min(other(i) + 0.01_rp*catalogue%quantities(i)%prior_sd, catalogue%quantities(i)%upper)
+    now = done(1, other)
+    if (any(abs(now - before(:, 1)) > 0)) n_moved = n_moved + 1
+    do k = 1, 2
+      now = done(k, q)
+      call t%check('after '//name,.not. any(abs(now - before(:, k)) > 0))
+    end do
+  end do
+  call t%check('most quantities change the shape or what is seen', n_moved >= 30)
+  call runner%free()
+  call t%finish()
+
+contains
+
+  !> One load, seen on a coarse grid; what the heights are does not matter.
+  subroutine make()
+    type(measurement_t) :: m
+    type(solid_params_t) :: params
+    type(static_options_t) :: options
+    type(failure_t) :: failure
+    type(bins_t) :: bins
+    type(wing_patterns_t) :: patterns
+    real(rp) :: low(2), high(2)
+    integer :: a, b
+    low = minval(wing%points(:2, :), 2)
+    high = maxval(wing%points(:2, :), 2)
+    m%x = [(low(1) + (a - 0.5_rp)*(high(1) - low(1))/NX, a=1, NX)]
+    m%y = [(low(2) + (b - 0.5_rp)*(high(2) - low(2))/NY, b=1, NY)]
+    allocate (m%unloaded(NX, NY), source=0.0_rp)
+    allocate (m%unloaded_sigma(NX, NY), source=1.0e-5_rp)
+    allocate (m%has_unloaded(NX, NY), source=.true.)
+    allocate (m%loads(1), m%observations(0), m%zeros(0))
+    m%accuracy%height = 1.0e-5_rp
+    params = default_params(wing)
+    associate (load => m%loads(1))
+      load%name = 'one'
+      load%has_surface = .true.
+      load%force = FORCE
+      load%direction = [0.0_rp, 0.0_rp, 1.0_rp]
+      load%order = 2
+      load%time = 60
+      load%hold = 10
+      load%point = sum(wing%points(:2, wing%triangles(:, size(wing%triangles, 2)/2)), 2)/3
+      load%node = reshape([((a, b, a=1, NX), b=1, NY)], [2, NX*NY])
+      allocate (load%height(NX*NY), source=0.0_rp)
+      allocate (load%sigma(NX*NY), source=1.0e-5_rp)
+    end associate
+    call bare%init(m, wing, params, [integer ::], options, failure, masses=spread(1.0e-9_rp, 1, size(wing%points, 2)))
+    call t%check('the experiment is made',.not. failure%failed)
+    call make_bins(bare, 0.1_rp*bare%model%size, bins)
+    call make_catalogue(bare, wing, [params%find('E')], 1.0_rp, catalogue)
+    call make_patterns(bare, wing, patterns)
+    call runner%init(bare, wing, catalogue%kinds, bins, patterns)
+  end subroutine make
+
+  !> What task k gives at the point, without warm start, with a derivative with respect to E.
+  function done(k, point) result(output)
+    integer, intent(in) :: k
+    real(rp), intent(in) :: point(:)
+    real(rp) :: output(size(now))
+    output = 0
+    call runner%run_task(task_input(TASKS(k), 1, .false., [0.0_rp, 0.0_rp], point, [1]), output, status)
+  end function done
+end program test_wing_tasks
