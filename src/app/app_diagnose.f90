@@ -56,8 +56,8 @@ contains
     type(world_t), intent(in) :: world
     type(message_list_t) :: errors, notices
     self%world = world
-    call load_diagnose_settings(command%ini, command%refine, command%action == DIAGNOSE_PLAN, world, self%settings, &
-                                errors, notices)
+    call load_diagnose_settings(command%ini, command%refine, any(command%action == [DIAGNOSE_PLAN, DIAGNOSE_CHECK]), world, &
+                                self%settings, errors, notices)
     if (errors%count() > 0) self%code = EXIT_USER
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')

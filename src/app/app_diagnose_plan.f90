@@ -59,7 +59,7 @@ contains
     end do
     call print_loads(unit, s, simulator, design, snr, helpful)
     write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
-    if (s%measurement%is_plan .and. s%noise%model%length > 0) write (unit, '(a)') &
+    if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
       'Errors of heights count as independent and as correlated ones, in full: how they mix is not known before.'
     if (s%finds_band) write (unit, '(a)') 'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
     flush (unit)

@@ -61,10 +61,10 @@ module app_diagnose_settings
 contains
 
   !> Reads the ini file `path` and what it names on all ranks; all mistakes go to `errors`, remarks to `notices`.
-  !> `refine` goes before [Diagnose] refine unless it is empty. What `only_plans` needs no heights. Collective.
-  subroutine load_diagnose_settings(path, refine, only_plans, world, s, errors, notices)
+  !> `refine` goes before [Diagnose] refine unless it is empty. What `may_plan` needs no heights. Collective.
+  subroutine load_diagnose_settings(path, refine, may_plan, world, s, errors, notices)
     character(*), intent(in) :: path, refine
-    logical, intent(in) :: only_plans
+    logical, intent(in) :: may_plan
     type(world_t), intent(in) :: world
     type(diagnose_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -86,9 +86,12 @@ contains
       if (allocated(problem)) then
         call s%config%complain(errors, 'Measurement', 'file', problem)
       else
-        call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors, only_plans)
-        if (errors%count() == 0) &
+        call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors, may_plan)
+        if (errors%count() == 0) then
+          if (s%measurement%is_plan .and. size(s%measurement%x) > 0) &
+            call notices%add(s%measurement_path//': the plan of an experiment, without heights, for --plan alone')
           call choose_heights(s%config, s%measurement_path, .false., s%measurement, s%outliers, notices)
+        end if
       end if
     end if
     call check_outputs(s, errors)
@@ -152,8 +155,9 @@ contains
       s%name = c%get_text('Saving', 'name')
       if (s%name == '') call c%complain(errors, 'Saving', 'name', 'must be the first part of names of files')
       call check_name(c, s%name, errors)
-      s%draws_path = s%name//'_draws.h5'
+      s%draws_path = ''
       if (c%is_given('Saving', 'draws')) s%draws_path = c%get_text('Saving', 'draws')
+      if (s%draws_path == '') s%draws_path = s%name//'_draws.h5'
       if (s%draws_path == 'none') s%draws_path = ''
     end associate
   end subroutine read_options

@@ -160,8 +160,9 @@ contains
     call check_members(file, group, [character(5) :: 'z', 'sigma'], report)
     call check_names(file, group, [character(9) :: 'force', 'direction', 'point', 'order', 'time', 'hold', &
                                    'replicate'], report)
-    load%has_surface = file%has(group//'/z') .or. (m%is_plan .and. has_reference)
+    load%has_surface = file%has(group//'/z')
     call read_real(file, group, 'force', 'N', 0.0_rp, load%has_surface, 1.0e6_rp, load%force, report)
+    if (m%is_plan .and. has_reference) load%has_surface = load%force > 0
     call read_direction(file, group, 'direction', load%direction, report)
     call read_vector(file, group, 'point', 'm', FAR, load%point, report)
     call read_whole(file, group, 'order', 1, huge(1), 0, load%order, report)

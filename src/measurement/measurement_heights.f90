@@ -51,6 +51,7 @@ contains
     if (.not. file%has('/reference/sigma')) return
     call read_map(file, '/reference/sigma', nx, ny, .true., sigma, has, report)
     if (size(sigma) == 0) return
+    if (m%is_plan) m%has_unloaded = reshape(has, [nx, ny])
     call check_sigma('/reference/sigma', sigma, pack(m%has_unloaded, .true.), has, report)
     m%unloaded_sigma = reshape(sigma, [nx, ny])
   end subroutine read_reference
@@ -86,7 +87,7 @@ contains
     call report%finish()
   end subroutine read_axis
 
-  !> The heights of a load that are known, where the unloaded height is known too; in a plan all.
+  !> The heights of a load that are known, where the unloaded height is known too; in a plan all, or those whose sd is known.
   subroutine read_surface(file, group, m, load, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -114,6 +115,7 @@ contains
     if (file%has(group//'/sigma')) then
       call read_map(file, group//'/sigma', nx, ny, .true., sigma, has_sigma, report)
       if (size(sigma) == 0) return
+      if (m%is_plan) has = has .and. has_sigma
       call check_sigma(group//'/sigma', sigma, has, has_sigma, report)
     else
       allocate (sigma(nx*ny), source=m%accuracy%height)
