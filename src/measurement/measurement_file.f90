@@ -39,6 +39,7 @@ contains
     type(wing_report_t) :: report
     type(hdf5_file_t) :: file
     type(failure_t) :: failure, ignored
+    logical :: may_plan
     integer :: i
     report%path = path
     call file%open_serial(path, failure)
@@ -52,7 +53,9 @@ contains
                                      'extra'], report)
       call read_accuracy(file, measurement, report)
       call read_calibration(file, measurement, report)
-      call read_all_heights(file, may_be_plan, measurement, report)
+      may_plan = .false.
+      if (present(may_be_plan)) may_plan = may_be_plan
+      call read_all_heights(file, may_plan, measurement, report)
       call read_observations(file, measurement, report)
       call check_measurement(measurement, wing, report)
     end if
@@ -99,19 +102,17 @@ contains
 
   subroutine read_all_heights(file, may_be_plan, m, report)
     type(hdf5_file_t), intent(in) :: file
-    logical, intent(in), optional :: may_be_plan
+    logical, intent(in) :: may_be_plan
     type(measurement_t), intent(inout) :: m
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
-    logical :: has_reference, is_welcome
+    logical :: has_reference
     integer :: l
-    is_welcome = .false.
     has_reference = is_group(file, '/reference')
     call read_names(file, '/loads', names, report)
     if (size(names) == 0) call report%add('/loads', 'there is no load')
     m%is_plan = .not. has_heights(file, has_reference, names)
-    if (present(may_be_plan)) is_welcome = may_be_plan
-    if (m%is_plan .and. .not. is_welcome) then
+    if (m%is_plan .and. .not. may_be_plan) then
       m%is_plan = has_reference
       if (has_reference) call report%add('/reference/z', 'missing; without heights a file is the plan of an '// &
                                          'experiment, for msm_diagnose --plan')

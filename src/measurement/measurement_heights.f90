@@ -38,11 +38,7 @@ contains
     allocate (m%unloaded(nx, ny), m%unloaded_sigma(nx, ny), source=0.0_rp)
     allocate (m%has_unloaded(nx, ny), source=.false.)
     if (nx == 0 .or. ny == 0) return
-    if (m%is_plan) then
-      call plan_map(nx, ny, z, has)
-    else
-      call read_map(file, '/reference/z', nx, ny, .false., z, has, report)
-    end if
+    call read_heights(file, '/reference/z', m, z, has, report)
     if (size(z) == 0) return
     if (.not. any(has)) call report%add('/reference/z', 'all heights are missing')
     m%unloaded(:, :) = reshape(z, [nx, ny])
@@ -100,11 +96,7 @@ contains
     nx = size(m%x)
     ny = size(m%y)
     if (nx == 0 .or. ny == 0) return
-    if (m%is_plan) then
-      call plan_map(nx, ny, z, has)
-    else
-      call read_map(file, group//'/z', nx, ny, .false., z, has, report)
-    end if
+    call read_heights(file, group//'/z', m, z, has, report)
     if (size(z) == 0) return
     if (.not. any(has)) then
       call report%add(group//'/z', 'all heights are missing')
@@ -136,14 +128,21 @@ contains
     end do
   end subroutine read_surface
 
-  !> What a plan has in place of heights: all will be known.
-  pure subroutine plan_map(nx, ny, values, has)
-    integer, intent(in) :: nx, ny
+  !> A map of heights; that of a plan is 0, and all of it will be known.
+  subroutine read_heights(file, name, m, values, has, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    type(measurement_t), intent(in) :: m
     real(rp), allocatable, intent(out) :: values(:)
     logical, allocatable, intent(out) :: has(:)
-    allocate (values(nx*ny), source=0.0_rp)
-    allocate (has(nx*ny), source=.true.)
-  end subroutine plan_map
+    type(wing_report_t), intent(inout) :: report
+    if (.not. m%is_plan) then
+      call read_map(file, name, size(m%x), size(m%y), .false., values, has, report)
+    else
+      allocate (values(size(m%x)*size(m%y)), source=0.0_rp)
+      allocate (has(size(values)), source=.true.)
+    end if
+  end subroutine read_heights
 
   !> values(nx ny), 0 where they are missing, and where they are there; both empty after a mistake of form.
   subroutine read_map(file, name, nx, ny, is_sigma, values, has, report)

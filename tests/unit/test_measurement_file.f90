@@ -8,28 +8,23 @@ program test_measurement_file
   use measurement_file, only: read_measurement
   use measurement_share, only: load_measurement
   use measurement_write, only: write_measurement
+  use measurement_writer, only: measurement_writer_t, loaded_heights, unloaded_heights, MM, NX, NY, X, Y
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
-  use wing_writer, only: wing_writer_t
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
   implicit none
   character(*), parameter :: PATH = 'measurement.h5', OTHER = 'again.h5'
-  integer, parameter :: NX = 4, NY = 3
-  real(rp), parameter :: MM = 1.0e-3_rp, X(NX) = MM*[-0.5_rp, 0.5_rp, 1.5_rp, 2.5_rp], &
-                         Y(NY) = MM*[0.2_rp, 1.0_rp, 1.8_rp], UP(3) = [0.0_rp, 0.0_rp, 2.0_rp]
   type(testkit_t) :: t
   type(wing_t) :: wing, beam
-  type(wing_writer_t) :: w
+  type(measurement_writer_t) :: w
   type(message_list_t) :: messages
   real(rp) :: z(NX*NY), loaded(NX*NY), nan
 
   call t%start(parallel=.true.)
   nan = ieee_value(nan, ieee_quiet_nan)
-  z = 1.0e-5_rp
-  z(2) = nan
-  loaded = 1.1e-4_rp
-  loaded(3) = nan
+  z = unloaded_heights()
+  loaded = loaded_heights()
   if (t%world%is_root) then
     call w%sample('wing.h5')
     call w%close()
@@ -44,15 +39,12 @@ program test_measurement_file
   call t%check('the wings are valid', messages%count() == 0)
   call read_it()
   call t%world%barrier()
-  call read_plan()
-  call t%world%barrier()
   if (t%world%size == 1) then
     call refuse_headers()
     call refuse_datasets()
     call refuse_attributes()
     call refuse_what_does_not_fit()
     call refuse_observations()
-    call refuse_plans()
     call report_all()
   end if
   call t%finish()
@@ -61,59 +53,8 @@ contains
 
   !> A valid measurement of the sample wing, which is a plate of 2 mm by 2 mm.
   subroutine sample()
-    call w%sample(PATH)
-    call w%delete('/points')
-    call w%delete('/triangles')
-    call w%delete('/veins')
-    call w%delete('/joints')
-    call w%delete('/root')
-    call w%delete_attribute('/', 'index_base')
-    call w%text_attribute('/', 'schema', 'flusi-msm measurement')
-    call w%group('/reference')
-    call w%reals('/reference/x', [NX], X)
-    call w%reals('/reference/y', [NY], Y)
-    call w%reals('/reference/z', [NX, NY], z)
-    call w%group('/accuracy')
-    call w%real_attribute('/accuracy', 'height', [3.0e-6_rp])
-    call w%real_attribute('/accuracy', 'force_gain', [0.02_rp])
-    call w%group('/calibration')
-    call w%integer_attribute('/calibration', 'order_is_random', 1)
-    call w%text_attribute('/calibration', 'by', 'somebody')
-    call w%group('/loads')
-    call a_load('tip', [1.5_rp*MM, 1.0_rp*MM])
-    call w%reals('/loads/tip/z', [NX, NY], loaded)
-    call w%integer_attribute('/loads/tip', 'order', 2)
-    call w%integer_attribute('/loads/tip', 'replicate', 3)
-    call w%real_attribute('/loads/tip', 'time', [60.0_rp])
-    call w%real_attribute('/loads/tip', 'hold', [5.0_rp])
-    call a_load('base', [0.5_rp*MM, 1.0_rp*MM])
-    call w%group('/points')
-    call an_observation('turn', 'rotation', 'rad')
-    call an_observation('move', 'displacement', 'm')
-    call w%group('/extra')
+    call w%measurement(PATH)
   end subroutine sample
-
-  subroutine a_load(name, point)
-    character(*), intent(in) :: name
-    real(rp), intent(in) :: point(2)
-    call w%group('/loads/'//name)
-    call w%real_attribute('/loads/'//name, 'force', [1.0e-3_rp])
-    call w%real_attribute('/loads/'//name, 'direction', UP)
-    call w%real_attribute('/loads/'//name, 'point', point)
-  end subroutine a_load
-
-  subroutine an_observation(name, quantity, units)
-    character(*), intent(in) :: name, quantity, units
-    call w%group('/points/'//name)
-    call w%variable_text_attribute('/points/'//name, 'load', 'base')
-    call w%text_attribute('/points/'//name, 'quantity', quantity)
-    call w%text_attribute('/points/'//name, 'units', units)
-    call w%real_attribute('/points/'//name, 'point', [1.0_rp*MM, 1.2_rp*MM])
-    call w%real_attribute('/points/'//name, 'axis', [0.0_rp, 1.0_rp, 0.0_rp])
-    call w%integer_attribute('/points/'//name, 'value', 0)
-    call w%real_attribute('/points/'//name, 'sigma', [1.0e-4_rp])
-    call w%text_attribute('/points/'//name, 'zero', 'first')
-  end subroutine an_observation
 
   !> What was written is what is read, also after it has been written again.
   subroutine read_it()
@@ -152,84 +93,6 @@ contains
     has = .true.
     has(2:3) = .false.
   end function known
-
-  !> A file without heights is the plan of an experiment, in which every height of the grid will be seen under every load with the
-  !> declared errors; it stays one when it is written again.
-  subroutine read_plan()
-    type(measurement_t) :: m
-    type(failure_t) :: failure
-    integer :: i
-    if (t%world%is_root) then
-      call sample()
-      call make_plan()
-      call w%delete_attribute('/points/move', 'value')
-      call w%reals('/reference/sigma', [NX, NY], merge(1.0e-6_rp, nan, [(i /= 4, i=1, NX*NY)]))
-      call w%reals('/loads/tip/sigma', [NX, NY], merge(3.0e-6_rp, nan, [(i /= 5, i=1, NX*NY)]))
-      call a_load('zero', [1.5_rp*MM, 1.0_rp*MM])
-      call w%real_attribute('/loads/zero', 'force', [0.0_rp])
-      call w%text_attribute('/points/turn', 'load', 'zero')
-      call w%close()
-    end if
-    call t%world%barrier()
-    call load_measurement(t%world, PATH, wing, m, messages, .true.)
-    do i = 1, 2
-      call t%check('the plan is valid', messages%count() == 0)
-      if (messages%count() > 0) call messages%print(6, '  ')
-      call t%check('it is one', m%is_plan)
-      call t%check('without force there is no scan', all(m%loads%has_surface .eqv. [.true., .true., .false.]))
-  call t%check('all heights will be seen', m%loads(1)%count() == NX*NY - 1 .and. m%loads(2)%count() == NX*NY - 2 .and. &
-                   all(m%loads(1)%node(:, NX + 1) == [2, 2]))
-      call t%check('none has been', norm2([m%loads(1)%height, m%loads(2)%height]) <= 0 .and. &
-                   .not. any(abs(m%unloaded) > 0) .and. abs(m%observations(1)%value) <= 0)
-      call t%check_close('errors are as declared', m%deformation_sigma(1, 1), sqrt(10.0_rp)*1.0e-6_rp, rtol=1.0e-14_rp)
-      if (i == 2) exit
-      if (t%world%is_root) call write_measurement(OTHER, m, failure)
-      call t%check('it can be written',.not. failure%failed)
-      call t%world%barrier()
-      call load_measurement(t%world, OTHER, wing, m, messages, .true.)
-    end do
-    call t%world%barrier()
-    if (t%world%is_root) then
-      call sample()
-      call w%close()
-    end if
-    call t%world%barrier()
-    call load_measurement(t%world, PATH, wing, m, messages, .true.)
-    call t%check('what has heights is none',.not. m%is_plan .and. messages%count() == 0)
-    call t%check('  and keeps them', m%loads(2)%count() == NX*NY - 2)
-    call t%world%barrier()
-    if (t%world%is_root) then
-      call sample()
-      call w%delete('/reference')
-      call w%delete('/loads/tip')
-      call w%delete_attribute('/points/move', 'value')
-      call w%close()
-    end if
-    call t%world%barrier()
-    call load_measurement(t%world, PATH, wing, m, messages, .true.)
-    call t%check('a plan of readings alone', m%is_plan .and. messages%count() == 0 .and. size(m%observations) == 2)
-  end subroutine read_plan
-
-  subroutine make_plan()
-    call w%delete('/reference/z')
-    call w%delete('/loads/tip/z')
-  end subroutine make_plan
-
-  !> A plan is no measurement, which is said once; heights are known with their unloaded ones only.
-  subroutine refuse_plans()
-    call sample()
-    call make_plan()
-    call refused('/reference/z', 'missing; without heights a file is the plan of an experiment')
-    call sample()
-    call w%delete('/reference/z')
-    call w%close()
-    call mentions('/reference/z: missing')
-    call sample()
-    call w%delete('/reference')
-    call w%delete('/loads/tip')
-    call w%delete_attribute('/points/move', 'value')
-    call refused('/points/move', 'attribute value is missing')
-  end subroutine refuse_plans
 
   !> Closes the file and reads it: exactly one message, which names the object and says `what`.
   subroutine refused(object, what, structure)
