@@ -5,7 +5,7 @@
 !>
 !> rotational form, P the exact projection in Fourier space. Viscosity is integrated exactly by
 !> E = exp(-nu k^2 dt); E is set to 0 outside the truncation, which is how aliasing is removed. One pass
-!> costs six inverse and three forward transforms (six with a sponge).
+!> costs six inverse and three forward transforms (six with a sponge; one more if it keeps the pressure).
 !>
 !> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
 !> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step is Euler's.
@@ -96,7 +96,7 @@ contains
     allocate (self%ones(sticks%nkz), source=1.0_rp)
     self%line_divergence = 0
     if (params%scheme == SCHEME_RK4) allocate (self%stage_base(sticks%nkz, sticks%n, 3))
-    if (keeps_pressure) call self%pressure%init(sticks, block)
+    if (keeps_pressure) call self%pressure%init(sticks)
     if (keeps_rhs) allocate (self%kept(sticks%nkz, sticks%n, 3))
     if (keeps_fields) then
       allocate (self%fields(block%count(1), block%count(2), block%count(3), 6))
@@ -114,6 +114,7 @@ contains
     if (request%integrals) self%n_in = 7
     if (allocated(self%initial)) self%n_in = 0
     self%n_out = merge(6, 3, self%sponge%is_on)
+    if (request%pressure) self%n_out = self%n_out + 1
     call self%sums%clear()
     self%line_max = 0
     self%line_sum = 0
@@ -136,7 +137,7 @@ contains
     end do
   end subroutine rhs_spectral_in
 
-  !> u x omega, penalization and sponge on a batch of lines; integrals and copies on request.
+  !> u x omega, penalization, sponge, and last |u|^2/2 on a batch of lines; integrals and copies on request.
   subroutine rhs_product(self, first, count, z, in, out)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -163,9 +164,9 @@ contains
       if (self%params%penalized) call self%penalize_line(y, z, in(:, i, 1), in(:, i, 2), in(:, i, 3), &
                                                          out(:, i, 1), out(:, i, 2), out(:, i, 3))
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
+      if (self%request%pressure) out(:, i, self%n_out) = 0.5_rp*(in(:, i, 1)**2 + in(:, i, 2)**2 + in(:, i, 3)**2)
       if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
     end do
-    if (self%request%keeps_pressure()) call self%pressure%keep_kinetic(first, count, z, in)
     if (self%request%fields) self%fields(:, first:first + count - 1, z, 1:6) = in(:, 1:count, 1:6)
   end subroutine lines_product
 
@@ -307,8 +308,8 @@ contains
       s = first + i - 1
       call project_stick(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                          fields(:, i, 1), fields(:, i, 2), fields(:, i, 3), self%pressure_line)
-      if (self%request%keeps_pressure()) call self%pressure%keep_total(self%sticks, s, self%pressure_line)
-      if (self%n_out == 6) &
+      if (self%request%pressure) call self%pressure%keep(self%sticks, s, self%pressure_line, fields(:, i, self%n_out))
+      if (self%sponge%is_on) &
         call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                         fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &
                         fields(:, i, 1), fields(:, i, 2), fields(:, i, 3))

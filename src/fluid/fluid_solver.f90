@@ -58,7 +58,7 @@ contains
     pressure = keeps_fields
     if (present(keeps_pressure)) pressure = keeps_pressure
     call self%transform%init(world, params%grid, params%dealias, params%process_rows, params%planner, 7, &
-                             merge(6, 3, params%sponge))
+                             merge(6, 3, params%sponge) + merge(1, 0, pressure))
     call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
@@ -149,7 +149,7 @@ contains
     complete = request
     complete%rhs = .true.
     call run_pass(self, PASS_EVALUATE, complete, moving)
-    self%has_pressure = request%keeps_pressure()
+    self%has_pressure = request%pressure
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
@@ -174,12 +174,6 @@ contains
       if (self%rhs%failure%failed) return
       self%rhs%solid_speed = moving%max_speed()
     end if
-    if (request%keeps_pressure()) then
-      self%rhs%pressure%lines = .true.
-      if (present(moving) .and. .not. request%pressure) then
-        if (allocated(moving%lines)) self%rhs%pressure%lines = moving%lines
-      end if
-    end if
     call self%rhs%prepare(pass, request)
     call self%transform%pipeline(self%rhs)
     ! The untruncated initial field has served once it was advanced.
@@ -192,7 +186,7 @@ contains
     class(fluid_t), intent(inout) :: self
     class(moving_solids_t), intent(in), optional :: moving
     self%sums = self%rhs%sums
-    self%has_pressure = self%rhs%request%keeps_pressure()
+    self%has_pressure = self%rhs%request%pressure
     self%dt = self%rhs%dt
     associate (state => self%rhs%state)
       self%sums_time = state%time
@@ -208,8 +202,8 @@ contains
     end associate
   end subroutine keep_sums
 
-  !> Static pressure of the last pass, which must have been asked to keep it where it is wanted (fluid_pressure); on
-  !> other lines it is undefined. Costs one inverse transform, without parts of it if only some lines are wanted.
+  !> Static pressure of the last pass, which must have been asked to keep it (fluid_pressure); on other lines than those
+  !> that are wanted it is undefined. Costs one inverse transform, without parts of it if only some lines are wanted.
   !> Collective.
   subroutine fluid_pressure_field(self, p, lines)
     class(fluid_t), intent(inout) :: self

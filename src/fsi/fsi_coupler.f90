@@ -58,6 +58,7 @@ module fsi_coupler
     real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
+    logical, allocatable, private :: lines(:, :)         !< (ny_local, nz_local) of the grid, where `pressure` is
     real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n, wings) N
   contains
     procedure :: init => coupler_init
@@ -90,11 +91,7 @@ contains
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
     allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
-    if (params%extrapolates) then
-      call wings%watch(self%sampler, [1, 2]*params%distance, block)
-    else
-      call wings%watch(self%sampler, [params%distance], block)
-    end if
+    allocate (self%lines(block%count(2), block%count(3)))
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
@@ -125,7 +122,7 @@ contains
   pure subroutine coupler_add_request(self, request)
     class(coupler_t), intent(in) :: self
     type(request_t), intent(inout) :: request
-    request%near_pressure = .true.
+    request%pressure = .true.
     request%fields = request%fields .or. self%params%friction
   end subroutine coupler_add_request
 
@@ -149,7 +146,12 @@ contains
     associate (u => self%params%units)
       newton = u%mass*u%length/u%time**2
     end associate
-    call fluid%pressure_field(self%pressure, wings%lines)
+    self%lines = .false.
+    do i = 1, size(self%wings)
+      call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%params%distance, self%params%extrapolates, &
+                                 self%lines)
+    end do
+    call fluid%pressure_field(self%pressure, self%lines)
     do i = 1, size(self%wings)
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
         call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
