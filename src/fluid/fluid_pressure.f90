@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The static pressure of a pass, kept on the way and computed when it is asked for.
 !>
-!> p = Pi - |u|^2/2 in Fourier space, where Pi is the total pressure that the projection removes, and both are cut off at
-!> the truncation. Cutting one of them alone would leave the other's high modes in p, which nearly cancel: |u|^2/2 is
-!> much rougher than p. Inside the truncation p is exact for the velocity and forces of the pass, as products alias
-!> beyond it only. A pass that keeps p transforms |u|^2/2 as one more product and writes one spectral field; p itself
-!> costs one inverse transform, and only parts of it if not all lines are wanted.
+!> p = Pi - |u|^2/2 in Fourier space, where Pi is the total pressure that the projection removes. Both end at the
+!> truncation: their modes beyond it nearly cancel, and cutting them off in one of the two alone would leave those of
+!> the other in p. Inside the truncation p is exact for the velocity and forces of the pass, as products alias beyond
+!> it only. A pass that keeps p transforms |u|^2/2 as one more product and writes one spectral field; p itself costs one
+!> inverse transform, and only parts of it if not all lines are wanted.
 module fluid_pressure
   use base_errors, only: require
   use base_kinds, only: rp
@@ -62,7 +62,7 @@ contains
     class(pressure_t), target, intent(in) :: self
     class(transform_t), intent(inout) :: transform
     real(rp), contiguous, target, intent(inout) :: p(:, :, :)
-    logical, contiguous, target, optional, intent(in) :: lines(:, :) !< (ny_local, nz_local) those that are wanted, or all
+    logical, contiguous, target, optional, intent(in) :: lines(:, :) !< (ny_local, nz_local) the wanted ones, or all
     type(pressure_kernels_t) :: kernels
     call require(allocated(self%spectrum), 'pressure_t: there is no room for the pressure')
     if (present(lines)) kernels%lines => lines
