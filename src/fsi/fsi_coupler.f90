@@ -11,7 +11,10 @@
 !>                   & Wall 2008, DOI 10.1007/s00466-008-0255-5): second order
 !>
 !> AB2 takes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only, and the last one is the
-!> pass that the next step begins with. Mechanics in SI units, flow in L, T and rho; all conversions are here.
+!> pass that the next step begins with.
+!>
+!> Mechanics in SI units along the axes of the wing file, flow in L, T and rho, what is written along the frame of each
+!> wing (fsi_wing_mirror). All conversions are here; those of checkpoints are in fsi_restart.
 module fsi_coupler
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -26,6 +29,7 @@ module fsi_coupler
   use fsi_sampling, only: sampler_t
   use fsi_surface_load, only: surface_load_t, total_load
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
+  use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
@@ -45,7 +49,8 @@ module fsi_coupler
 
   type :: coupler_t
     type(coupler_params_t) :: params
-    type(dynamic_state_t), allocatable :: states(:)      !< of the wings, the same on all ranks, as are the next ones
+    !> Of the wings, along the axes of the wing file; the same on all ranks, as are the next ones.
+    type(dynamic_state_t), allocatable :: states(:)
     type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
     type(coupling_history_t) :: history
     type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last look, in space; the viscous part of it
@@ -59,7 +64,8 @@ module fsi_coupler
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
     logical, allocatable, private :: lines(:, :)         !< (ny_local, nz_local) of the grid, where `pressure` is
-    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n, wings) N
+    !> (3, n, wings) [N] along the axes of the wing file.
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
     procedure :: init => coupler_init
     procedure :: look => coupler_look
@@ -107,6 +113,7 @@ contains
         motion%length = params%units%length
         motion%frequency = 1/params%units%time
         motion%gravity = params%gravity
+        motion%is_mirrored = given%is_mirrored
         call self%wings(i)%init(world, params%model, mod(i - 1, world%size))
         call self%surfaces(i)%init(wings%surfaces(i))
         call self%meters(i)%init(params%model)
@@ -162,6 +169,7 @@ contains
         do p = 1, size(load%force, 2)
           self%force(:, p, i) = newton*pose%vector_to_wing(load%force(:, p))
         end do
+        if (self%wings(i)%motion%is_mirrored) call mirror_vectors(self%force(:, :, i))
       end associate
     end do
   end subroutine sample
@@ -319,6 +327,11 @@ contains
         bent%u = state%u(:, :n)/u%length
         bent%v = state%v(:, :n)*(u%time/u%length)
         bent%a = state%a(:, :n)*(u%time**2/u%length)
+        if (self%wings(i)%motion%is_mirrored) then
+          call mirror_vectors(bent%u)
+          call mirror_vectors(bent%v)
+          call mirror_vectors(bent%a)
+        end if
       end associate
     end do
   end subroutine coupler_deform
@@ -330,6 +343,7 @@ contains
     associate (p => self%params, state => self%states(i))
       momenta = measure_motion(p%inertia, p%model, self%wings(i)%motion%at(state%time), state%u, state%v)
     end associate
+    if (self%wings(i)%motion%is_mirrored) momenta = mirror_momenta(momenta)
   end function coupler_measure
 
   !> Total force of the load last looked at on wing i, in space, rho L^4/T^2.

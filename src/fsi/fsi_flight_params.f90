@@ -36,6 +36,7 @@ module fsi_flight_params
     real(rp), allocatable :: points(:, :)   !< (3, n) unloaded, in the wing frame, L
     integer, allocatable :: triangles(:, :) !< (3, m) counter-clockwise seen from +z
     real(rp) :: inertia(3, 3) = 0           !< about the hinge, in the wing frame, rho L^5
+    logical :: is_mirrored = .false.        !< the wing is the mirror image of that in its file (fsi_wing_mirror)
   contains
     procedure :: length => wing_length
     procedure :: mean_chord => wing_mean_chord
@@ -128,7 +129,7 @@ contains
     type(wing_motion_t) :: motions(2)
     real(rp), allocatable :: points(:, :)
     integer, allocatable :: triangles(:, :)
-    logical :: is_there(2)
+    logical :: is_there(2), z_is_dorsal
     integer :: i, n
 
     call read_body(config, params%body)
@@ -141,7 +142,7 @@ contains
     else
       call read_mounts(config, mounts, motions) ! the other hinge does not matter
     end if
-    call read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world, mesh)
+    call read_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, errors, notices, world, mesh)
     allocate (params%wings(count(is_there)))
     n = 0
     do i = 1, 2
@@ -153,7 +154,8 @@ contains
         wing%mount = mounts(i)
         wing%motion = motions(i)
         wing%points = points
-        if (i == 2) wing%points(3, :) = -points(3, :) ! mirror_wing
+        wing%is_mirrored = wing%mount%mirrors(z_is_dorsal)
+        if (wing%is_mirrored) wing%points(3, :) = -points(3, :)
         wing%triangles = triangles
         wing%inertia = read_inertia(config)
         call read_one_motion(config, ini, i, t_end, wing%motion, errors, notices, world)
@@ -204,14 +206,16 @@ contains
     if (errors%count() == errors_before) call motion%check_span(t_end, path, errors)
   end subroutine read_one_motion
 
-  !> Points and triangles of the left wing, L.
-  subroutine read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world, mesh)
+  !> Points and triangles of the wing, L, along axes of which z points to its dorsal side or not.
+  subroutine read_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, errors, notices, world, &
+                        mesh)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: metre, file_unit
     real(rp), allocatable, intent(out) :: points(:, :)
     integer, allocatable, intent(out) :: triangles(:, :)
+    logical, intent(out) :: z_is_dorsal
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
     type(wing_t), intent(in), optional :: mesh
@@ -221,6 +225,7 @@ contains
     real(rp) :: length, edge
     integer :: errors_before
     allocate (points(3, 0), triangles(3, 0))
+    z_is_dorsal = .false.
     errors_before = errors%count()
     word = config%get_word(SECTION, 'WingShape')
     length = config%get_real(SECTION, 'wing_length')
@@ -291,6 +296,7 @@ contains
       real(rp), intent(in) :: tip
       points = source%points*(tip/maxval(source%points(1, :)))
       triangles = source%triangles
+      z_is_dorsal = source%z_is_dorsal()
     end subroutine take_mesh
   end subroutine read_shape
 
