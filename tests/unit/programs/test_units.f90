@@ -72,8 +72,8 @@ contains
     call same('place of the body', one%fluid%centre, two%fluid%centre)
     call same('thickness and smoothing', [one%flight%half_thickness, one%flight%smoothing], &
               [two%flight%half_thickness, two%flight%smoothing])
-    call same('output', [one%output%t_save, one%output%t_integral, one%output%stop_seconds], &
-              [two%output%t_save, two%output%t_integral, two%output%stop_seconds])
+    call same('output', [one%output%t_save, one%output%t_integral, one%output%limits%stop_seconds], &
+              [two%output%t_save, two%output%t_integral, two%output%limits%stop_seconds])
     wings = [allocated(one%flight%wings), allocated(two%flight%wings)]
     call kit%check('both have wings', all(wings))
     if (.not. all(wings)) return
@@ -196,9 +196,9 @@ contains
     call same('frequency of the couette body', [one%fluid%omega], [two%fluid%omega])
     call same('mass of fluid', [one%fluid%m_fluid], [two%fluid%m_fluid])
     call same('times of output', [one%output%t_save, one%output%t_integral, one%output%t_slice, one%output%period, &
-                                  one%output%stop_seconds], &
+                                  one%output%limits%stop_seconds], &
               [two%output%t_save, two%output%t_integral, two%output%t_slice, two%output%period, &
-               two%output%stop_seconds])
+               two%output%limits%stop_seconds])
     call same('wings', [one%flight%wings(1)%points], [two%flight%wings(1)%points])
     call kit%check('the remark tells the units', index(printed, 'T in SI units, default') > 0)
   end subroutine test_printed

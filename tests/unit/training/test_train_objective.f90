@@ -3,7 +3,6 @@
 !> number of ranks, failed tasks are failed candidates, and a search in which every fifth candidate fails finds the truth, as do
 !> least squares in which every fifth point fails. A batch ends when the time is over, and checkpoints know their readings.
 program test_train_objective
-  use app_settings, only: output_params_t
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
   use app_train_mark, only: mark_of
@@ -17,6 +16,7 @@ program test_train_objective
   use cmaes_search, only: cmaes_search_t, start_region_t
   use cmaes_stop, only: RUNNING
   use failing_runner, only: counting_problem_t, failing_runner_t, is_to_fail
+  use io_stop, only: job_limits_t
   use measurement_continuation, only: fit_by_continuation
   use measurement_data, only: measurement_t, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
@@ -43,7 +43,7 @@ program test_train_objective
   type(failing_runner_t), target :: runner, runner_alone
   type(train_crew_t), target :: crew, alone
   type(world_t) :: world_alone
-  type(output_params_t) :: output
+  type(job_limits_t) :: limits
   real(rp), allocatable :: truth(:)
   ! What rank 0 found while the others served.
   logical :: is_same = .true., is_right = .true., is_warm = .true., is_fifth = .true.
@@ -54,15 +54,15 @@ program test_train_objective
   call test_starts()
   call make_experiment()
   call test_marks()
-  output%stop_seconds = 1.0e6_rp
+  limits%stop_seconds = 1.0e6_rp
   call runner%init(experiment)
   runner%one_of = ONE_OF
-  call crew%init(t%world, experiment, runner, output)
+  call crew%init(t%world, experiment, runner, limits)
   if (t%world%is_root) then
     call world_alone%isolate()
     call runner_alone%init(experiment)
     runner_alone%one_of = ONE_OF
-    call alone%init(world_alone, experiment, runner_alone, output)
+    call alone%init(world_alone, experiment, runner_alone, limits)
     call test_costs()
     call test_clock()
     if (t%world%size == SEARCHERS) then
@@ -207,7 +207,7 @@ contains
     type(candidate_costs_t) :: costs
     type(train_runner_t), target :: runner_late
     type(train_crew_t), target :: late
-    type(output_params_t) :: soon
+    type(job_limits_t) :: soon
     soon%stop_seconds = 1.0e-6_rp
     call runner_late%init(experiment)
     call late%init(world_alone, experiment, runner_late, soon)

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Reasons to stop before the end: wall time, the end of the job, a signal, a control file. And when the
 !> next backup is due.
-module app_stop
+module io_stop
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use app_settings, only: output_params_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp, i8
   use base_process, only: environment_value, wall_seconds, epoch_seconds
@@ -12,7 +11,14 @@ module app_stop
   use parallel_world, only: world_t
   implicit none
   private
-  public :: stop_rules_t
+  public :: job_limits_t, stop_rules_t
+
+  !> How long a run may take, and how often it secures what it has.
+  type :: job_limits_t
+    real(rp) :: stop_seconds = 0      !< wall time after which a run stops
+    real(rp) :: backup_seconds = 3600 !< wall time between backups
+    real(rp) :: job_end_margin = 300  !< [s] before the end of the job that SLURM announces
+  end type job_limits_t
 
   type :: stop_rules_t
     logical :: must_stop = .false.
@@ -35,20 +41,20 @@ module app_stop
 contains
 
   !> Starts the clocks and catches SIGTERM and SIGUSR1.
-  subroutine stop_init(self, params)
+  subroutine stop_init(self, limits)
     class(stop_rules_t), intent(inout) :: self
-    type(output_params_t), intent(in) :: params
+    type(job_limits_t), intent(in) :: limits
     character(:), allocatable :: text
     integer(i8) :: end_time
     integer :: status
     self%begun = wall_seconds()
     self%last_backup = self%begun
-    self%stop_seconds = params%stop_seconds
-    self%backup_seconds = params%backup_seconds
+    self%stop_seconds = limits%stop_seconds
+    self%backup_seconds = limits%backup_seconds
     text = environment_value('SLURM_JOB_END_TIME')
     if (text /= '') then
       read (text, *, iostat=status) end_time
-      if (status == 0) self%job_end = end_time - nint(params%job_end_margin, i8)
+      if (status == 0) self%job_end = end_time - nint(limits%job_end_margin, i8)
     end if
     call catch_signals()
   end subroutine stop_init
@@ -119,4 +125,4 @@ contains
     self%last_backup = wall_seconds()
     self%backup_due = .false.
   end subroutine stop_backup_done
-end module app_stop
+end module io_stop
