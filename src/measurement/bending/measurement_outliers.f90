@@ -11,9 +11,9 @@
 !> neighbour where it has all eight; and a tip, as under a needle, changes its slope by less than TIP.
 module measurement_outliers
   use base_kinds, only: rp
+  use base_lapack, only: triangle_of
   use base_sort, only: sort_reals
   use measurement_data, only: measured_load_t, measurement_t
-  use measurement_lapack, only: triangle_of
   implicit none
   private
   public :: leave_out_outliers, outliers_t
