@@ -5,9 +5,9 @@ module app_train_settings
   use app_instrument, only: read_instrument
   use app_outliers, only: choose_heights
   use app_outputs, only: refuse_overwriting
+  use app_sought, only: read_sought
   use app_train_files, only: choose_individual, individual_files, of_individual
   use app_train_keys, only: register_train_keys
-  use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -23,6 +23,7 @@ module app_train_settings
   use measurement_instrument, only: instrument_t
   use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
+  use measurement_sought, only: sought_t
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use solid_statics, only: static_options_t

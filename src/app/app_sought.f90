@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The list of [Train] parameters: which parameters of a wing and of the instrument are sought, and
-!> in which box.
-module app_train_parameters
+!> The list of [Train] parameters and of [Diagnose] parameters: what is sought, and in which box.
+module app_sought
   use app_wing_effects, only: unplaced_effect
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -10,31 +9,15 @@ module app_train_parameters
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
   use measurement_instrument, only: instrument_t, N_INSTRUMENT
+  use measurement_sought, only: sought_t
   use solid_params, only: parameter_t, solid_params_t, N_COMMON, PARAM_PLATE, PARAM_THICKNESS
   implicit none
   private
-  public :: sought_t, read_sought
+  public :: read_sought
 
   real(rp), parameter :: PAPER_JOINT(2) = [1.0e-6_rp, 1.0e-2_rp] ! [N m/rad] 0.1 to 1000 mN cm/rad
 
-  !> Parameters that are sought, by their numbers in solid_params_t and instrument_t; those of the wing come first.
-  type :: sought_t
-    integer, allocatable :: numbers(:), instrument_numbers(:)
-    real(rp), allocatable :: lower(:), upper(:) !< in their units
-    logical, allocatable :: is_log(:)           !< scale of the search
-  contains
-    procedure :: count => sought_count
-    procedure, private :: add => sought_add
-  end type sought_t
-
 contains
-
-  !> Number of parameters.
-  pure integer function sought_count(self) result(n)
-    class(sought_t), intent(in) :: self
-    n = 0
-    if (allocated(self%numbers)) n = size(self%numbers) + size(self%instrument_numbers)
-  end function sought_count
 
   !> Reads the list; all mistakes go to `errors` in one message. Bounds are those of the wing's parameters and, for
   !> joints, those that Truong et al. searched in.
@@ -113,7 +96,7 @@ contains
       if (.not. matches(text(first(1):last(1)), p%name)) cycle
       is_known = .true.
       if (n == 1) bounds = usual_bounds(params, p, i)
-      call sought%add(params, p, i, bounds, is_log, n == 4, problem)
+      call add(sought, params, p, i, bounds, is_log, n == 4, problem)
       if (allocated(problem)) return
     end do
     if (.not. is_known) problem = quoted(text(first(1):last(1)))//' is unknown'// &
@@ -151,8 +134,8 @@ contains
     if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_usual()) bounds = PAPER_JOINT
   end function usual_bounds
 
-  subroutine sought_add(self, params, p, i, bounds, is_log, scale_is_given, problem)
-    class(sought_t), intent(inout) :: self
+  subroutine add(sought, params, p, i, bounds, is_log, scale_is_given, problem)
+    type(sought_t), intent(inout) :: sought
     type(solid_params_t), intent(in) :: params
     type(parameter_t), intent(in) :: p
     integer, intent(in) :: i
@@ -163,7 +146,7 @@ contains
     logical :: log_scale
     integer :: n
     log_scale = is_log .and. (p%is_log .or. scale_is_given)
-    if (any(self%numbers == i) .or. any(self%instrument_numbers == i - params%count())) then
+    if (any(sought%numbers == i) .or. any(sought%instrument_numbers == i - params%count())) then
       problem = quoted(p%name)//' stands twice'
       return
     end if
@@ -177,17 +160,17 @@ contains
       problem = quoted(p%name)//': '//fault//', not '//number_text(bounds(1))//' and '//number_text(bounds(2))
       return
     end if
-    n = self%count()
-    if (i <= params%count()) n = size(self%numbers)
+    n = sought%count()
+    if (i <= params%count()) n = size(sought%numbers)
     if (i <= params%count()) then
-      self%numbers = [self%numbers, i]
+      sought%numbers = [sought%numbers, i]
     else
-      self%instrument_numbers = [self%instrument_numbers, i - params%count()]
+      sought%instrument_numbers = [sought%instrument_numbers, i - params%count()]
     end if
-    self%lower = [self%lower(:n), bounds(1), self%lower(n + 1:)]
-    self%upper = [self%upper(:n), bounds(2), self%upper(n + 1:)]
-    self%is_log = [self%is_log(:n), log_scale, self%is_log(n + 1:)]
-  end subroutine sought_add
+    sought%lower = [sought%lower(:n), bounds(1), sought%lower(n + 1:)]
+    sought%upper = [sought%upper(:n), bounds(2), sought%upper(n + 1:)]
+    sought%is_log = [sought%is_log(:n), log_scale, sought%is_log(n + 1:)]
+  end subroutine add
 
   function hint(name, params, instrument) result(text)
     character(*), intent(in) :: name
@@ -207,4 +190,4 @@ contains
     end do
     text = text//' | joint:* | E:* | hardening:*'//suggestion%hint()
   end function hint
-end module app_train_parameters
+end module app_sought
