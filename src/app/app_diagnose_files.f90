@@ -4,7 +4,6 @@ module app_diagnose_files
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_summary, only: cause_name, verdict_sentence
   use app_instrument, only: instrument_lines
-  use app_train_details, only: put_table
   use app_wing_fragment, only: wing_lines
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
@@ -17,6 +16,7 @@ module app_diagnose_files
   use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
+  use io_table, only: put_table
   use solid_params, only: solid_params_t
   use solid_wing_refine, only: coarsen_params
   implicit none

@@ -14,6 +14,7 @@ module app_settings
   use fsi_flight_params, only: flight_params_t, read_flight_params
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use io_stop, only: job_limits_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
   implicit none
@@ -42,7 +43,8 @@ module app_settings
     logical :: one_period = .false.
     real(rp) :: period = 1
     logical :: backup = .true.
-    real(rp) :: backup_seconds = 3600, stop_seconds = 0, job_end_margin = 300, progress_seconds = 30
+    type(job_limits_t) :: limits      !< of backups, and when to stop
+    real(rp) :: progress_seconds = 30
     logical :: slices = .false.
     integer :: slice(4) = -2, it_slice = 0
     real(rp) :: t_slice = 0, t_slice_first = 0
@@ -110,9 +112,9 @@ contains
     p%one_period = c%get_switch('Saving', 'save_only_one_period')
     p%period = c%get_real('Saving', 'tsave_period')
     p%backup = c%get_switch('Saving', 'iDoBackup')
-    p%backup_seconds = 3600*c%get_real('Saving', 'truntime')
-    p%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-    p%job_end_margin = c%get_real('Saving', 'job_end_margin')
+    p%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
+    p%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+    p%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
     p%progress_seconds = c%get_real('Saving', 'progress_interval')
     p%slices = c%get_switch('SaveSlices', 'use_slicing')
     p%it_slice = c%get_integer('SaveSlices', 'itslice')

@@ -9,7 +9,6 @@ module app_simulation
   use app_report, only: print_coupling, print_run_header, print_time_table
   use app_series, only: run_series_t
   use app_settings, only: settings_t
-  use app_stop, only: stop_rules_t
   use app_summary, only: write_summary
   use base_constants, only: EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED
   use base_errors, only: failure_t
@@ -24,6 +23,7 @@ module app_simulation
   use fsi_restart, only: has_flexible_wings, load_wings, save_wings
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_slots, only: checkpoint_slots_t
+  use io_stop, only: stop_rules_t
   use parallel_world, only: world_t
   use spectral_fftw, only: import_wisdom, export_wisdom
   implicit none
@@ -82,7 +82,7 @@ contains
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
-    call self%stop_rules%init(settings%output)
+    call self%stop_rules%init(settings%output%limits)
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
     call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
                          settings%needs_trials())

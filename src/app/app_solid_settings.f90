@@ -130,9 +130,9 @@ contains
       s%series_every = c%get_integer('Saving', 'series_every')
       s%output%t_save = c%get_real('Saving', 't_save')
       s%output%backup = c%get_switch('Saving', 'iDoBackup')
-      s%output%backup_seconds = 3600*c%get_real('Saving', 'truntime')
-      s%output%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-      s%output%job_end_margin = c%get_real('Saving', 'job_end_margin')
+      s%output%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
+      s%output%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+      s%output%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
       s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
       call check_name(c, s%name, errors)
       if (s%t_max > MOST_SHAPES*s%output%t_save) &

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A wing's stiffness as the section [Wing] of an ini file, for [include].
 module app_wing_fragment
-  use app_wing_effects, only: effect_place_lines
   use base_text, only: number_text
+  use solid_effect_places, only: effect_place_lines
   use solid_params, only: parameter_t, solid_params_t, N_COMMON
   use solid_wing, only: wing_t, Z_SIDES
   implicit none
