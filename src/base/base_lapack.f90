@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The dense LAPACK routines that are needed: singular values and symmetric eigenproblems.
+!> The dense LAPACK routines that are needed: singular values, symmetric eigenproblems, Cholesky's factors.
 !>
 !> LAPACK tests the arithmetic of infinities by dividing by zero, so traps are off while it runs.
 module base_lapack
@@ -8,7 +8,8 @@ module base_lapack
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
   implicit none
   private
-  public :: singular_values, symmetric_eigen, try_symmetric_eigen, symmetric_eigen_work
+  public :: singular_values, symmetric_eigen, try_symmetric_eigen, symmetric_eigen_work, cholesky_factorise, &
+            cholesky_solve
 
   interface
     subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
@@ -27,6 +28,21 @@ module base_lapack
       real(rp), intent(out) :: w(*), work(*)
       integer, intent(out) :: info
     end subroutine dsyev
+    subroutine dpotrf(uplo, n, a, lda, info)
+      import :: rp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(rp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dpotrf
+    subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+      import :: rp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(rp), intent(in) :: a(lda, *)
+      real(rp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dpotrs
   end interface
 
 contains
@@ -83,4 +99,22 @@ contains
     integer, intent(in) :: n
     length = 34*n + 64
   end function symmetric_eigen_work
+
+  !> The upper triangle of a(n, n) becomes the factor U of A = U^T U, unless A is not positive definite.
+  subroutine cholesky_factorise(a, is_positive)
+    real(rp), intent(inout), contiguous :: a(:, :)
+    logical, intent(out) :: is_positive
+    integer :: info
+    call dpotrf('U', size(a, 1), a, max(1, size(a, 1)), info)
+    is_positive = info == 0
+  end subroutine cholesky_factorise
+
+  !> b becomes A^-1 b, by the factor that `cholesky_factorise` has left in `a`.
+  subroutine cholesky_solve(a, b)
+    real(rp), intent(in), contiguous :: a(:, :)
+    real(rp), intent(inout), contiguous :: b(:)
+    integer :: info
+    call dpotrs('U', size(a, 1), 1, a, max(1, size(a, 1)), b, max(1, size(b)), info)
+    call require(info == 0, 'cholesky_solve: an argument is wrong')
+  end subroutine cholesky_solve
 end module base_lapack
