@@ -4,8 +4,9 @@
 !>   du/dt = P[ u x omega - chi/C_eta (u - u_s) ] + F_sponge + nu lap u,   div u = 0,
 !>
 !> rotational form, P the exact projection in Fourier space. Viscosity is integrated exactly by
-!> E = exp(-nu k^2 dt); E is set to 0 outside the truncation, which is how aliasing is removed. One pass
-!> costs six inverse and three forward transforms (six with a sponge; one more if it keeps the pressure).
+!> E = exp(-nu k^2 dt), with vanishing viscosity (fluid_state) times exp(-rate dt (k/K)^4); E is set to 0 outside the
+!> truncation, which is how aliasing is removed. One pass costs six inverse and three forward transforms (six with a
+!> sponge; one more if it keeps the pressure).
 !>
 !> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
 !> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step is Euler's.
@@ -27,7 +28,7 @@ module fluid_rhs
   use fluid_timestep, only: next_step_length, TOO_FAST
   use parallel_block, only: block_t
   use parallel_world, only: world_t
-  use spectral_sticks, only: sticks_t
+  use spectral_sticks, only: sticks_t, sphere_radius
   use spectral_transform, only: kernels_t
   implicit none
   private
@@ -91,6 +92,8 @@ contains
     call self%state%init(sticks)
     call self%full%init(sticks)
     call self%half%init(sticks)
+    self%full%rate = params%vanishing_rate
+    self%full%radius = sphere_radius(params%grid)
     allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7))
     allocate (self%line_divergence(block%count(1)), self%pressure_line(sticks%nkz))
     allocate (self%ones(sticks%nkz), source=1.0_rp)
@@ -327,6 +330,7 @@ contains
     integer, intent(in) :: s
     complex(rp), intent(inout) :: n(:, :) !< (nkz, 3)
     integer :: c
+    call self%full%choose(s, self%sticks%jz)
   if (s == self%sticks%zero) n(1, :) = mean_acceleration(self%params, self%state%time, sum(self%sums%force, 2), n(1, :))
     do c = 1, 3
       call self%advance_stick(s, c, n(:, c))

@@ -13,6 +13,7 @@ module fsi_flapping_wings
   use fsi_mask, only: mask_t
   use fsi_rotation, only: cross
   use fsi_surface, only: surface_t
+  use fsi_surface_load, only: surface_load_t
   use parallel_block, only: block_t
   use spectral_grid, only: grid_t
   implicit none
@@ -39,6 +40,7 @@ module fsi_flapping_wings
     type(mask_t) :: mask
     type(deformation_t), allocatable :: deformation(:) !< of the wings, not allocated if they are rigid
     real(rp), allocatable :: masses(:)            !< of the points of a wing that deforms, rho L^3
+    type(surface_load_t), allocatable :: marker_loads(:) !< on wings without thickness (fsi_thin_wings) at the last step's end
     real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
     real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
     type(displaced_t), allocatable, private :: displaced(:)
@@ -61,13 +63,22 @@ contains
     type(block_t), intent(in) :: block
     integer :: i
     self%params = params
-    call self%mask%init(grid, block, params%half_thickness, params%smoothing)
+    if (params%thin%is_thin) then
+      allocate (self%marker_loads(size(params%wings)))
+    else
+      call self%mask%init(grid, block, params%half_thickness, params%smoothing)
+    end if
     if (allocated(self%poses)) deallocate (self%poses, self%surfaces, self%displaced)
     allocate (self%poses(size(params%wings)), self%surfaces(size(params%wings)), self%displaced(size(params%wings)))
     do i = 1, size(params%wings)
       associate (wing => params%wings(i))
         call self%surfaces(i)%init(wing%points, wing%triangles, wing%color)
-     call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes, grid%is_2d)
+        if (params%thin%is_thin) then
+          allocate (self%displaced(i)%volumes(size(wing%points, 2)), source=0.0_rp)
+        else
+          call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes, &
+                                 grid%is_2d)
+        end if
       end associate
     end do
   end subroutine wings_init
@@ -94,7 +105,7 @@ contains
         end if
       end associate
     end do
-    call self%mask%draw(self%surfaces, penalty, failure)
+    if (.not. self%params%thin%is_thin) call self%mask%draw(self%surfaces, penalty, failure)
     self%seconds = self%seconds + wall_seconds() - begun
     self%cells = self%cells + self%mask%n_cells
   end subroutine wings_place

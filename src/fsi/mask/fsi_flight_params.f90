@@ -11,6 +11,7 @@ module fsi_flight_params
   use fsi_planform_file, only: read_planform_text
   use fsi_planform_mesh, only: triangulate_planform
   use fsi_rotation, only: cross
+  use fsi_thin_keys, only: read_thin_keys, register_thin_keys, thin_params_t
   use fsi_wing_motion, only: wing_motion_t
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -45,7 +46,8 @@ module fsi_flight_params
   type :: flight_params_t
     type(body_t) :: body
     type(flapping_wing_t), allocatable :: wings(:)
-    real(rp) :: half_thickness = 0 !< of the wings in the mask, L
+    type(thin_params_t) :: thin    !< whether, and how, the wings are without thickness
+    real(rp) :: half_thickness = 0 !< of the wings in the mask, L; 0 without a thickness
     real(rp) :: smoothing = 0      !< half the width of the mask's step, L
   contains
     procedure :: frequency => flight_frequency
@@ -110,6 +112,7 @@ contains
     call registry%add_inert(SECTION, 'FlappingMotion_left2', 'second pair of wings')
     call registry%add_inert(SECTION, 'FlappingMotion_right2', 'second pair of wings')
     call register_mask_keys(registry)
+    call register_thin_keys(registry)
   end subroutine register_flight_keys
 
   !> Reads the wings and the files they need; mistakes go to `errors`. `metre` is one metre in the units of the
@@ -133,7 +136,8 @@ contains
     integer :: i, n
 
     call read_body(config, params%body)
-    call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
+    call read_thin_keys(config, grid, params%thin)
+    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
     if (.not. any(is_there)) &
       call config%complain(errors, SECTION, 'LeftWing', 'there is no wing at all; valid: yes for LeftWing or RightWing')
