@@ -164,8 +164,8 @@ contains
     call self%coupling%look(wings, coupler, fluid)
   end subroutine series_look
 
-  !> Records of every step; `seconds` is the wall time that the step took. With a coupler `look` must have been called
-  !> in this step.
+  !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
+  !> `look` must have been called in this step.
   subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -181,7 +181,7 @@ contains
       call self%ekin%write([t, fluid%sums%kinetic_energy])
     end associate
     if (present(coupler)) call self%coupling%write(coupler)
-    if (present(thin)) call self%slip%write([fluid%rhs%state%time, thin%slip%after, thin%slip%before, thin%slip%speed])
+    if (present(thin)) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, thin%slip%speed])
   end subroutine series_write_step
 
   !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be

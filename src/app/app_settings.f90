@@ -138,7 +138,9 @@ contains
     type(settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     associate (p => s%fluid, c => s%config)
-      if (.not. p%penalized .and. (c%get_switch('Saving', 'iSaveMask') .or. &
+      if (s%flight%thin%is_thin .and. c%get_switch('Saving', 'iSaveMask')) &
+        call notices%add('[Insects] surface = thin: wings without thickness have no mask to save')
+      if (.not. (p%penalized .or. s%flight%thin%is_thin) .and. (c%get_switch('Saving', 'iSaveMask') .or. &
                                    c%get_switch('Saving', 'iSaveSolidVelocity'))) &
         call notices%add('iPenalization = 0: there is no mask to save')
       if (p%penalized .and. any(p%mask == ['none ', 'empty']) .and. p%channel == 'no' .and. .not. p%cavity) &
@@ -179,6 +181,8 @@ contains
     s%fluid%centre = s%flight%body%centre
     if (s%flight%thin%is_thin .and. s%flexible) call s%config%complain(errors, 'Insects', 'surface', 'thin is for '// &
                                                 'wings = rigid; valid with flexible wings: penalized')
+    if (s%flight%thin%is_thin) s%output%mask = .false.
+    if (s%flight%thin%is_thin) s%output%solid_velocity = .false.
     if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
       call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity), s%fluid, errors)
   end subroutine read_wings

@@ -60,7 +60,6 @@ contains
     integer(c_size_t) :: sticks_words, planes_words, rows_words, lines_words
     integer :: row, column
     logical :: possible
-
     self%world = world
     self%grid = grid
     call process_grid(world%size, grid%n, wanted_rows, self%rows, self%columns, possible)
@@ -149,7 +148,6 @@ contains
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     integer :: z
-
     call require(kernels%n_in <= size(self%fields_in, 3) .and. kernels%n_out <= size(self%fields_out, 3), &
                  'pencil_t: more fields than the transform was made for')
     if (kernels%n_in > 0) call sticks_to_planes(self, kernels)
