@@ -149,7 +149,7 @@ contains
       else
         write (unit, '(a)') '          '//note
       end if
-      write (unit, '(a)') '          +z of the wing file is on the '//trim(merge('dorsal ', 'ventral', &
+      write (unit, '(a)') '          +z of [Wing] is the '//trim(merge('dorsal ', 'ventral', &
         (wing%mount%dorsal_sign() > 0) .neqv. wing%is_mirrored))//' side of all wings'
       write (unit, '(a,f0.2)') '          largest added-mass ratio over the wing ', c%added_mass
       stiffness = 0

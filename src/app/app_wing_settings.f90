@@ -95,7 +95,7 @@ contains
     was_dorsal = s%wing%z_is_dorsal()
     s%wing%z_side = stated
     if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
-      stated//' counts, although '//s%path//' says '//trim(in_file)//': up is what it was for [Wing] parameters')
+      stated//' counts, although '//s%path//' says '//trim(in_file)//': it is what [Wing] parameters mean by +z')
   end subroutine read_z_side
 
   !> Gives the wing the size that [Wing] asks for: first similar to that of its file, then stretched along y.
