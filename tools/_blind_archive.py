@@ -22,7 +22,7 @@ def program_digest(root):
     """Of all that decides about verdicts: the sources of the programs with the map of probabilities, and what reads their
     files. Tells whether verdicts on two machines are those of one program, if it was built from these sources."""
     files = [*Path(root, "src").rglob("*.f90"), *Path(root, "src").rglob("*.c"), *Path(root, "cmake").rglob("*.cmake"),
-             Path(root, "tools/_blind_verdict.py"), Path(root, "bench/diagnosis")]
+             Path(root, "tools/_blind_verdict.py"), Path(root, "bench/diagnosis/run")]
     return digest(b"".join(path.read_bytes() for path in sorted(files)))
 
 

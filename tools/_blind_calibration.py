@@ -81,7 +81,7 @@ def fortran_of(tried, facts):
     error = f"\n!> Calibration error of its {tried['even']} even cases: {tried['ece_raw']:.3f} without, {tried['ece_mapped']:.3f} with " \
             "this map." if rows else " No study: every probability stays as the odds give it."
     return f"""! SPDX-License-Identifier: GPL-3.0-or-later
-!> Made by bench/diagnosis --write-map; do not edit.{error}
+!> Made by bench/diagnosis/run --write-map; do not edit.{error}
 module diagnosis_stated_table
   use base_kinds, only: rp
   implicit none

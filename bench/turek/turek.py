@@ -26,7 +26,7 @@ import numpy as np  # noqa: E402
 
 LENGTH, HEIGHT, DENSITY, NU = 2.56, 0.48, 1000.0, 1e-3  # of the box and of the fluid, SI units
 # A mask whose step is 2 h wide has its wall where it is drawn if sqrt(nu C_eta) is this part of h = dx: the zero of
-# wall_shift in tests/verification/support_walls.f90.
+# wall_shift in tests/verification/fluid/support_walls.f90.
 LAYER = 0.33909
 
 # Published: mean and amplitude or one number; lengths in m, forces in N/m, frequencies in Hz.

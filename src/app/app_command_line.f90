@@ -2,11 +2,10 @@
 !> The command line of `flusi`.
 module app_command_line
   use app_arguments, only: arguments_t, parse_arguments, print_lines
-  use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER, BUILD_FLAGS, BUILD_TYPE
   use base_errors, only: message_list_t
   implicit none
   private
-  public :: command_t, parse_command_line, print_usage, print_version
+  public :: command_t, parse_command_line, print_usage
   public :: ACTION_RUN, ACTION_CHECK, ACTION_DRY_RUN, ACTION_VERSION, ACTION_HELP, ACTION_KEYVALUES, &
             ACTION_COMPARE_KEYS, ACTION_PARAMETERS, ACTION_STATIC, ACTION_STATIC_CHECK, ACTION_SOLID, ACTION_SOLID_CHECK
 
@@ -121,12 +120,4 @@ contains
                                             'parameters: docs/parameters.md, examples: ini/']
     call print_lines(unit, LINES)
   end subroutine print_usage
-
-  !> Writes what this binary was built from.
-  subroutine print_version(unit)
-    integer, intent(in) :: unit
-    write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//')'
-    write (unit, '(a)') 'compiler  '//BUILD_COMPILER//', '//BUILD_TYPE
-    write (unit, '(a)') 'flags     '//BUILD_FLAGS
-  end subroutine print_version
 end module app_command_line

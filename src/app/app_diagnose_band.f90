@@ -16,7 +16,7 @@ module app_diagnose_band
   use app_diagnose_settings, only: diagnose_settings_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_lapack, only: orthogonalise
+  use base_lapack, only: orthogonalise
   use diagnosis_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
   use diagnosis_second_look, only: model_error_t
   use diagnosis_whitener, only: whitener_t

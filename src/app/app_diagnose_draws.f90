@@ -3,7 +3,6 @@
 !> It is written under a name of its own and renamed, so that programs that share it find a whole file, theirs or another one's.
 !> What cannot be read, is damaged or belongs to another design counts as nothing, and is replaced.
 module app_diagnose_draws
-  use app_train_details, only: put_table
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals
   use base_errors, only: failure_t
   use base_files, only: file_exists
@@ -15,6 +14,7 @@ module app_diagnose_draws
   use io_arrays, only: read_reals
   use io_attributes, only: get_attribute, put_attribute
   use io_hdf5, only: hdf5_file_t
+  use io_table, only: put_table
   implicit none
   private
   public :: draws_file_t

@@ -4,7 +4,6 @@ module app_diagnose_files
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_summary, only: cause_name, verdict_sentence
   use app_instrument, only: instrument_lines
-  use app_train_details, only: put_table
   use app_wing_fragment, only: wing_lines
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
@@ -17,6 +16,7 @@ module app_diagnose_files
   use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
+  use io_table, only: put_table
   use solid_params, only: solid_params_t
   use solid_wing_refine, only: coarsen_params
   implicit none
@@ -66,7 +66,7 @@ contains
     end if
     call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
-                    wing_lines(params)// &
+                    wing_lines(params, s%setup%wing)// &
                     instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment

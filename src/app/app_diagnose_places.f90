@@ -10,8 +10,8 @@ module app_diagnose_places
   use app_diagnose_settings, only: diagnose_settings_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_lapack, only: factorise, solve_lower
   use base_text, only: number_text
-  use diagnosis_lapack, only: factorise, solve_lower
   use diagnosis_whitener, only: whitener_t
   use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, make_bins
   use diagnosis_wing_lattice, only: lattice

@@ -6,7 +6,7 @@ module app_diagnose_settings
   use app_instrument, only: read_instrument
   use app_outliers, only: choose_heights
   use app_outputs, only: refuse_overwriting
-  use app_train_parameters, only: read_sought, sought_t
+  use app_sought, only: read_sought
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -24,6 +24,7 @@ module app_diagnose_settings
   use measurement_instrument, only: instrument_t
   use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
+  use measurement_sought, only: sought_t
   use parallel_world, only: world_t
   use solid_mass, only: lump_mass
   use solid_params, only: solid_params_t

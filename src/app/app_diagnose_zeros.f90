@@ -7,9 +7,9 @@
 module app_diagnose_zeros
   use app_diagnose_settings, only: diagnose_settings_t
   use base_kinds, only: rp
+  use base_lapack, only: orthogonalise, solve_lower
   use diagnosis_distributions, only: log_chi2_tail
   use diagnosis_engine, only: diagnosis_t
-  use diagnosis_lapack, only: orthogonalise, solve_lower
   use diagnosis_refit, only: nested_fit_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use measurement_data, only: measurement_t

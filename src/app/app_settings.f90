@@ -12,8 +12,10 @@ module app_settings
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
+  use fsi_thin_keys, only: prepare_thin_flow
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use io_stop, only: job_limits_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
   implicit none
@@ -42,7 +44,8 @@ module app_settings
     logical :: one_period = .false.
     real(rp) :: period = 1
     logical :: backup = .true.
-    real(rp) :: backup_seconds = 3600, stop_seconds = 0, job_end_margin = 300, progress_seconds = 30
+    type(job_limits_t) :: limits      !< of backups, and when to stop
+    real(rp) :: progress_seconds = 30
     logical :: slices = .false.
     integer :: slice(4) = -2, it_slice = 0
     real(rp) :: t_slice = 0, t_slice_first = 0
@@ -110,9 +113,9 @@ contains
     p%one_period = c%get_switch('Saving', 'save_only_one_period')
     p%period = c%get_real('Saving', 'tsave_period')
     p%backup = c%get_switch('Saving', 'iDoBackup')
-    p%backup_seconds = 3600*c%get_real('Saving', 'truntime')
-    p%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-    p%job_end_margin = c%get_real('Saving', 'job_end_margin')
+    p%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
+    p%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+    p%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
     p%progress_seconds = c%get_real('Saving', 'progress_interval')
     p%slices = c%get_switch('SaveSlices', 'use_slicing')
     p%it_slice = c%get_integer('SaveSlices', 'itslice')
@@ -135,7 +138,9 @@ contains
     type(settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     associate (p => s%fluid, c => s%config)
-      if (.not. p%penalized .and. (c%get_switch('Saving', 'iSaveMask') .or. &
+      if (s%flight%thin%is_thin .and. c%get_switch('Saving', 'iSaveMask')) &
+        call notices%add('[Insects] surface = thin: wings without thickness have no mask to save')
+      if (.not. (p%penalized .or. s%flight%thin%is_thin) .and. (c%get_switch('Saving', 'iSaveMask') .or. &
                                    c%get_switch('Saving', 'iSaveSolidVelocity'))) &
         call notices%add('iPenalization = 0: there is no mask to save')
       if (p%penalized .and. any(p%mask == ['none ', 'empty']) .and. p%channel == 'no' .and. .not. p%cavity) &
@@ -174,6 +179,12 @@ contains
                                                              s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     s%fluid%centre = s%flight%body%centre
+    if (s%flight%thin%is_thin .and. s%flexible) call s%config%complain(errors, 'Insects', 'surface', 'thin is for '// &
+                                                'wings = rigid; valid with flexible wings: penalized')
+    if (s%flight%thin%is_thin) s%output%mask = .false.
+    if (s%flight%thin%is_thin) s%output%solid_velocity = .false.
+    if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
+      call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity), s%fluid, errors)
   end subroutine read_wings
 
   !> The SI values of the units; with input = SI all numbers of the file are read in SI units.

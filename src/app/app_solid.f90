@@ -7,7 +7,6 @@ module app_solid
   use app_solid_output, only: solid_output_t
   use app_solid_restart, only: load_solid, save_solid
   use app_solid_settings, only: load_solid_settings, solid_settings_t
-  use app_stop, only: stop_rules_t
   use app_wing_modes, only: find_modes
   use app_wing_places, only: add_force
   use app_wing_report, only: print_wing
@@ -18,6 +17,7 @@ module app_solid
   use base_text, only: number_text
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
+  use io_stop, only: stop_rules_t
   use parallel_world, only: world_t
   use solid_balance, only: balance_t, work_t
   use solid_dynamics, only: dynamic_state_t, dynamics_t, step_report_t
@@ -120,7 +120,7 @@ contains
       allocate (self%force(3, model%n_all), source=0.0_rp)
       call self%stepper%init(model)
       call self%balance%init(model)
-      call self%stop_rules%init(s%output)
+      call self%stop_rules%init(s%output%limits)
       call self%slots%scan(self%world, folder_of(s%name), name_of(s%name)//'_backup')
       call self%state%init(model, 0.0_rp)
       if (command%restart) then
@@ -208,7 +208,8 @@ contains
     end if
     call reader%open(self%world, path, problem)
     if (problem%failed) return
-    call load_solid(reader, self%settings%setup%model, self%state, self%step, self%work, problem)
+    call load_solid(reader, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work, &
+                    problem)
     call reader%close(problem)
     call self%slots%came_from(path)
     if (.not. problem%failed) write (output_unit, '(a,es16.9,a)') 'restart   at t = ', self%state%time, ' s from '//path
@@ -296,7 +297,7 @@ contains
     type(checkpoint_writer_t) :: writer
     if (self%failure%failed .or. self%step == 0) return
     call self%slots%begin(writer, self%failure)
-    call save_solid(writer, self%settings%setup%model, self%state, self%step, self%work)
+    call save_solid(writer, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work)
     call self%slots%commit(writer, self%failure)
     call self%stop_rules%backup_done()
   end subroutine run_back_up

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Files of `flusi --solid`: the time series <name>.t, and at every save the wing in <name>_NNNNN.h5 with one
-!> index <name>.xmf over all times (see app_wing_output). Positions and velocities are in the wing frame.
+!> index <name>.xmf over all times (see app_wing_output). Positions and velocities are along the axes of
+!> the wing file.
 module app_solid_output
   use app_solid_settings, only: solid_settings_t
   use app_wing_output, only: put_wing, put_wing_vectors, shape_grid, wing_lines_t

@@ -22,6 +22,7 @@ module app_solid_settings
   use solid_dynamics, only: dynamic_options_t
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
+  use solid_wing, only: wing_t
   implicit none
   private
   public :: solid_settings_t, load_law_t, load_solid_settings
@@ -40,7 +41,8 @@ module app_solid_settings
     type(config_t) :: config
     type(wing_settings_t) :: setup
     type(inertia_t) :: inertia
-    class(motion_t), allocatable :: motion
+    class(motion_t), allocatable :: motion          !< along the axes of the wing file
+    logical :: is_mirrored = .false.                !< the wing that flaps is the mirror image of the one in the file
     type(load_law_t) :: law
     type(point_force_t), allocatable :: released(:) !< forces that bend the wing before time 0
     integer :: mode = 0                             !< natural mode in which the wing starts
@@ -96,6 +98,7 @@ contains
     call notice_idle_keys(s%config, notices)
     call load_wing(s%config, path, .true., s%setup, found, errors, notices)
     if (.not. found) return
+    call mirror_motion(s%setup%wing, s%motion, s%is_mirrored)
     call refuse_root_compliance(s%config, s%setup%asked, errors)
     call read_forces(s, 'constant', s%law%constant, errors)
     call read_forces(s, 'ramped', s%law%ramped, errors)
@@ -127,9 +130,9 @@ contains
       s%series_every = c%get_integer('Saving', 'series_every')
       s%output%t_save = c%get_real('Saving', 't_save')
       s%output%backup = c%get_switch('Saving', 'iDoBackup')
-      s%output%backup_seconds = 3600*c%get_real('Saving', 'truntime')
-      s%output%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-      s%output%job_end_margin = c%get_real('Saving', 'job_end_margin')
+      s%output%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
+      s%output%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+      s%output%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
       s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
       call check_name(c, s%name, errors)
       if (s%t_max > MOST_SHAPES*s%output%t_save) &
@@ -220,6 +223,20 @@ contains
     end associate
     allocate (s%motion, source=flapping)
   end subroutine read_flapping
+
+  !> The mechanics is along the axes of the wing file. Where z of the wing that flaps is on another side, that wing is
+  !> the mirror image of the one in the file, and the latter makes the mirrored motion.
+  subroutine mirror_motion(wing, motion, is_mirrored)
+    type(wing_t), intent(in) :: wing
+    class(motion_t), intent(inout) :: motion
+    logical, intent(out) :: is_mirrored
+    is_mirrored = .false.
+    select type (motion)
+    type is (flapping_motion_t)
+      is_mirrored = motion%mount%mirrors(wing%z_is_dorsal())
+      motion%is_mirrored = is_mirrored
+    end select
+  end subroutine mirror_motion
 
   !> The forces under `key`, all of which act together.
   subroutine read_forces(s, key, forces, errors)

@@ -66,7 +66,7 @@ contains
     if (command%action == TRAIN_SCREEN) call prepare_screen(self%settings, failure)
     call require(.not. failure%failed, 'training_begin: the model of the settings')
     call self%runner%init(self%settings%experiment)
-    call self%crew%init(self%world, self%settings%experiment, self%runner, self%settings%output)
+    call self%crew%init(self%world, self%settings%experiment, self%runner, self%settings%limits)
     if (self%world%is_root) &
       call print_wing(output_unit, what(), self%settings%setup)
 
@@ -88,7 +88,7 @@ contains
     real(rp), allocatable :: u(:), starts(:, :)
     real(rp) :: cost
     logical :: has_best, ok
-    call self%log%open(.true., self%settings%name//'.log', command%restart, self%settings%output%progress_seconds, ok)
+    call self%log%open(.true., self%settings%name//'.log', command%restart, self%settings%progress_seconds, ok)
     if (.not. ok) then
       call self%failure%raise(self%settings%name//'.log: cannot be written: is the folder missing or the disk full?')
       return

@@ -8,10 +8,9 @@
 !>       call crew%serve()
 !>     end if
 module app_train_crew
-  use app_settings, only: output_params_t
-  use app_stop, only: stop_rules_t
   use app_train_task, only: full_size, train_runner_t, COST_SIZE
   use base_kinds, only: i8, rp
+  use io_stop, only: job_limits_t, stop_rules_t
   use measurement_experiment, only: experiment_t
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
@@ -41,19 +40,19 @@ module app_train_crew
 contains
 
   !> The runner, made for the experiment, must live as long as the crew, which it asks for the time. Collective.
-  subroutine crew_init(self, world, experiment, runner, output)
+  subroutine crew_init(self, world, experiment, runner, limits)
     class(train_crew_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in) :: experiment
     class(train_runner_t), intent(inout), target :: runner
-    type(output_params_t), intent(in) :: output !< when to stop
+    type(job_limits_t), intent(in) :: limits
     integer :: n_input
     self%world = world
     self%runner => runner
     n_input = 3 + experiment%count()
     call self%cost_farm%start(world, n_input, COST_SIZE)
     call self%full_farm%start(world, n_input, full_size(experiment))
-    call self%stop_rules%init(output)
+    call self%stop_rules%init(limits)
     runner%stop_rules => self%stop_rules
   end subroutine crew_init
 

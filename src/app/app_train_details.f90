@@ -6,15 +6,15 @@ module app_train_details
   use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_errors, only: failure_t
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use io_attributes, only: put_attribute
-  use io_datasets, only: write_slab
   use io_hdf5, only: hdf5_file_t
+  use io_table, only: put_table
   use measurement_data, only: QUANTITY_ROTATION
   use measurement_profile, only: interval_t
   implicit none
   private
-  public :: write_details, put_table
+  public :: write_details
 
 contains
 
@@ -145,15 +145,4 @@ contains
       call put_attribute(file, '/readings', 'loads', loads(2:), failure)
     end associate
   end subroutine write_readings
-
-  !> Writes table(columns, rows), rows being the slow dimension of the file; nothing if it is empty.
-  subroutine put_table(file, name, table, columns, failure)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: name, columns
-    real(rp), intent(in) :: table(:, :)
-    type(failure_t), intent(inout) :: failure
-    if (size(table) == 0) return
-    call write_slab(file, name, int(shape(table), i8), [0_i8, 0_i8], int(shape(table), i8), [table], .false., failure)
-    call put_attribute(file, name, 'columns', columns, failure)
-  end subroutine put_table
 end module app_train_details

@@ -111,7 +111,7 @@ contains
     code = training%code
     if (code /= EXIT_OK) return
     associate (s => training%settings)
-      s%output%stop_seconds = max(0.0_rp, s%output%stop_seconds - spent)
+      s%limits%stop_seconds = max(0.0_rp, s%limits%stop_seconds - spent)
       if (world%is_root .and. s%n_individuals > 1) then
         write (output_unit, '(a)') '', 'individual '//s%individual//', '//number_text(number)//' of '// &
           number_text(s%n_individuals)

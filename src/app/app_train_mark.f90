@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> To which training a checkpoint belongs.
 module app_train_mark
-  use app_wing_effects, only: effect_place_lines
   use app_train_settings, only: train_settings_t
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_kinds, only: i8, rp
+  use solid_effect_places, only: effect_place_lines
   use solid_restart, only: wing_mark
   implicit none
   private

@@ -3,7 +3,7 @@
 !> NAME_history.h5, all that was computed. Both get their names when they are complete.
 module app_train_output
   use app_instrument, only: instrument_lines
-  use app_train_details, only: put_table, write_details
+  use app_train_details, only: write_details
   use app_train_history, only: train_history_t
   use app_train_polish, only: interval_sentence, trained_t
   use app_train_settings, only: train_settings_t
@@ -16,6 +16,7 @@ module app_train_output
   use base_text_file, only: write_text
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
+  use io_table, only: put_table
   use solid_params, only: membrane_note, solid_params_t
   implicit none
   private
@@ -40,7 +41,7 @@ contains
            '; by msm_train '//BUILD_VERSION//' ('//BUILD_COMMIT//').'//NL//';'//NL// &
            outcome_lines(settings, space, trained, '; ')//free_note(space, trained)// &
            '; These values of E and joints belong to the '//note//'.'//NL// &
-           '; [include] file = '//settings%result//NL//NL//wing_lines(p)// &
+           '; [include] file = '//settings%result//NL//NL//wing_lines(p, settings%setup%wing)// &
            instrument_lines(settings%experiment%instrument_at(trained%coordinates))
     call write_text(settings%result, text, ok)
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')

@@ -5,10 +5,9 @@ module app_train_settings
   use app_instrument, only: read_instrument
   use app_outliers, only: choose_heights
   use app_outputs, only: refuse_overwriting
-  use app_settings, only: output_params_t
+  use app_sought, only: read_sought
   use app_train_files, only: choose_individual, individual_files, of_individual
   use app_train_keys, only: register_train_keys
-  use app_train_parameters, only: read_sought, sought_t
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -17,12 +16,14 @@ module app_train_settings
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_shared_text, only: read_shared_text
+  use io_stop, only: job_limits_t
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   use measurement_fit, only: fit_options_t
   use measurement_instrument, only: instrument_t
   use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
+  use measurement_sought, only: sought_t
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use solid_statics, only: static_options_t
@@ -55,7 +56,8 @@ module app_train_settings
     character(:), allocatable :: name       !< first part of the names of the files to write
     character(:), allocatable :: result     !< the fragment to write
     integer :: checkpoint_every = 1
-    type(output_params_t) :: output         !< when to stop
+    type(job_limits_t) :: limits
+    real(rp) :: progress_seconds = 30       !< wall time between progress lines in a log
   end type train_settings_t
 
 contains
@@ -126,9 +128,9 @@ contains
       call check_name(c, s%name, errors)
       if (s%result == '') call c%complain(errors, 'Saving', 'result', 'must be the name of a file')
       s%checkpoint_every = c%get_integer('Saving', 'checkpoint_every')
-      s%output%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-      s%output%job_end_margin = c%get_real('Saving', 'job_end_margin')
-      s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
+      s%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+      s%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
+      s%progress_seconds = c%get_real('Saving', 'progress_interval')
     end associate
   end subroutine read_options
 

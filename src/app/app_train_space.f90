@@ -2,10 +2,10 @@
 !> The box of the search: its sides are [0, 1], and this is the one place that knows which coordinates of the
 !> experiment belong to a point of it. Unknowns may be fixed; the search then has fewer dimensions.
 module app_train_space
-  use app_train_parameters, only: sought_t
   use base_kinds, only: rp
   use cmaes_box, only: clip, cmaes_box_t, make_box
   use measurement_experiment, only: experiment_t
+  use measurement_sought, only: sought_t
   use solid_params, only: parameter_t
   implicit none
   private

@@ -2,10 +2,10 @@
 !> The task of which a training consists: one load on one candidate, done by any rank. What comes out depends on the
 !> task and on what rank 0 has shared, never on what the rank has done before.
 module app_train_task
-  use app_stop, only: stop_rules_t
   use base_errors, only: require
   use base_kinds, only: rp
   use base_signals, only: signal_caught
+  use io_stop, only: stop_rules_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use parallel_farm, only: task_runner_t

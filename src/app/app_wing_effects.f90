@@ -3,7 +3,7 @@
 module app_wing_effects
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use base_text, only: BLANKS, next_word, parse_real, quoted
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_suggest, only: suggestion_t
@@ -11,7 +11,7 @@ module app_wing_effects
   use solid_params, only: solid_params_t
   implicit none
   private
-  public :: register_effect_keys, read_effect_places, unplaced_effect, effect_place_lines, refuse_root_compliance
+  public :: register_effect_keys, read_effect_places, unplaced_effect, refuse_root_compliance
 
 contains
 
@@ -96,23 +96,4 @@ contains
     if ((name == 'torsion' .or. index(name, 'camber_') == 1) .and. .not. effects%has_sided_veins) &
       problem = 'needs [Wing] sided_veins = yes'
   end function unplaced_effect
-
-  !> The keys as lines of an ini file, those that are given.
-  function effect_place_lines(effects) result(text)
-    type(effects_t), intent(in) :: effects
-    character(:), allocatable :: text
-    integer :: i
-    text = ''
-    if (effects%has_damage()) then
-      text = 'damage_disc ='
-      do i = 1, 3
-        text = text//' '//number_text(effects%disc(i))
-      end do
-      text = text//'; m'//new_line('a')
-    end if
-    if (effects%has_sides) text = text//'sided_joints = yes;'//new_line('a')
-    if (effects%has_sided_veins) text = text//'sided_veins = yes;'//new_line('a')
-    if (allocated(effects%soft_vein)) text = text//'soft_place = '//effects%soft_vein//' '// &
-                                             number_text(effects%soft_share)//';'//new_line('a')
-  end function effect_place_lines
 end module app_wing_effects

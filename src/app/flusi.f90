@@ -2,8 +2,8 @@
 !> flusi: incompressible flow around solid bodies.
 program flusi
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use app_command_line, only: command_t, parse_command_line, print_usage, print_version, ACTION_CHECK, &
-                              ACTION_COMPARE_KEYS, ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
+  use app_command_line, only: command_t, parse_command_line, print_usage, ACTION_CHECK, ACTION_COMPARE_KEYS, &
+                              ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
                               ACTION_PARAMETERS, ACTION_RUN, ACTION_SOLID, ACTION_SOLID_CHECK, ACTION_STATIC, &
                               ACTION_STATIC_CHECK, ACTION_VERSION
   use app_dry_run, only: print_dry_run
@@ -14,6 +14,7 @@ program flusi
   use app_simulation, only: simulation_t
   use app_solid, only: check_solid, run_solid
   use app_static, only: run_static
+  use app_version, only: print_version
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
   use base_process, only: exit_with, launched_rank

@@ -2,11 +2,11 @@
 !> msm_diagnose: what the model of a wing gets wrong in bending tests, and why.
 program msm_diagnose
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use app_command_line, only: print_version
   use app_diagnose, only: diagnose_t
   use app_diagnose_command, only: diagnose_command_t, parse_diagnose_command, print_diagnose_usage, DIAGNOSE_CHECK, &
                                   DIAGNOSE_HELP, DIAGNOSE_PARAMETERS, DIAGNOSE_VERSION
   use app_diagnose_keys, only: write_diagnose_reference
+  use app_version, only: print_version
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
   use base_process, only: exit_with, launched_rank

@@ -2,11 +2,11 @@
 !> msm_train: finds the stiffness of a wing from bending tests.
 program msm_train
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use app_command_line, only: print_version
   use app_train_command, only: parse_train_command, print_train_usage, train_command_t, TRAIN_HELP, &
                                TRAIN_PARAMETERS, TRAIN_VERSION
   use app_train_individuals, only: train_individuals
   use app_train_keys, only: write_train_reference
+  use app_version, only: print_version
   use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
   use base_process, only: exit_with, launched_rank

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The dense LAPACK routines that are needed: singular values and symmetric eigenproblems.
+!> The dense LAPACK and BLAS routines that are needed: singular values, symmetric eigenproblems, least squares, Cholesky,
+!> orthonormal bases, products of tall matrices.
 !>
 !> LAPACK tests the arithmetic of infinities by dividing by zero, so traps are off while it runs.
 module base_lapack
@@ -9,6 +10,8 @@ module base_lapack
   implicit none
   private
   public :: singular_values, symmetric_eigen, try_symmetric_eigen, symmetric_eigen_work
+  public :: triangle_of, solve_least_squares, singular_vectors
+  public :: factorise, solve_factorised, solve_lower, orthogonalise, decompose, gram_upper, multiply, multiply_transposed
 
   interface
     subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
@@ -27,6 +30,66 @@ module base_lapack
       real(rp), intent(out) :: w(*), work(*)
       integer, intent(out) :: info
     end subroutine dsyev
+    subroutine dgeqrf(m, n, a, lda, tau, work, lwork, info)
+      import :: rp
+      integer, intent(in) :: m, n, lda, lwork
+      real(rp), intent(inout) :: a(lda, *)
+      real(rp), intent(out) :: tau(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dgeqrf
+    subroutine dorgqr(m, n, k, a, lda, tau, work, lwork, info)
+      import :: rp
+      integer, intent(in) :: m, n, k, lda, lwork
+      real(rp), intent(inout) :: a(lda, *)
+      real(rp), intent(in) :: tau(*)
+      real(rp), intent(out) :: work(*)
+      integer, intent(out) :: info
+    end subroutine dorgqr
+    subroutine dgels(trans, m, n, nrhs, a, lda, b, ldb, work, lwork, info)
+      import :: rp
+      character, intent(in) :: trans
+      integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
+      real(rp), intent(inout) :: a(lda, *), b(ldb, *)
+      real(rp), intent(out) :: work(*)
+      integer, intent(out) :: info
+    end subroutine dgels
+    subroutine dpotrf(uplo, n, a, lda, info)
+      import :: rp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(rp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dpotrf
+    subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+      import :: rp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(rp), intent(in) :: a(lda, *)
+      real(rp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dpotrs
+    subroutine dtrtrs(uplo, trans, diag, n, nrhs, a, lda, b, ldb, info)
+      import :: rp
+      character, intent(in) :: uplo, trans, diag
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(rp), intent(in) :: a(lda, *)
+      real(rp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dtrtrs
+    subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+      import :: rp
+      character, intent(in) :: uplo, trans
+      integer, intent(in) :: n, k, lda, ldc
+      real(rp), intent(in) :: alpha, a(lda, *), beta
+      real(rp), intent(inout) :: c(ldc, *)
+    end subroutine dsyrk
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: rp
+      character, intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(rp), intent(in) :: alpha, a(lda, *), b(ldb, *), beta
+      real(rp), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
   end interface
 
 contains
@@ -83,4 +146,197 @@ contains
     integer, intent(in) :: n
     length = 34*n + 64
   end function symmetric_eigen_work
+
+  !> The triangle R(n, n) of the QR factorisation of a(m, n); R^T R = a^T a. Rows of zeros if m < n.
+  function triangle_of(a) result(r)
+    real(rp), intent(in) :: a(:, :)
+    real(rp), allocatable :: r(:, :), copy(:, :), tau(:), work(:)
+    logical :: halting(size(ieee_usual))
+    integer :: i, n, info
+    n = size(a, 2)
+    allocate (copy(max(size(a, 1), n), n), r(n, n), tau(n), work(64*(n + 1)), source=0.0_rp)
+    if (n == 0) return
+    copy(:size(a, 1), :) = a
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgeqrf(size(copy, 1), n, copy, size(copy, 1), tau, work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'base_lapack: dgeqrf was called wrongly')
+    do i = 1, n
+      r(:i, i) = copy(:i, i)
+    end do
+  end function triangle_of
+
+  !> x(n) that minimises |a x - b|, a(m, n) with m >= n. `ok` is false if the columns of a are dependent.
+  subroutine solve_least_squares(a, b, x, ok)
+    real(rp), intent(in) :: a(:, :), b(:)
+    real(rp), intent(out) :: x(:)
+    logical, intent(out) :: ok
+    real(rp), allocatable :: copy(:, :), right(:, :), work(:)
+    logical :: halting(size(ieee_usual))
+    integer :: info
+    ok = .true.
+    x = 0
+    if (size(x) == 0) return
+    copy = a
+    allocate (right(size(b), 1))
+    right(:, 1) = b
+    allocate (work(64*(size(a, 1) + size(a, 2))))
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgels('N', size(a, 1), size(a, 2), 1, copy, size(a, 1), right, size(b), work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info >= 0, 'base_lapack: dgels was called wrongly')
+    ok = info == 0
+    if (ok) x = right(:size(x), 1)
+  end subroutine solve_least_squares
+
+  !> Singular values(n), largest first, and right singular vectors(n, n), one a column, of a(n, n).
+  subroutine singular_vectors(a, values, vectors)
+    real(rp), intent(in) :: a(:, :)
+    real(rp), intent(out) :: values(:), vectors(:, :)
+    real(rp), allocatable :: copy(:, :), transposed(:, :), work(:)
+    real(rp) :: left(1, 1)
+    logical :: halting(size(ieee_usual))
+    integer :: n, info
+    n = size(a, 1)
+    if (n == 0) return
+    copy = a
+    allocate (transposed(n, n), work(64*n + 64))
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgesvd('N', 'A', n, n, copy, n, values, left, 1, transposed, n, work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'the singular values did not converge')
+    vectors = transpose(transposed)
+  end subroutine singular_vectors
+
+  !> Replaces the lower triangle of the symmetric a(n, n) by its Cholesky factor L, a = L L^T. `ok` is false if a is not
+  !> positive definite.
+  subroutine factorise(a, ok)
+    real(rp), intent(inout), contiguous :: a(:, :)
+    logical, intent(out) :: ok
+    logical :: halting(size(ieee_usual))
+    integer :: info
+    info = 0
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    if (size(a, 1) > 0) call dpotrf('L', size(a, 1), a, size(a, 1), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info >= 0, 'base_lapack: dpotrf was called wrongly')
+    ok = info == 0
+  end subroutine factorise
+
+  !> b(n, :) becomes L^-1 b, with the factor l(n, n) of `factorise`.
+  subroutine solve_lower(l, b)
+    real(rp), intent(in), contiguous :: l(:, :)
+    real(rp), intent(inout), contiguous :: b(:, :)
+    logical :: halting(size(ieee_usual))
+    integer :: info
+    info = 0
+    if (size(b) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dtrtrs('L', 'N', 'N', size(l, 1), size(b, 2), l, size(l, 1), b, size(b, 1), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'base_lapack: dtrtrs')
+  end subroutine solve_lower
+
+  !> b becomes A^-1 b, by the factor of A that `factorise` has left in the lower triangle of `a`.
+  subroutine solve_factorised(a, b)
+    real(rp), intent(in), contiguous :: a(:, :)
+    real(rp), intent(inout), contiguous :: b(:)
+    integer :: info
+    if (size(b) == 0) return
+    call dpotrs('L', size(a, 1), 1, a, size(a, 1), b, size(b), info)
+    call require(info == 0, 'base_lapack: dpotrs')
+  end subroutine solve_factorised
+
+  !> The QR factorisation of a(m, n): q(m, k) with orthonormal columns, r(k, n), k = min(m, n).
+  subroutine orthogonalise(a, q, r)
+    real(rp), intent(in) :: a(:, :)
+    real(rp), allocatable, intent(out) :: q(:, :), r(:, :)
+    real(rp), allocatable :: copy(:, :), tau(:), work(:)
+    logical :: halting(size(ieee_usual))
+    integer :: m, n, k, i, info
+    m = size(a, 1)
+    n = size(a, 2)
+    k = min(m, n)
+    allocate (q(m, k), r(k, n), source=0.0_rp)
+    if (k == 0) return
+    copy = a
+    allocate (tau(k), work(64*(n + 1)))
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgeqrf(m, n, copy, m, tau, work, size(work), info)
+    do i = 1, n
+      r(:min(i, k), i) = copy(:min(i, k), i)
+    end do
+    q = copy(:, :k)
+    if (info == 0) call dorgqr(m, k, k, q, m, tau, work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'base_lapack: dgeqrf or dorgqr')
+  end subroutine orthogonalise
+
+  !> a(m, n) = u diag(s) vt with u(m, k), s(k) from the largest, vt(k, n), k = min(m, n).
+  subroutine decompose(a, u, s, vt)
+    real(rp), intent(in) :: a(:, :)
+    real(rp), allocatable, intent(out) :: u(:, :), s(:), vt(:, :)
+    real(rp), allocatable :: copy(:, :), work(:)
+    logical :: halting(size(ieee_usual))
+    integer :: m, n, k, info
+    m = size(a, 1)
+    n = size(a, 2)
+    k = min(m, n)
+    allocate (u(m, k), s(k), vt(k, n), source=0.0_rp)
+    if (k == 0) return
+    copy = a
+    allocate (work(64*(m + n) + 64))
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgesvd('S', 'S', m, n, copy, m, s, u, m, vt, k, work, size(work), info)
+    call ieee_set_halting_mode(ieee_usual, halting)
+    call require(info == 0, 'the singular values did not converge')
+  end subroutine decompose
+
+  !> The upper triangle of c(n, n) becomes that of a^T a, a(m, n); the rest becomes 0.
+  subroutine gram_upper(a, c)
+    real(rp), intent(in), contiguous :: a(:, :)
+    real(rp), intent(out), contiguous :: c(:, :)
+    logical :: halting(size(ieee_usual))
+    c = 0
+    if (size(a) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dsyrk('U', 'T', size(a, 2), size(a, 1), 1.0_rp, a, size(a, 1), 0.0_rp, c, size(c, 1))
+    call ieee_set_halting_mode(ieee_usual, halting)
+  end subroutine gram_upper
+
+  !> c(m, n) = c + factor a(m, k) b(k, n).
+  subroutine multiply(factor, a, b, c)
+    real(rp), intent(in) :: factor
+    real(rp), intent(in), contiguous :: a(:, :), b(:, :)
+    real(rp), intent(inout), contiguous :: c(:, :)
+    logical :: halting(size(ieee_usual))
+    if (size(a) == 0 .or. size(b) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgemm('N', 'N', size(a, 1), size(b, 2), size(a, 2), factor, a, size(a, 1), b, size(b, 1), 1.0_rp, &
+               c, size(c, 1))
+    call ieee_set_halting_mode(ieee_usual, halting)
+  end subroutine multiply
+
+  !> c(k, n) = a^T b, a(m, k), b(m, n).
+  subroutine multiply_transposed(a, b, c)
+    real(rp), intent(in), contiguous :: a(:, :), b(:, :)
+    real(rp), intent(out), contiguous :: c(:, :)
+    logical :: halting(size(ieee_usual))
+    c = 0
+    if (size(a) == 0 .or. size(b) == 0) return
+    call ieee_get_halting_mode(ieee_usual, halting)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call dgemm('T', 'N', size(a, 2), size(b, 2), size(a, 1), 1.0_rp, a, size(a, 1), b, size(b, 1), 0.0_rp, &
+               c, size(c, 1))
+    call ieee_set_halting_mode(ieee_usual, halting)
+  end subroutine multiply_transposed
 end module base_lapack

@@ -9,7 +9,7 @@
 module diagnosis_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use diagnosis_lapack, only: decompose, orthogonalise
+  use base_lapack, only: decompose, orthogonalise
   use diagnosis_simulator, only: quantity_t, simulator_t
   use diagnosis_strengths, only: strength, strengths_t
   use diagnosis_weights, only: cell_weights

@@ -6,8 +6,8 @@
 !> second order of the difference of both, which is small for places that overlap.
 module diagnosis_exchange
   use base_kinds, only: rp
+  use base_lapack, only: orthogonalise
   use diagnosis_design, only: design_t
-  use diagnosis_lapack, only: orthogonalise
   use diagnosis_refit, only: nested_fit_t
   use diagnosis_simulator, only: simulator_t
   use diagnosis_whitener, only: whitener_t

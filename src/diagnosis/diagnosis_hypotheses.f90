@@ -7,10 +7,10 @@
 !> evidences times PRIOR_.., which say how often a cause is expected before the data.
 module diagnosis_hypotheses
   use base_kinds, only: rp
+  use base_lapack, only: decompose
   use diagnosis_calibration, only: calibration_t
   use diagnosis_design, only: candidate_t, design_t, family_t
   use diagnosis_distributions, only: log_add
-  use diagnosis_lapack, only: decompose
   implicit none
   private
   public :: hypotheses_t, explained_t, explain, add_effect, average_variants, remainder_log_p, expect_loss, log_prior, &

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> From the probability that the odds give to a verdict to the share of such verdicts that were right in a study of blind
 !> cases: isotonic regression (Zadrozny and Elkan 2002, DOI 10.1145/775047.775151), one map for each kind of verdict.
-!> bench/diagnosis learns the map and writes diagnosis_stated_table.
+!> bench/diagnosis/run learns the map and writes diagnosis_stated_table.
 module diagnosis_stated
   use base_kinds, only: rp
   use diagnosis_stated_table, only: KNOTS, RAW, RIGHT, VERDICT, PROVENANCE

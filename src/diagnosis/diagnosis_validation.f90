@@ -11,7 +11,7 @@
 module diagnosis_validation
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_lapack, only: orthogonalise, solve_lower
+  use base_lapack, only: orthogonalise, solve_lower
   use diagnosis_refit, only: fit_nested, nested_fit_t, nested_unknowns
   use diagnosis_simulator, only: simulator_t
   use diagnosis_whitener, only: whitener_t

@@ -8,8 +8,7 @@
 module diagnosis_whitener
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use base_lapack, only: symmetric_eigen
-  use diagnosis_lapack, only: factorise, gram_upper, multiply, multiply_transposed, solve_lower
+  use base_lapack, only: factorise, gram_upper, multiply, multiply_transposed, solve_lower, symmetric_eigen
   use diagnosis_simulator, only: simulator_t
   implicit none
   private

@@ -7,7 +7,7 @@
 module measurement_fit
   use base_errors, only: require
   use base_kinds, only: rp
-  use measurement_lapack, only: solve_least_squares, triangle_of
+  use base_lapack, only: solve_least_squares, triangle_of
   use measurement_least_squares, only: least_squares_t, unknowns_t
   implicit none
   private

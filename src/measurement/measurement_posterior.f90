@@ -2,8 +2,8 @@
 !> What a fit tells about its unknowns in the linear approximation at the optimum.
 module measurement_posterior
   use base_kinds, only: rp
+  use base_lapack, only: singular_vectors, triangle_of
   use measurement_fit, only: fit_report_t
-  use measurement_lapack, only: singular_vectors, triangle_of
   use measurement_least_squares, only: unknowns_t
   implicit none
   private

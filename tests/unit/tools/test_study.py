@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""bench/diagnosis: any first part of a study has the proportions of the whole, cases do not depend on what was made before,
+"""bench/diagnosis/run: any first part of a study has the proportions of the whole, cases do not depend on what was made before,
 and the verdicts of msm_diagnose are read as they are meant."""
 import json
 import subprocess
@@ -95,7 +95,7 @@ class Cases(unittest.TestCase):
 
     @staticmethod
     def score(path, folder):
-        return subprocess.run([sys.executable, "-B", SOURCE / "bench/diagnosis", "--only", "score", "--archive", path, "--folder",
+        return subprocess.run([sys.executable, "-B", SOURCE / "bench/diagnosis/run", "--only", "score", "--archive", path, "--folder",
                                folder, "--program", folder / "no-program"], capture_output=True, text=True, check=False)
 
     def check_archive(self, folder, study, verdicts):

@@ -1,0 +1,204 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Times the parts of the coupled steps of a run with flexible wings, after some steps that begin it, from rest or from
+!> a backup of flusi. Prints one JSON object on its last line. Called through bench/coupling/run.
+!>
+!> mask: placing and drawing the wings. load: keeping the pressure in the fluid's one pass, finding the lines on which it
+!> is wanted, the inverse transform and the sampling. solid: all wings over the step. checks: gaps between the wings and
+!> their place in the box. Each part of a step is the wall time of the slowest rank, measured where it is done; the step
+!> is their sum and what remains of the fluid's pass. Keeping the pressure is spread over the whole pass: it is the
+!> difference between passes that do and passes that do not, in turns. Every number is the median over the steps.
+program bench_coupling
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use app_flight_faults, only: check_flight
+  use app_settings, only: load_settings, settings_t
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use base_process, only: wall_seconds
+  use bench_floor, only: floor_seconds
+  use fluid_requests, only: request_t
+  use fluid_restart, only: load_fluid
+  use fluid_solver, only: fluid_t
+  use fsi_coupler, only: coupler_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_restart, only: load_wings
+  use io_checkpoint, only: checkpoint_reader_t
+  use io_shared_text, only: read_shared_text
+  use parallel_world, only: world_t
+  implicit none
+  integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8
+  type(world_t) :: world
+  type(settings_t) :: settings
+  type(fluid_t) :: fluid
+  type(flapping_wings_t) :: wings
+  type(coupler_t) :: coupler
+  type(message_list_t) :: errors, notices
+  type(failure_t) :: failure
+  type(checkpoint_reader_t) :: backup
+  character(:), allocatable :: text, problem
+  character(256) :: argument
+  real(rp), allocatable :: times(:, :)
+  real(rp) :: least(1), keep
+  integer :: begin_with, steps, i
+
+  call world%start()
+  call get_command_argument(2, argument)
+  read (argument, *) begin_with
+  call get_command_argument(3, argument)
+  read (argument, *) steps
+  call get_command_argument(1, argument)
+  call read_shared_text(trim(argument), text, problem, world)
+  if (allocated(problem)) error stop 'bench_coupling: the input file cannot be read'
+  call load_settings(text, trim(argument), .false., settings, errors, notices, world)
+  if (errors%count() > 0 .or. .not. settings%flexible) error stop 'bench_coupling: flexible wings are expected'
+  call fluid%init(world, settings%fluid, settings%coupler%needs_fields(), failure, .true., &
+                  settings%coupler%needs_trials())
+  call wings%init(settings%flight, settings%fluid%grid, fluid%transform%block)
+  call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
+  if (command_argument_count() > 3) then
+    call get_command_argument(4, argument)
+    call backup%open(world, trim(argument), failure)
+    call load_fluid(backup, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
+    if (.not. failure%failed) call load_wings(backup, wings, coupler, failure)
+    call backup%close(failure)
+    if (failure%failed) then
+      if (world%is_root) write (output_unit, '(a)') 'bench_coupling: '//failure%reason
+      error stop
+    end if
+  else
+    call fluid%start(failure)
+  end if
+  allocate (times(8, steps))
+  do i = 1, begin_with
+    call one_step(times(:, 1))
+  end do
+  do i = 1, steps
+    call one_step(times(:, i))
+  end do
+  keep = keeping_seconds()
+  least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge))
+  call world%max_reals(least)
+  if (failure%failed) error stop 'bench_coupling: the flow has failed'
+  if (world%is_root) call report()
+  call coupler%free()
+  call fluid%free()
+  call world%stop()
+
+contains
+
+  !> A coupled step in parts, as flusi makes it.
+  subroutine one_step(t)
+    real(rp), intent(out) :: t(:)
+    type(request_t) :: request
+    real(rp) :: own(1)
+    integer :: w
+    t = 0
+    call coupler%add_request(request)
+    t(MASK) = -wings%seconds
+    call start_watch(t(FLOW))
+    call fluid%step(request, failure, wings)
+    call stop_watch(t(FLOW))
+    t(MASK) = t(MASK) + wings%seconds
+    call start_watch(t(LOOK))
+    call coupler%look(fluid, wings)
+    call stop_watch(t(LOOK))
+    call start_watch(t(CHECKS))
+    call check_flight(wings, settings%fluid%grid, failure)
+    call stop_watch(t(CHECKS))
+    own = -coupler%solver_seconds
+    call start_watch(t(SOLID))
+    call coupler%advance(fluid%dt, wings, failure)
+    call stop_watch(t(SOLID))
+    own = own + coupler%solver_seconds
+    t(WAIT) = -own(1)
+    call world%max_reals(own)
+    t(WAIT) = own(1) + t(WAIT)
+    t(SOLVE) = own(1)
+    do w = 1, size(coupler%wings)
+      t(FACTORS) = max(t(FACTORS), real(coupler%wings(w)%factorisations, rp))
+    end do
+    call world%max_reals(t)
+  end subroutine one_step
+
+  !> What it costs a pass to keep the pressure; the flow stays where it is.
+  real(rp) function keeping_seconds() result(seconds)
+    type(request_t) :: request
+    real(rp) :: passes(steps, 2)
+    integer :: i, k
+    do i = 1, steps
+      do k = 1, 2
+        request%pressure = k == 2
+        call start_watch(passes(i, k))
+        call fluid%evaluate(request, failure, wings)
+        call stop_watch(passes(i, k))
+        call world%max_reals(passes(i, k:k))
+      end do
+    end do
+    seconds = median(passes(:, 2)) - median(passes(:, 1))
+  end function keeping_seconds
+
+  subroutine start_watch(begun)
+    real(rp), intent(out) :: begun
+    call world%barrier()
+    begun = wall_seconds()
+  end subroutine start_watch
+
+  subroutine stop_watch(begun)
+    real(rp), intent(inout) :: begun
+    begun = wall_seconds() - begun
+  end subroutine stop_watch
+
+  subroutine report()
+    real(rp), parameter :: MS = 1.0e3_rp
+    real(rp), dimension(size(times, 2)) :: step, load, mask_time, share
+    real(rp) :: ratio
+    step = times(FLOW, :) + times(LOOK, :) + times(SOLID, :) + times(CHECKS, :)
+    load = keep + times(LOOK, :)
+    mask_time = times(MASK, :)
+    share = (mask_time + load + times(SOLID, :) + times(CHECKS, :))/step
+    ratio = median(times(FLOW, :) - mask_time - keep)/least(1)
+    write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a,f0.4)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', &
+      world%size, ' ranks, ', steps, ' steps until t = ', fluid%rhs%state%time
+    write (output_unit, '(a,4(f0.1,a))') 'a step takes ', MS*median(step), ' ms: mask ', MS*median(mask_time), &
+      ' ms, load ', MS*median(load), ' ms, solid ', MS*median(times(SOLID, :)), ' ms'
+    write (output_unit, '(a,3(f0.2,a))') 'of the load, keeping the pressure takes ', MS*keep, &
+      ' ms, finding the lines, transform and sampling ', MS*median(times(LOOK, :)), ' ms; checks take ', &
+      MS*median(times(CHECKS, :)), ' ms'
+    write (output_unit, '(2(a,f0.2),a)') 'solving a wing takes ', MS*median(times(SOLVE, :)), &
+      ' ms of that; a rank waits at most ', MS*median(times(WAIT, :)), ' ms for the wing of another'
+    write (output_unit, '(a,i0,a,f0.2)') 'at most ', nint(maxval(times(FACTORS, :))), &
+      ' factorisations per wing and step, on average ', sum(times(FACTORS, :))/steps
+    write (output_unit, '(a,f0.2,a)') 'the fluid takes ', ratio, ' times its floor'
+    write (output_unit, '(a,2(f0.4,a))') 'the share of a step is between ', quantile(share, 0.1_rp), ' and ', &
+      quantile(share, 0.9_rp), ' (first and last decile)'
+    write (output_unit, '(20a)') '{"coupling_share":', number(median(share)), &
+      ',"mask":', number(median(mask_time/step)), ',"load":', number(median(load/step)), &
+      ',"solid":', number(median(times(SOLID, :)/step)), ',"checks":', number(median(times(CHECKS, :)/step)), &
+      ',"keep":', number(median(keep/step)), ',"wait":', number(median(times(WAIT, :)/step)), &
+      ',"factorisations":', number(maxval(times(FACTORS, :))), ',"fluid_to_floor":', number(ratio), '}'
+  end subroutine report
+
+  pure real(rp) function median(x)
+    real(rp), intent(in) :: x(:)
+    median = quantile(x, 0.5_rp)
+  end function median
+
+  !> The value below which this part of `x` lies.
+  pure real(rp) function quantile(x, part)
+    real(rp), intent(in) :: x(:), part
+    integer :: i, rank
+    rank = max(1, ceiling(part*size(x)))
+    quantile = 0
+    do i = 1, size(x)
+      if (count(x < x(i)) < rank .and. count(x <= x(i)) >= rank) quantile = x(i)
+    end do
+  end function quantile
+
+  !> A number as JSON wants it: with a digit before the point.
+  function number(x) result(text)
+    real(rp), intent(in) :: x
+    character(:), allocatable :: text
+    character(20) :: buffer
+    write (buffer, '(f20.4)') x
+    text = trim(adjustl(buffer))
+  end function number
+end program bench_coupling

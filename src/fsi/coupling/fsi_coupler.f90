@@ -1,0 +1,372 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The staggered coupling of flexible wings with the flow.
+!>
+!> At t(n) the deformed wings are drawn and the fluid goes from t(n) to t(n+1); then every wing does, by BDF2 in its
+!> frame at t(n+1), under a load f along its frame:
+!>
+!>     weak          f(n), as in Truong et al.: first order in the step
+!>     extrapolated  f(n) + dt/dt_old (f(n) - f(n-1)): second order
+!>     strong        f(n+1) of the flow at t(n+1) about the wing where f(n+1) takes it, by sub-iterations that begin
+!>                   with the extrapolated load, f <- f + w (f(flow) - f), w by Aitken's rule over all wings (Kuettler
+!>                   & Wall 2008, DOI 10.1007/s00466-008-0255-5): second order
+!>
+!> AB2 takes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only, and the last one is the
+!> pass that the next step begins with.
+!>
+!> Mechanics in SI units along the axes of the wing file, flow in L, T and rho, what is written along the frame of each
+!> wing (fsi_wing_mirror). All conversions are here; those of checkpoints are in fsi_restart.
+module fsi_coupler
+  use base_errors, only: failure_t, require
+  use base_kinds, only: rp
+  use base_process, only: wall_seconds
+  use base_text, only: number_text
+  use fluid_requests, only: request_t
+  use fluid_solver, only: fluid_t
+  use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG, COUPLING_WEAK
+  use fsi_coupling_history, only: coupling_history_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_pressure_load, only: pressure_load_t
+  use fsi_sampling, only: sampler_t
+  use fsi_surface_load, only: surface_load_t, total_load
+  use fsi_wing_energy, only: energy_meter_t, wing_energy_t
+  use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
+  use fsi_wing_solver, only: wing_solver_t
+  use parallel_block, only: block_t
+  use parallel_world, only: world_t
+  use solid_dynamics, only: dynamic_state_t
+  use solid_inertia, only: measure_motion, momenta_t
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: coupler_t
+
+  !> What the sub-iterations of the strong coupling did.
+  type :: coupling_report_t
+    integer :: iterations = 0       !< evaluations of the flow in the last step
+    real(rp) :: residual = 0        !< of the load at its end, relative
+    integer :: steps = 0, total = 0 !< steps with sub-iterations, and all their evaluations, in this run
+  end type coupling_report_t
+
+  type :: coupler_t
+    type(coupler_params_t) :: params
+    !> Of the wings, along the axes of the wing file; the same on all ranks, as are the next ones.
+    type(dynamic_state_t), allocatable :: states(:)
+    type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
+    type(coupling_history_t) :: history
+    type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last look, in space; the viscous part of it
+    type(coupling_report_t) :: report
+    type(pressure_load_t), allocatable :: surfaces(:)    !< of the last look: pressure jumps, forces on the points
+    type(wing_solver_t), allocatable :: wings(:)         !< for their reports
+    type(energy_meter_t), allocatable, private :: meters(:)
+    type(sampler_t), private :: sampler
+    type(world_t), private :: world
+    real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
+    logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
+    real(rp), allocatable, private :: pressure(:, :, :, :)
+    logical, allocatable, private :: lines(:, :)         !< (ny_local, nz_local) of the grid, where `pressure` is
+    !> (3, n, wings) [N] along the axes of the wing file.
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
+  contains
+    procedure :: init => coupler_init
+    procedure :: look => coupler_look
+    procedure :: advance => coupler_advance
+    procedure :: add_request => coupler_add_request
+    procedure :: rewind => coupler_rewind
+    procedure :: measure => coupler_measure
+    procedure :: deform => coupler_deform
+    procedure :: surface_load => coupler_surface_load
+    procedure :: memory_bytes => coupler_memory_bytes
+    procedure :: free => coupler_free
+    procedure, private :: sample, solve, iterate, relax
+  end type coupler_t
+
+contains
+
+  !> Wings at rest in their frames, unloaded, at time `time` [T]. `wings` becomes deformable. Collective.
+  subroutine coupler_init(self, world, params, grid, block, time, wings)
+    class(coupler_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(coupler_params_t), intent(in) :: params
+    type(grid_t), intent(in) :: grid
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: time
+    type(flapping_wings_t), intent(inout) :: wings
+    integer :: i, n
+    self%world = world
+    self%params = params
+    n = size(wings%surfaces)
+    call self%sampler%init(world, grid, block)
+    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+    allocate (self%lines(block%count(2), block%count(3)))
+    allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
+    if (params%coupling == COUPLING_STRONG) &
+      allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
+    call self%history%init(params%model%n_all, n)
+    allocate (self%wings(n), self%surfaces(n), self%meters(n), self%states(n), wings%deformation(n))
+    allocate (self%energies(n), self%loads(n), self%friction(n))
+    wings%masses = params%inertia%mass(:params%model%n_points)/params%units%mass
+    do i = 1, n
+      associate (motion => self%wings(i)%motion, given => wings%params%wings(i), bent => wings%deformation(i))
+        motion%body = wings%params%body
+        motion%mount = given%mount
+        motion%motion = given%motion
+        motion%length = params%units%length
+        motion%frequency = 1/params%units%time
+        motion%gravity = params%gravity
+        motion%is_mirrored = given%is_mirrored
+        call self%wings(i)%init(world, params%model, mod(i - 1, world%size))
+        call self%surfaces(i)%init(wings%surfaces(i))
+        call self%meters(i)%init(params%model)
+        call self%states(i)%init(params%model, time*params%units%time)
+        allocate (bent%u(3, params%model%n_points), source=0.0_rp)
+        allocate (bent%v(3, params%model%n_points), source=0.0_rp)
+        allocate (bent%a(3, params%model%n_points), source=0.0_rp)
+      end associate
+    end do
+  end subroutine coupler_init
+
+  !> Adds to `request` what the pass before a `look` must have kept.
+  pure subroutine coupler_add_request(self, request)
+    class(coupler_t), intent(in) :: self
+    type(request_t), intent(inout) :: request
+    request%pressure = .true.
+    request%fields = request%fields .or. self%params%friction
+  end subroutine coupler_add_request
+
+  !> Takes the load of the fluid's last pass, which must have kept what `add_request` asks for, on the wings, which must
+  !> still be where they were in that pass. Collective.
+  subroutine coupler_look(self, fluid, wings)
+    class(coupler_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(in) :: wings
+    if (.not. self%is_fresh) call self%sample(fluid, wings)
+    self%is_fresh = .false.
+  end subroutine coupler_look
+
+  !> Sets `force`, `loads` and `friction`.
+  subroutine sample(self, fluid, wings)
+    class(coupler_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(in) :: wings
+    real(rp) :: newton
+    integer :: i, p
+    associate (u => self%params%units)
+      newton = u%mass*u%length/u%time**2
+    end associate
+    self%lines = .false.
+    do i = 1, size(self%wings)
+      call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%params%distance, self%params%extrapolates, &
+                                 self%lines)
+    end do
+    call fluid%pressure_field(self%pressure, self%lines)
+    do i = 1, size(self%wings)
+      associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
+        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
+        if (self%params%friction) call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, &
+                                                         self%params%distance, wings%params%half_thickness)
+        self%loads(i) = total_load(load%force, surface%points, surface%velocities, pose%hinge)
+        self%friction(i) = total_load(load%friction, surface%points, surface%velocities, pose%hinge)
+        do p = 1, size(load%force, 2)
+          self%force(:, p, i) = newton*pose%vector_to_wing(load%force(:, p))
+        end do
+        if (self%wings(i)%motion%is_mirrored) call mirror_vectors(self%force(:, :, i))
+      end associate
+    end do
+  end subroutine sample
+
+  !> Takes the wings over a step dt [T] that `fluid` has just made, under the load last looked at and what the
+  !> coupling makes of it; gives their new deformation to `wings`, for their next placing. Fails if Newton's method
+  !> does, if the sub-iterations do not converge, and if a wing bends beyond the limit; then the run cannot go on
+  !> from this state. Only the strong coupling needs `fluid`; it leaves the wings at the end of the step.
+  !> Collective.
+  subroutine coupler_advance(self, dt, wings, failure, fluid)
+    class(coupler_t), intent(inout) :: self
+    real(rp), intent(in) :: dt
+    type(flapping_wings_t), intent(inout) :: wings
+    type(failure_t), intent(inout) :: failure
+    type(fluid_t), intent(inout), optional :: fluid
+    integer :: i
+    associate (p => self%params, seconds => self%params%units%time)
+      call self%history%extrapolate(dt, self%force, self%applied)
+      if (p%coupling == COUPLING_WEAK) self%applied = self%force
+      do i = 1, size(self%wings)
+        associate (before => self%history%applied(:, :, i))
+          if (self%history%old_dt <= 0) before = self%applied(:, :, i)
+          call self%meters(i)%begin(p%model, p%inertia, self%wings(i)%motion, self%states(i), before, &
+                                    self%history%old_dt <= 0, self%energies(i))
+        end associate
+        call self%wings(i)%begin(self%world, self%states(i))
+      end do
+      self%history%force = self%force
+      if (wings%time + dt <= p%release) then
+        do i = 1, size(self%wings)
+          self%states(i)%time = self%states(i)%time + dt*seconds
+        end do
+      else
+        call self%solve(dt, wings, failure)
+        if (p%coupling == COUPLING_STRONG) then
+          call require(present(fluid), 'coupler_t: the strong coupling needs the fluid')
+          call self%iterate(dt, wings, fluid, failure)
+        end if
+      end if
+      do i = 1, size(self%wings)
+        if (.not. failure%failed .and. sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection* &
+            wings%params%wings(i)%length()) call failure%raise('the '//trim(wings%params%wings(i)%side)// &
+                                                      ' wing bends beyond the limit [Flexible_wing] largest_deflection')
+      end do
+      if (failure%failed) return
+      call self%history%keep(dt, self%applied)
+      do i = 1, size(self%wings)
+        call self%meters(i)%finish(p%model, p%inertia, self%wings(i)%motion, self%states(i), self%applied(:, :, i), &
+                                   dt*seconds, self%energies(i))
+      end do
+    end associate
+  end subroutine coupler_advance
+
+  !> After a failed `advance`: the wings have the shape and the rates again that they had before it, at `time` [T].
+  !> Collective.
+  subroutine coupler_rewind(self, time, wings)
+    class(coupler_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    type(flapping_wings_t), intent(inout) :: wings
+    integer :: i
+    do i = 1, size(self%wings)
+      call self%wings(i)%rewind(self%world, self%states(i))
+      self%states(i)%time = time*self%params%units%time
+    end do
+    call self%deform(wings)
+  end subroutine coupler_rewind
+
+  !> The step of all wings from its beginning under `applied`.
+  subroutine solve(self, dt, wings, failure)
+    class(coupler_t), intent(inout) :: self
+    real(rp), intent(in) :: dt
+    type(flapping_wings_t), intent(inout) :: wings
+    type(failure_t), intent(inout) :: failure
+    real(rp) :: begun
+    integer :: i
+    begun = wall_seconds()
+    associate (p => self%params)
+      do i = 1, size(self%wings)
+        call self%wings(i)%solve(self%world, p%model, p%inertia, p%options, self%applied(:, :, i), dt*p%units%time, &
+                                 self%states(i))
+      end do
+    end associate
+    self%solver_seconds = self%solver_seconds + wall_seconds() - begun
+    do i = 1, size(self%wings)
+      call self%wings(i)%share(self%world, self%states(i), failure)
+    end do
+    if (.not. failure%failed) call self%deform(wings)
+  end subroutine solve
+
+  !> Repeats the step of the wings until the load under which they make it is the one that they find at its end.
+  subroutine iterate(self, dt, wings, fluid, failure)
+    class(coupler_t), intent(inout) :: self
+    real(rp), intent(in) :: dt
+    type(flapping_wings_t), intent(inout) :: wings
+    type(fluid_t), intent(inout) :: fluid
+    type(failure_t), intent(inout) :: failure
+    type(request_t) :: request
+    real(rp) :: scale, error
+    integer :: k
+    call self%add_request(request)
+    error = 0
+    scale = 0
+    do k = 1, self%params%iterations
+      if (failure%failed) return
+      call fluid%try(request, failure, wings)
+      if (failure%failed) return
+      call self%sample(fluid, wings)
+      self%residual = self%force - self%applied
+      error = norm2(self%residual)
+      scale = norm2(self%force)
+      if (error <= self%params%tolerance*scale) then
+        call fluid%accept()
+        self%is_fresh = .true.
+        exit
+      end if
+      call self%relax(k == 1)
+      if (k < self%params%iterations) call self%solve(dt, wings, failure)
+    end do
+    associate (report => self%report)
+      report%iterations = min(k, self%params%iterations)
+      report%residual = error/max(scale, tiny(scale))
+      report%steps = report%steps + 1
+      report%total = report%total + report%iterations
+      if (.not. self%is_fresh .and. .not. failure%failed) &
+        call failure%raise('the strong coupling has not converged: after '//number_text(real(report%iterations, rp))// &
+                           ' sub-iterations the load still changes by '//number_text(report%residual)//' of itself')
+    end associate
+  end subroutine iterate
+
+  !> Moves `applied` towards the load found, by Aitken's factor; a step begins with the last one, but at most 1.
+  subroutine relax(self, is_first)
+    class(coupler_t), intent(inout) :: self
+    logical, intent(in) :: is_first
+    real(rp) :: change
+    associate (factor => self%history%relaxation)
+      if (is_first) then
+        if (factor <= 0 .or. factor > 1) factor = 1
+      else
+        change = sum((self%residual - self%old_residual)**2)
+        if (change > 0) factor = -factor*sum(self%old_residual*(self%residual - self%old_residual))/change
+      end if
+      self%applied = self%applied + factor*self%residual
+    end associate
+    self%old_residual = self%residual
+  end subroutine relax
+
+  !> Gives the deformation that `states` hold to `wings`, for their next placing.
+  subroutine coupler_deform(self, wings)
+    class(coupler_t), intent(in) :: self
+    type(flapping_wings_t), intent(inout) :: wings
+    integer :: i
+    do i = 1, size(self%states)
+      associate (state => self%states(i), bent => wings%deformation(i), u => self%params%units, &
+                 n => self%params%model%n_points)
+        bent%u = state%u(:, :n)/u%length
+        bent%v = state%v(:, :n)*(u%time/u%length)
+        bent%a = state%a(:, :n)*(u%time**2/u%length)
+        if (self%wings(i)%motion%is_mirrored) then
+          call mirror_vectors(bent%u)
+          call mirror_vectors(bent%v)
+          call mirror_vectors(bent%a)
+        end if
+      end associate
+    end do
+  end subroutine coupler_deform
+
+  !> Energy and momentum of wing i at its present state, SI, components along the wing frame; see solid_inertia.
+  type(momenta_t) function coupler_measure(self, i) result(momenta)
+    class(coupler_t), intent(in) :: self
+    integer, intent(in) :: i
+    associate (p => self%params, state => self%states(i))
+      momenta = measure_motion(p%inertia, p%model, self%wings(i)%motion%at(state%time), state%u, state%v)
+    end associate
+    if (self%wings(i)%motion%is_mirrored) momenta = mirror_momenta(momenta)
+  end function coupler_measure
+
+  !> Total force of the load last looked at on wing i, in space, rho L^4/T^2.
+  function coupler_surface_load(self, i) result(force)
+    class(coupler_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp) :: force(3)
+    force = self%loads(i)%force
+  end function coupler_surface_load
+
+  !> Bytes of this rank's array that grows with the grid.
+  pure real(rp) function coupler_memory_bytes(self) result(bytes)
+    class(coupler_t), intent(in) :: self
+    bytes = 8*real(size(self%pressure), rp)
+  end function coupler_memory_bytes
+
+  !> Releases everything.
+  subroutine coupler_free(self)
+    class(coupler_t), intent(inout) :: self
+    integer :: i
+    if (.not. allocated(self%wings)) return
+    do i = 1, size(self%wings)
+      call self%wings(i)%free()
+    end do
+  end subroutine coupler_free
+end module fsi_coupler

@@ -1,0 +1,56 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the coupling of wings and flow remembers from one step to the next, and the load extrapolated with it,
+!>
+!>     f(n+1) ~ f(n) + dt/dt_old (f(n) - f(n-1)),
+!>
+!> of second order in the step, for components that move with the wings.
+module fsi_coupling_history
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: coupling_history_t
+
+  !> What a restart needs besides the motion of the wings. Loads are (3, points, wings) [N] along the axes of the wing
+  !> file.
+  type :: coupling_history_t
+    real(rp) :: old_dt = 0                     !< of the last step, T; 0: none yet
+    real(rp) :: relaxation = 1                 !< of the last sub-iteration of the strong coupling
+    real(rp), allocatable :: force(:, :, :)    !< of the flow at the beginning of the last step
+    real(rp), allocatable :: applied(:, :, :)  !< under which the wings have made it
+  contains
+    procedure :: init => history_init
+    procedure :: extrapolate => history_extrapolate
+    procedure :: keep => history_keep
+  end type coupling_history_t
+
+contains
+
+  !> No step yet.
+  subroutine history_init(self, n_points, n_wings)
+    class(coupling_history_t), intent(out) :: self
+    integer, intent(in) :: n_points, n_wings
+    allocate (self%force(3, n_points, n_wings), self%applied(3, n_points, n_wings), source=0.0_rp)
+  end subroutine history_init
+
+  !> The load at the end of a step dt [T] that begins under `force`; this one itself in the first step.
+  pure subroutine history_extrapolate(self, dt, force, later)
+    class(coupling_history_t), intent(in) :: self
+    real(rp), intent(in) :: dt
+    real(rp), intent(in) :: force(:, :, :)
+    real(rp), intent(inout) :: later(:, :, :)
+    if (self%old_dt > 0) then
+      later = force + dt/self%old_dt*(force - self%force)
+    else
+      later = force
+    end if
+  end subroutine history_extrapolate
+
+  !> Remembers that a step dt [T] was made under `applied`; `force` has been set.
+  pure subroutine history_keep(self, dt, applied)
+    class(coupling_history_t), intent(inout) :: self
+    real(rp), intent(in) :: dt
+    real(rp), intent(in) :: applied(:, :, :)
+    self%old_dt = dt
+    self%applied = applied
+  end subroutine history_keep
+end module fsi_coupling_history

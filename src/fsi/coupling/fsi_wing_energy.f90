@@ -1,0 +1,192 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The energy balance of a wing in the flow, in space, step by step:
+!>
+!>     T + U + Q = (T + U)(0) + W_hinge + W_load + W_weight
+!>
+!> with kinetic energy T, elastic energy U, the loss Q to damping, and the work of the load under which the wing
+!> was advanced and of the weight, sums of (F_n + F_(n+1))/2 . (x_(n+1) - x_n) over the points. The hinge moves
+!> the frame with V and omega; what it has to give is what momentum p and angular momentum l about it lack:
+!>
+!>     W_hinge = int (dp/dt - F - M g) . V + (dl/dt + V x p - m_F - m_g) . omega dt,
+!>
+!> all by centred differences and means over the step. Dampers stand on the frame. Nothing here uses the wing's
+!> equation of motion, so the balance is a check of its time stepping, and open by O(h^2).
+module fsi_wing_energy
+  use base_kinds, only: rp
+  use fsi_kinematics, only: mirror_wing, pose_wing, wing_pose_t
+  use fsi_rotation, only: cross
+  use fsi_wing_frame, only: flapping_motion_t
+  use fsi_wing_mirror, only: mirror_momenta
+  use solid_dynamics, only: dynamic_state_t
+  use solid_inertia, only: inertia_t, measure_motion, momenta_t
+  use solid_model, only: solid_model_t
+  implicit none
+  private
+  public :: wing_energy_t, energy_meter_t
+
+  !> What a restart needs; the work is that since the first step, the powers are means over the last one.
+  type :: wing_energy_t
+    real(rp) :: start = 0         !< [J] T + U before the first step
+    real(rp) :: kinetic = 0       !< [J] now, in space
+    real(rp) :: elastic = 0       !< [J] now
+    real(rp) :: hinge_work = 0    !< [J] by the hinge on the wing
+    real(rp) :: load_work = 0     !< [J] by the flow on the wing
+    real(rp) :: weight_work = 0   !< [J]
+    real(rp) :: damped = 0        !< [J] lost to damping
+    real(rp) :: hinge_power = 0   !< [W] by the hinge on the wing
+    real(rp) :: load_power = 0    !< [W] by the flow on the wing
+    real(rp) :: weight_power = 0  !< [W]
+    real(rp) :: damping_power = 0 !< [W] lost
+  contains
+    procedure :: imbalance => energy_imbalance
+  end type wing_energy_t
+
+  !> A wing in space at one time, SI units.
+  type :: snapshot_t
+    real(rp), allocatable :: x(:, :), load(:, :), u(:, :), g(:, :) !< the last two along the wing file's axes
+    real(rp), dimension(3) :: velocity, omega, momentum, spin, force, moment, weight, weight_moment
+    real(rp) :: kinetic = 0, elastic = 0
+  end type snapshot_t
+
+  !> Work space; nothing is allocated after `init`.
+  type :: energy_meter_t
+    private
+    type(snapshot_t) :: snapshots(2)
+    integer :: last = 0 !< which of them is the wing at the end of the last step; 0: there was none
+  contains
+    procedure :: init => meter_init
+    procedure :: begin => meter_begin
+    procedure :: finish => meter_finish
+  end type energy_meter_t
+
+contains
+
+  !> What the energy [J] has more than the balance accounts for.
+  pure real(rp) function energy_imbalance(self) result(excess)
+    class(wing_energy_t), intent(in) :: self
+    excess = self%kinetic + self%elastic + self%damped - self%start - self%hinge_work - self%load_work - &
+             self%weight_work
+  end function energy_imbalance
+
+  !> Room for this model.
+  subroutine meter_init(self, model)
+    class(energy_meter_t), intent(out) :: self
+    type(solid_model_t), intent(in) :: model
+    call make_room(self%snapshots(1))
+    call make_room(self%snapshots(2))
+
+  contains
+
+    subroutine make_room(s)
+      type(snapshot_t), intent(inout) :: s
+      integer :: n
+      n = model%n_all
+      allocate (s%x(3, n), s%load(3, n), s%u(3, n), s%g(3, n), source=0.0_rp)
+    end subroutine make_room
+  end subroutine meter_init
+
+  !> Remembers the wing before a step, under the load(3, n_all) [N] of the end of the step before; state and load are
+  !> along the axes of the wing file. Nobody but the steps may have changed it since `finish`, which then has looked
+  !> already.
+  subroutine meter_begin(self, model, inertia, motion, state, load, is_first, energy)
+    class(energy_meter_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(flapping_motion_t), intent(in) :: motion
+    type(dynamic_state_t), intent(in) :: state
+    real(rp), intent(in) :: load(:, :)
+    logical, intent(in) :: is_first !< the balance begins here
+    type(wing_energy_t), intent(inout) :: energy
+    if (self%last == 0) then
+      self%last = 1
+      call observe(model, inertia, motion, state, load, self%snapshots(1))
+    end if
+    associate (before => self%snapshots(self%last))
+      if (is_first) energy%start = before%kinetic + before%elastic
+    end associate
+  end subroutine meter_begin
+
+  !> Completes `energy` by what happened in the step h [s] since `begin`; `load` is that under which it was made.
+  subroutine meter_finish(self, model, inertia, motion, state, load, h, energy)
+    class(energy_meter_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(flapping_motion_t), intent(in) :: motion
+    type(dynamic_state_t), intent(in) :: state
+    real(rp), intent(in) :: load(:, :), h
+    type(wing_energy_t), intent(inout) :: energy
+    real(rp) :: du(3), velocity(3), omega(3), push(3), twist(3)
+    integer :: p
+    call observe(model, inertia, motion, state, load, self%snapshots(3 - self%last))
+    energy%load_power = 0
+    energy%weight_power = 0
+    energy%damping_power = 0
+    associate (a => self%snapshots(self%last), b => self%snapshots(3 - self%last))
+      do p = 1, model%n_points
+        energy%load_power = energy%load_power + dot_product(a%load(:, p) + b%load(:, p), b%x(:, p) - a%x(:, p))/(2*h)
+        energy%weight_power = energy%weight_power + inertia%mass(p)*dot_product(motion%gravity, b%x(:, p) - a%x(:, p))/h
+      end do
+      do p = 1, model%n_all
+        du = (b%u(:, p) - a%u(:, p))/h
+        energy%damping_power = energy%damping_power + &
+                               (inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
+                               inertia%rayleigh_stiffness*dot_product(b%g(:, p) - a%g(:, p), du)/h
+      end do
+      velocity = (a%velocity + b%velocity)/2
+      omega = (a%omega + b%omega)/2
+      push = (b%momentum - a%momentum)/h - (a%force + b%force)/2 - (a%weight + b%weight)/2
+      twist = (b%spin - a%spin)/h + cross(velocity, (a%momentum + b%momentum)/2) - (a%moment + b%moment)/2 &
+              - (a%weight_moment + b%weight_moment)/2
+      energy%hinge_power = dot_product(push, velocity) + dot_product(twist, omega)
+      energy%kinetic = b%kinetic
+      energy%elastic = b%elastic
+    end associate
+    energy%hinge_work = energy%hinge_work + h*energy%hinge_power
+    energy%load_work = energy%load_work + h*energy%load_power
+    energy%weight_work = energy%weight_work + h*energy%weight_power
+    energy%damped = energy%damped + h*energy%damping_power
+    self%last = 3 - self%last
+  end subroutine meter_finish
+
+  !> Everything about the wing at the time of `state`.
+  subroutine observe(model, inertia, motion, state, load, s)
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(flapping_motion_t), intent(in) :: motion
+    type(dynamic_state_t), intent(in) :: state
+    real(rp), intent(in) :: load(:, :)
+    type(snapshot_t), intent(inout) :: s
+    type(wing_pose_t) :: pose
+    type(momenta_t) :: m
+    real(rp) :: place(3), push(3)
+    integer :: p
+    call pose_wing(motion%body, motion%mount, motion%motion, state%time*motion%frequency, pose)
+    m = measure_motion(inertia, model, motion%at(state%time), state%u, state%v)
+    if (motion%is_mirrored) m = mirror_momenta(m)
+    s%kinetic = m%kinetic
+    s%elastic = m%elastic
+    s%momentum = pose%vector_to_space(m%linear)
+    s%spin = pose%vector_to_space(m%angular)
+    s%weight = m%mass*motion%gravity
+    s%weight_moment = cross(pose%vector_to_space(m%centre), s%weight)
+    s%velocity = motion%length*motion%frequency*pose%hinge_velocity
+    s%omega = motion%frequency*pose%vector_to_space(pose%omega)
+    s%u = state%u
+    s%g = state%g
+    s%force = 0
+    s%moment = 0
+    do p = 1, model%n_points
+      place = model%points(:, p) + state%u(:, p)
+      push = load(:, p)
+      if (motion%is_mirrored) then
+        place = mirror_wing(place)
+        push = mirror_wing(push)
+      end if
+      s%x(:, p) = pose%vector_to_space(place)
+      s%load(:, p) = pose%vector_to_space(push)
+      s%force = s%force + s%load(:, p)
+      s%moment = s%moment + cross(s%x(:, p), s%load(:, p))
+      s%x(:, p) = s%x(:, p) + motion%length*pose%hinge
+    end do
+  end subroutine observe
+end module fsi_wing_energy

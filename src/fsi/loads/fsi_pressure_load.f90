@@ -1,0 +1,165 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The load of the flow on a thin deforming surface: the difference of the static pressure between its sides, and
+!> on request the viscous traction on both.
+!>
+!> Both sides of every triangle are looked at beyond the smoothing layer of the mask, at a distance d from the
+!> sheet's mid surface along the present normal n. The force (p_below - p_above) A n of a triangle, with its
+!> present area, is shared equally by its corners, which is consistent for a constant difference. The difference falls
+!> off with the distance: for an accelerated plate of chord c, by 2 d/c to first order (potential flow). On request it
+!> is looked at in 2 d as well and extrapolated linearly to the mid surface.
+!>
+!> The traction on a side is nu w_t/(d - t/2): w_t is the tangential part of the velocity at the place, relative to
+!> that of the wall which is continued to the place as a rigid body, and t/2 the half thickness, where the mask is
+!> 1/2. This is the one-sided difference along a normal probe (Vanella & Balaras 2009, J. Comput. Phys. 228,
+!> 6617, DOI 10.1016/j.jcp.2009.06.003). It is exact for a flow that is linear between wall and place, and has the
+!> mean of the shear there otherwise; the vorticity at the place has the shear of its far end, and is the rougher
+!> field next to a penalized wall.
+module fsi_pressure_load
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use fsi_rotation, only: cross
+  use fsi_sampling, only: sampler_t
+  use fsi_surface, only: surface_t
+  implicit none
+  private
+  public :: pressure_load_t
+
+  !> Work space of one surface. Code units with density 1.
+  type :: pressure_load_t
+    real(rp), allocatable :: jump(:)        !< (m) p_above - p_below of the triangles; above is where n points
+    real(rp), allocatable :: force(:, :)    !< (3, n) force on the points, in space
+    real(rp), allocatable :: friction(:, :) !< (3, n) the viscous part of it; 0 if it was not asked for
+    real(rp), allocatable, private :: places(:, :), values(:), velocity(:, :)
+  contains
+    procedure :: init => load_init
+    procedure :: mark => load_mark
+    procedure :: look => load_look
+    procedure :: add_friction => load_add_friction
+  end type pressure_load_t
+
+contains
+
+  !> Room for the triangles of `surface`; no load yet.
+  subroutine load_init(self, surface)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    integer :: m, n
+    m = size(surface%triangles, 2)
+    n = size(surface%points, 2)
+    if (allocated(self%jump)) deallocate (self%jump, self%force, self%friction, self%places, self%values, &
+                                          self%velocity)
+    allocate (self%jump(m), self%places(3, 2*m), self%values(2*m), self%velocity(3, 2*m), source=0.0_rp)
+    allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
+  end subroutine load_init
+
+  !> Sets the `lines` of the grid (ny_local, nz_local) at which `look` will look for the surface where it is now, with
+  !> the same arguments; leaves the others as they are.
+  subroutine load_mark(self, surface, sampler, distance, extrapolates, lines)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    type(sampler_t), intent(in) :: sampler
+    real(rp), intent(in) :: distance
+    logical, intent(in) :: extrapolates
+    logical, intent(inout) :: lines(:, :)
+    if (extrapolates) then
+      call surface%places_beside(2*distance, self%places)
+      call sampler%mark(self%places, lines)
+    end if
+    call surface%places_beside(distance, self%places)
+    call sampler%mark(self%places, lines)
+  end subroutine load_mark
+
+  !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
+  !> looked at from the surface. Collective.
+  subroutine load_look(self, surface, sampler, pressure, distance, extrapolates)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    type(sampler_t), intent(in) :: sampler
+    real(rp), contiguous, intent(in) :: pressure(:, :, :) !< (nx, ny_local, nz_local)
+    real(rp), intent(in) :: distance
+    logical, intent(in), optional :: extrapolates !< to the mid surface; not if not given
+    real(rp) :: centre(3), twice_area(3)
+    integer :: i, m
+    logical :: looks_twice
+    m = size(surface%triangles, 2)
+    call require(size(self%jump) == m, 'pressure_load_t: the surface has other triangles')
+    looks_twice = .false.
+    if (present(extrapolates)) looks_twice = extrapolates
+    if (looks_twice) then
+      call surface%places_beside(2*distance, self%places)
+      call sampler%sample(self%places, pressure, self%values)
+      self%jump = self%values(:m) - self%values(m + 1:)
+    end if
+    call surface%places_beside(distance, self%places)
+    call sampler%sample(self%places, pressure, self%values)
+    if (looks_twice) then
+      self%jump = 2*(self%values(:m) - self%values(m + 1:)) - self%jump
+    else
+      self%jump = self%values(:m) - self%values(m + 1:)
+    end if
+    self%force = 0
+    self%friction = 0
+    do i = 1, m
+      call look_at(surface, i, centre, twice_area)
+      call share(surface, i, -self%jump(i)/2*twice_area, self%force)
+    end do
+  end subroutine load_look
+
+  !> Adds the viscous traction on both sides to `force`, at the places of the last `look`; it is in `friction`, too.
+  !> Collective.
+  subroutine load_add_friction(self, surface, sampler, velocity, nu, distance, half_thickness)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    type(sampler_t), intent(in) :: sampler
+    real(rp), contiguous, intent(in) :: velocity(:, :, :, :) !< (nx, ny_local, nz_local, at least 3) L/T
+    real(rp), intent(in) :: nu             !< L^2/T
+    real(rp), intent(in) :: distance       !< of the last `look`, L
+    real(rp), intent(in) :: half_thickness !< of the sheet, L, less than `distance`
+    real(rp) :: centre(3), twice_area(3), normal(3), wall(3), slip(3)
+    integer :: i, c, m
+    m = size(surface%triangles, 2)
+    call require(distance > half_thickness, 'pressure_load_t: the places must be outside the sheet')
+    do c = 1, 3
+      call sampler%sample(self%places, velocity(:, :, :, c), self%values)
+      self%velocity(c, :) = self%values
+    end do
+    do i = 1, m
+      call look_at(surface, i, centre, twice_area)
+      normal = twice_area/norm2(twice_area)
+      associate (corners => surface%triangles(:, i))
+        wall = sum(surface%velocities(:, corners), 2)/3
+      end associate
+      ! The turning of the wall cancels: what it adds at one place it takes at the other.
+      slip = self%velocity(:, i) + self%velocity(:, m + i) - 2*wall
+      slip = slip - normal*dot_product(normal, slip)
+      call share(surface, i, nu/(distance - half_thickness)*norm2(twice_area)/2*slip, self%friction)
+    end do
+    self%force = self%force + self%friction
+  end subroutine load_add_friction
+
+  !> A third of `force` for each corner of triangle i.
+  pure subroutine share(surface, i, force, forces)
+    type(surface_t), intent(in) :: surface
+    integer, intent(in) :: i
+    real(rp), intent(in) :: force(3)
+    real(rp), intent(inout) :: forces(:, :)
+    integer :: k
+    do k = 1, 3
+      associate (p => surface%triangles(k, i))
+        forces(:, p) = forces(:, p) + force/3
+      end associate
+    end do
+  end subroutine share
+
+  !> Centre and twice the area vector of triangle i.
+  pure subroutine look_at(surface, i, centre, twice_area)
+    type(surface_t), intent(in) :: surface
+    integer, intent(in) :: i
+    real(rp), intent(out) :: centre(3), twice_area(3)
+    associate (a => surface%points(:, surface%triangles(1, i)), b => surface%points(:, surface%triangles(2, i)), &
+               c => surface%points(:, surface%triangles(3, i)))
+      centre = (a + b + c)/3
+      twice_area = cross(b - a, c - a)
+    end associate
+  end subroutine look_at
+end module fsi_pressure_load

@@ -1,0 +1,190 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Wings as moving solids in the fluid. Their frames follow the prescribed motion; in them they are rigid, or
+!> deformed as someone else says who solves for it (fsi_coupler).
+module fsi_flapping_wings
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_process, only: wall_seconds
+  use fluid_moving_solids, only: moving_solids_t
+  use fluid_penalty, only: N_COLORS, penalty_t
+  use fsi_displaced, only: displaced_volumes
+  use fsi_flight_params, only: flight_params_t
+  use fsi_kinematics, only: pose_wing, wing_pose_t
+  use fsi_mask, only: mask_t
+  use fsi_rotation, only: cross
+  use fsi_surface, only: surface_t
+  use fsi_surface_load, only: surface_load_t
+  use parallel_block, only: block_t
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: flapping_wings_t, deformation_t
+
+  !> Volumes of the fluid that each point of a wing displaces, L^3.
+  type :: displaced_t
+    real(rp), allocatable :: volumes(:)
+  end type displaced_t
+
+  !> Of one wing, in its frame, (3, n) each: displacement [L], its rate [L/T] and its acceleration [L/T^2].
+  type :: deformation_t
+    real(rp), allocatable :: u(:, :), v(:, :), a(:, :)
+  end type deformation_t
+
+  !> The wings where they are at `time`, the same on all ranks. The state of rigid ones is the time alone: a
+  !> restart needs nothing of them.
+  type, extends(moving_solids_t) :: flapping_wings_t
+    type(flight_params_t) :: params
+    real(rp) :: time = 0                          !< of the last `place`, T
+    type(wing_pose_t), allocatable :: poses(:)
+    type(surface_t), allocatable :: surfaces(:)
+    type(mask_t) :: mask
+    type(deformation_t), allocatable :: deformation(:) !< of the wings, not allocated if they are rigid
+    real(rp), allocatable :: masses(:)            !< of the points of a wing that deforms, rho L^3
+    type(surface_load_t), allocatable :: marker_loads(:) !< on wings without thickness (fsi_thin_wings) at the last step's end
+    real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
+    real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
+    type(displaced_t), allocatable, private :: displaced(:)
+  contains
+    procedure :: init => wings_init
+    procedure :: place => wings_place
+    procedure :: momentum_rate => wings_momentum_rate
+    procedure :: inertial_power_of_fluid => wings_inertial_power_of_fluid
+    procedure :: inertial_power => wings_inertial_power
+    procedure :: max_speed => wings_max_speed
+  end type flapping_wings_t
+
+contains
+
+  !> Prepares the wings for drawing on this rank's `block` of `grid`.
+  subroutine wings_init(self, params, grid, block)
+    class(flapping_wings_t), intent(inout) :: self
+    type(flight_params_t), intent(in) :: params
+    type(grid_t), intent(in) :: grid
+    type(block_t), intent(in) :: block
+    integer :: i
+    self%params = params
+    if (params%thin%is_thin) then
+      allocate (self%marker_loads(size(params%wings)))
+    else
+      call self%mask%init(grid, block, params%half_thickness, params%smoothing)
+    end if
+    if (allocated(self%poses)) deallocate (self%poses, self%surfaces, self%displaced)
+    allocate (self%poses(size(params%wings)), self%surfaces(size(params%wings)), self%displaced(size(params%wings)))
+    do i = 1, size(params%wings)
+      associate (wing => params%wings(i))
+        call self%surfaces(i)%init(wing%points, wing%triangles, wing%color)
+        if (params%thin%is_thin) then
+          allocate (self%displaced(i)%volumes(size(wing%points, 2)), source=0.0_rp)
+        else
+          call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes, &
+                                 grid%is_2d)
+        end if
+      end associate
+    end do
+  end subroutine wings_init
+
+  !> Places the wings as the kinematics at `time` say and draws them; see moving_solids_t.
+  subroutine wings_place(self, time, penalty, failure)
+    class(flapping_wings_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    type(penalty_t), intent(inout) :: penalty
+    type(failure_t), intent(inout) :: failure
+    real(rp) :: begun
+    integer :: i
+    begun = wall_seconds()
+    self%time = time
+    do i = 1, size(self%surfaces)
+      associate (wing => self%params%wings(i))
+        call pose_wing(self%params%body, wing%mount, wing%motion, time, self%poses(i))
+        if (allocated(self%deformation)) then
+          associate (bent => self%deformation(i))
+            call self%surfaces(i)%place_deformed(wing%points, bent%u, bent%v, self%poses(i))
+          end associate
+        else
+          call self%surfaces(i)%place_at(wing%points, self%poses(i))
+        end if
+      end associate
+    end do
+    if (.not. self%params%thin%is_thin) call self%mask%draw(self%surfaces, penalty, failure)
+    self%seconds = self%seconds + wall_seconds() - begun
+    self%cells = self%cells + self%mask%n_cells
+  end subroutine wings_place
+
+  !> See moving_solids_t: sums over the points of displaced volume times exact acceleration.
+  subroutine wings_momentum_rate(self, centre, force, moment)
+    class(flapping_wings_t), intent(in) :: self
+    real(rp), intent(in) :: centre(3)
+    real(rp), intent(inout) :: force(3, 0:N_COLORS - 1)
+    real(rp), intent(inout) :: moment(3, 0:N_COLORS - 1)
+    real(rp) :: rate(3)
+    integer :: i, p
+    do i = 1, size(self%surfaces)
+      associate (c => self%surfaces(i)%color)
+        do p = 1, size(self%surfaces(i)%points, 2)
+          rate = self%displaced(i)%volumes(p)*acceleration(self, i, p)
+          force(:, c) = force(:, c) + rate
+          moment(:, c) = moment(:, c) + cross(self%surfaces(i)%points(:, p) - centre, rate)
+        end do
+      end associate
+    end do
+  end subroutine wings_momentum_rate
+
+  !> Acceleration in space of point p of wing i, L/T^2.
+  pure function acceleration(self, i, p) result(a)
+    type(flapping_wings_t), intent(in) :: self
+    integer, intent(in) :: i, p
+    real(rp) :: a(3)
+    associate (pose => self%poses(i), x => self%params%wings(i)%points(:, p))
+      if (allocated(self%deformation)) then
+        associate (bent => self%deformation(i))
+          a = pose%acceleration_at(x + bent%u(:, p)) + &
+              pose%vector_to_space(2*cross(pose%omega, bent%v(:, p)) + bent%a(:, p))
+        end associate
+      else
+        a = pose%acceleration_at(x)
+      end if
+    end associate
+  end function acceleration
+
+  !> d/dt int chi u_s^2/2 dV of wing i, rho L^5/T^3: what it takes to accelerate the fluid inside the mask.
+  real(rp) function wings_inertial_power_of_fluid(self, i) result(power)
+    class(flapping_wings_t), intent(in) :: self
+    integer, intent(in) :: i
+    integer :: p
+    power = 0
+    do p = 1, size(self%surfaces(i)%points, 2)
+      power = power + self%displaced(i)%volumes(p)* &
+              dot_product(self%surfaces(i)%velocities(:, p), acceleration(self, i, p))
+    end do
+  end function wings_inertial_power_of_fluid
+
+  !> d/dt of the kinetic energy of wing i itself, rho L^5/T^3: of its masses if it deforms, else of its inertia
+  !> tensor, for a hinge at rest.
+  real(rp) function wings_inertial_power(self, i) result(power)
+    class(flapping_wings_t), intent(in) :: self
+    integer, intent(in) :: i
+    integer :: p
+    if (allocated(self%deformation)) then
+      power = 0
+      do p = 1, size(self%masses)
+        power = power + self%masses(p)*dot_product(self%surfaces(i)%velocities(:, p), acceleration(self, i, p))
+      end do
+    else
+      associate (pose => self%poses(i))
+        power = dot_product(pose%omega, matmul(self%params%wings(i)%inertia, pose%omega_rate))
+      end associate
+    end if
+  end function wings_inertial_power
+
+  !> See moving_solids_t.
+  real(rp) function wings_max_speed(self) result(speed)
+    class(flapping_wings_t), intent(in) :: self
+    integer :: i, p
+    speed = 0
+    do i = 1, size(self%surfaces)
+      do p = 1, size(self%surfaces(i)%velocities, 2)
+        speed = max(speed, norm2(self%surfaces(i)%velocities(:, p)))
+      end do
+    end do
+  end function wings_max_speed
+end module fsi_flapping_wings

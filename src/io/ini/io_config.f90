@@ -1,0 +1,330 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The values of all registered keys, from one ini file and the defaults.
+!>
+!> Loading never stops the program: all mistakes of the file come back together, each as
+!> `file:line: [section] key: problem; valid: a | b; did you mean 'b'?`, and a key with a mistake has
+!> its default. Nothing here is collective: every rank loads the same text.
+module io_config
+  use base_errors, only: message_list_t, require
+  use base_files, only: real_path
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use io_entries, only: read_section
+  use io_ini, only: ini_document_t
+  use io_include, only: add_included, INCLUDE_SECTION
+  use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
+                    KEY_TEXT, KEY_WORD
+  use io_peek, only: find_spacing
+  use io_registry, only: registry_t
+  use io_shared_text, only: read_text_file
+  use io_units, only: unit_scales_t, unit_value
+  use io_value, only: effective_line, read_value, value_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: config_t
+
+  type :: config_t
+    private
+    type(registry_t) :: registry
+    type(value_t), allocatable :: values(:) !< of the key with the same index in the registry
+    character(:), allocatable :: name       !< of the file
+    type(message_list_t) :: sources         !< real paths of the file and of those that it includes
+    real(rp) :: spacing = 0                 !< what dx means, 0 if unknown
+    type(unit_scales_t) :: scales           !< of the numbers of the file
+    logical :: has_scales = .false.
+  contains
+    procedure :: load_file => config_load_file
+    procedure :: load_text => config_load_text
+    procedure :: get_integer => config_get_integer
+    procedure :: get_real => config_get_real
+    procedure :: get_switch => config_get_switch
+    procedure :: get_word => config_get_word
+    procedure :: get_text => config_get_text
+    procedure :: get_reals => config_get_reals
+    procedure :: get_matrix => config_get_matrix
+    procedure :: set_units => config_set_units
+    procedure :: is_given => config_is_given
+    procedure :: line_of => config_line_of
+    procedure :: print_effective => config_print_effective
+    procedure :: complain => config_complain
+    procedure :: settle => config_settle
+    procedure :: reads => config_reads
+  end type config_t
+
+contains
+
+  !> `load_text` of the file at `path`, which is read by the calling rank.
+  subroutine config_load_file(self, path, registry, errors, notices, flusi_compat)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    type(registry_t), intent(in) :: registry
+    type(message_list_t), intent(inout) :: errors, notices
+    logical, intent(in), optional :: flusi_compat
+    character(:), allocatable :: text, problem
+    call read_text_file(path, text, problem)
+    if (allocated(problem)) then
+      call start(self, path, registry)
+      call errors%add(problem)
+    else
+      call self%load_text(text, path, registry, errors, notices, flusi_compat)
+    end if
+  end subroutine config_load_file
+
+  !> Reads `text`, the content of the file called `name`, by the rules of `registry`. Adds every
+  !> mistake to `errors` and what the user should know to `notices`. With `flusi_compat` the first of
+  !> several equal keys counts, with a notice, instead of being a mistake. Whatever was loaded before
+  !> is forgotten. Files that [include] names, if the registry knows it, are read by root if there is a `world`, which
+  !> makes the call collective, and else by the calling rank.
+  subroutine config_load_text(self, text, name, registry, errors, notices, flusi_compat, world)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: text, name
+    type(registry_t), intent(in) :: registry
+    type(message_list_t), intent(inout) :: errors, notices
+    logical, intent(in), optional :: flusi_compat
+    type(world_t), intent(in), optional :: world
+    type(ini_document_t) :: document
+    character(:), allocatable :: inert
+    logical :: first_wins
+    integer :: i, j
+
+    first_wins = .false.
+    if (present(flusi_compat)) first_wins = flusi_compat
+    call start(self, name, registry)
+    call document%parse(text, name, errors)
+    self%sources = message_list_t()
+    call self%sources%add(real_path(name))
+    if (registry%find_section(INCLUDE_SECTION) > 0) call add_included(document, errors, self%sources, world)
+    ! The spacing is needed before any length can be read, wherever its keys stand in the file.
+    self%spacing = find_spacing(registry, document)
+    do i = 1, registry%n_keys
+      if (registry%keys(i)%key%kind == KEY_LENGTH) call set_default(self, i)
+    end do
+    inert = ''
+    j = 1
+    do i = 1, document%n_sections
+      call read_section(registry, self%spacing, document, i, j, first_wins, self%values, errors, notices, inert)
+    end do
+    do i = 1, registry%n_keys
+      associate (key => self%registry%keys(i)%key)
+        if (key%is_required .and. .not. (self%values(i)%is_given .or. self%values(i)%is_excused)) &
+          call self%complain(errors, key%section, key%name, 'is missing; valid: '//key%choices_text())
+      end associate
+    end do
+    if (len(inert) > 0) call notices%add(name//': accepted, but without effect here: '//inert(3:))
+  end subroutine config_load_text
+
+  !> All keys at their defaults.
+  subroutine start(self, name, registry)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    type(registry_t), intent(in) :: registry
+    integer :: i
+    self%name = name
+    self%registry = registry
+    self%spacing = 0
+    self%scales = unit_scales_t()
+    self%has_scales = .false.
+    if (allocated(self%values)) deallocate (self%values)
+    allocate (self%values(registry%n_keys))
+    do i = 1, registry%n_keys
+      call set_default(self, i)
+    end do
+  end subroutine start
+
+  !> A default in N*dx needs the spacing and is therefore set a second time when that is known.
+  subroutine set_default(self, i)
+    class(config_t), intent(inout) :: self
+    integer, intent(in) :: i
+    character(:), allocatable :: problem
+    associate (key => self%registry%keys(i)%key, value => self%values(i))
+      value%text = ''
+      if (.not. allocated(value%reals)) allocate (value%reals(key%length), source=0.0_rp)
+      if (.not. allocated(value%matrix)) allocate (value%matrix(0, key%columns))
+      value%is_known = .not. key%is_computed
+      if (key%is_computed .or. key%kind == KEY_MATRIX .or. key%kind == KEY_INERT) return
+      call read_value(key, key%default_text, .false., 0, self%spacing, value, problem)
+    end associate
+  end subroutine set_default
+
+  !> Value of an integer key.
+  integer function config_get_integer(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    value = self%values(slot(self, section, key, KEY_INTEGER, KEY_INTEGER))%whole
+  end function config_get_integer
+
+  !> Value of a real or length key.
+  real(rp) function config_get_real(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    integer :: i
+    i = slot(self, section, key, KEY_REAL, KEY_LENGTH)
+    associate (found => self%values(i))
+      value = found%number/found%unit
+    end associate
+  end function config_get_real
+
+  !> Value of a switch.
+  logical function config_get_switch(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    value = self%values(slot(self, section, key, KEY_SWITCH, KEY_SWITCH))%switch
+  end function config_get_switch
+
+  !> Value of a word key: one of its allowed words.
+  function config_get_word(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    character(:), allocatable :: value
+    value = self%values(slot(self, section, key, KEY_WORD, KEY_WORD))%text
+  end function config_get_word
+
+  !> Value of a text key, trimmed.
+  function config_get_text(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    character(:), allocatable :: value
+    value = self%values(slot(self, section, key, KEY_TEXT, KEY_TEXT))%text
+  end function config_get_text
+
+  !> Value of a list of reals; its size is the registered length, if there is one.
+  function config_get_reals(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    real(rp), allocatable :: value(:)
+    integer :: i
+    i = slot(self, section, key, KEY_REALS, KEY_REALS)
+    associate (found => self%values(i))
+      value = found%reals/found%unit
+    end associate
+  end function config_get_reals
+
+  !> Value of a matrix, (row, column); no rows if it is not given.
+  function config_get_matrix(self, section, key) result(value)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    real(rp), allocatable :: value(:, :)
+    value = self%values(slot(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
+  end function config_get_matrix
+
+  !> From now on the numbers of the file are understood in the other system of units of `scales`, and are
+  !> delivered in L, T and M. Defaults always are in L, T and M.
+  subroutine config_set_units(self, scales)
+    class(config_t), intent(inout) :: self
+    type(unit_scales_t), intent(in) :: scales
+    integer :: i
+    self%scales = scales
+    self%has_scales = .true.
+    do i = 1, self%registry%n_keys
+      if (self%values(i)%is_given) self%values(i)%unit = unit_value(self%registry%keys(i)%key%unit, scales)
+    end do
+  end subroutine config_set_units
+
+  !> Whether the file gives a valid value, so that it is not the default.
+  logical function config_is_given(self, section, key) result(is_given)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    is_given = self%values(find(self, section, key))%is_given
+  end function config_is_given
+
+  !> Whether `path` is the file itself, or one that it includes.
+  logical function config_reads(self, path) result(reads)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: path
+    integer :: i
+    reads = .false.
+    do i = 1, self%sources%count()
+      reads = reads .or. self%sources%text(i) == real_path(path)
+    end do
+  end function config_reads
+
+  !> Gives a key the value that the program has worked out from what the file says, or from its not saying anything, with
+  !> `origin`, which --check prints.
+  subroutine config_settle(self, section, key, text, origin)
+    class(config_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, text, origin
+    character(:), allocatable :: problem
+    integer :: i
+    i = find(self, section, key)
+    call read_value(self%registry%keys(i)%key, text, .false., 0, self%spacing, self%values(i), problem)
+    call require(.not. allocated(problem), 'io_config: ['//section//'] '//key//' cannot be '//text)
+    self%values(i)%is_known = .true.
+    self%values(i)%origin = origin
+  end subroutine config_settle
+
+  !> Line of the file in which the key stands, right or wrong; 0 if nowhere.
+  integer function config_line_of(self, section, key) result(line)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    line = self%values(find(self, section, key))%line
+  end function config_line_of
+
+  !> Adds the mistake `file:line: [section] key: text`, without the line if the key is not in the file. A
+  !> key that already has a mistake holds its default, and nothing more is said about it.
+  subroutine config_complain(self, errors, section, key, text)
+    class(config_t), intent(in) :: self
+    type(message_list_t), intent(inout) :: errors
+    character(*), intent(in) :: section, key, text
+    character(:), allocatable :: place
+    integer :: i
+    do i = 1, errors%count()
+      if (index(errors%text(i), ': ['//section//'] '//key//': ') > 0) return
+    end do
+    place = self%name
+    i = find(self, section, key)
+    associate (value => self%values(i))
+      if (value%line > 0) place = value%file//':'//number_text(value%line)
+    end associate
+    call errors%add(place//': ['//section//'] '//key//': '//text)
+  end subroutine config_complain
+
+  !> Writes every key with its value, and behind ';' its unit and where the value comes from (file:line
+  !> or default). What is written is an ini file again and gives the same values: with units of the file, defaults
+  !> too are written in them.
+  subroutine config_print_effective(self, unit)
+    class(config_t), intent(in) :: self
+    integer, intent(in) :: unit
+    integer :: s, i
+    logical :: has_header
+    do s = 1, self%registry%n_sections
+      has_header = .false.
+      do i = 1, self%registry%n_keys
+        associate (key => self%registry%keys(i)%key)
+          if (key%section /= self%registry%sections(s)%name .or. key%kind == KEY_INERT .or. &
+              key%section == INCLUDE_SECTION) cycle ! what was included is printed
+          if (.not. has_header) write (unit, '(a)') '['//key%section//']'
+          has_header = .true.
+          if (self%has_scales) then
+            write (unit, '(a)') effective_line(key, self%values(i), unit_value(key%unit, self%scales))
+          else
+            write (unit, '(a)') effective_line(key, self%values(i))
+          end if
+        end associate
+      end do
+      if (has_header) write (unit, '(a)') ''
+    end do
+  end subroutine config_print_effective
+
+  integer function find(self, section, key) result(i)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    call require(allocated(self%values), 'io_config: nothing was loaded')
+    i = self%registry%find(section, key)
+    call require(i > 0, 'io_config: ['//section//'] '//key//' is not registered')
+  end function find
+
+  !> Index of a key of one of two kinds that has a value.
+  integer function slot(self, section, key, kind, or_kind) result(i)
+    class(config_t), intent(in) :: self
+    character(*), intent(in) :: section, key
+    integer, intent(in) :: kind, or_kind
+    i = find(self, section, key)
+    associate (its_kind => self%registry%keys(i)%key%kind)
+      call require(its_kind == kind .or. its_kind == or_kind, 'io_config: ['//section//'] '//key// &
+                   ' is asked for as another type than it was registered with')
+    end associate
+    call require(self%values(i)%is_known, 'io_config: ['//section//'] '//key// &
+                 ' has no value: its default is worked out by the program, ask is_given first')
+  end function slot
+end module io_config

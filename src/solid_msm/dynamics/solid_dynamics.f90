@@ -1,0 +1,311 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Motion of a wing in time: variable-step BDF2, started by implicit Euler.
+!>
+!> With r = h/h_old, b_y = C1 y_n - C2 y_(n-1) and q = 1/(C3 h), C1 = (1+r)^2/(1+2r), C2 = r^2/(1+2r),
+!> C3 = (1+r)/(1+2r), the rate of any y at the new time is q (y - b_y). Velocities are eliminated: the
+!> unknown is the displacement. Stiffness-proportional damping is the rate of the elastic forces, so it
+!> has an exact tangent. Newton's method uses the mixed-stress tangent of the statics; its linear equations are those of
+!> solid_dynamic_solve. A load may answer the velocity of the wing at once (solid_reaction).
+module solid_dynamics
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use solid_dynamic_solve, only: dynamic_solver_t
+  use solid_dynamic_state, only: copy_state, dynamic_state_t
+  use solid_extension, only: extension_axial
+  use solid_inertia, only: inertia_t, add_inertia_forces
+  use solid_model, only: solid_model_t
+  use solid_motion, only: frame_t, motion_t
+  use solid_reaction, only: reaction_t
+  implicit none
+  private
+  public :: copy_state, dynamic_state_t, dynamic_options_t, step_report_t, dynamics_t
+
+  !> Choices of the algorithm.
+  type :: dynamic_options_t
+    real(rp) :: tolerance = 1.0e-8_rp !< of the residual, relative to the largest force in the balance
+    integer :: iterations = 10
+    integer :: halvings = 8           !< a failed step is retried with halved steps, this often
+    !> A factorisation serves further iterations, which are not counted, if at the rate of the last one this many suffice,
+    !> about what a factorisation costs; 0: none, a new tangent in every iteration.
+    real(rp) :: worth_reuse = 7
+    !> So many in a step, its second attempt included; then tangents are inverted by iterations with the last factors.
+    !> More only if these fail, in a third attempt and where a step is halved: to begin with poor factors costs more.
+    integer :: factorisations = 3
+  end type dynamic_options_t
+
+  integer, parameter :: HISTORY = 16
+
+  !> What happened in a step.
+  type :: step_report_t
+    logical :: converged = .false.
+    character(:), allocatable :: reason      !< why not
+    integer :: iterations = 0                !< of Newton's method, all substeps
+    integer :: factorisations = 0            !< of the Jacobian, all substeps
+    integer :: inner = 0                     !< iterations of linear equations, all substeps, with a reaction only
+    integer :: substeps = 0                  !< accepted ones; 1 unless Newton's method failed
+    real(rp) :: residual = 0                 !< relative, of the last substep
+    real(rp) :: residuals(0:HISTORY) = 0     !< [N] of the iterations of the last substep
+  end type step_report_t
+
+  !> The stepper's work space; nothing is allocated after `init`.
+  type :: dynamics_t
+    private
+    type(dynamic_solver_t) :: solver
+    type(dynamic_state_t) :: saved
+    real(rp), dimension(:, :), allocatable :: bu, bv, bg, u, v, rate, r, f
+  contains
+    procedure :: init => dynamics_init
+    procedure :: free => dynamics_free
+    procedure :: step => dynamics_step
+  end type dynamics_t
+
+contains
+
+  !> Work space and symbolic analysis for this model.
+  subroutine dynamics_init(self, model)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    integer :: n
+    n = model%n_all
+    call self%free()
+    call self%solver%init(model)
+    call self%saved%init(model, 0.0_rp)
+    allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%u(3, n), self%v(3, n), self%rate(3, n), &
+              self%r(3, n), self%f(3, n), source=0.0_rp)
+  end subroutine dynamics_init
+
+  !> Releases everything.
+  subroutine dynamics_free(self)
+    class(dynamics_t), intent(inout) :: self
+    call self%solver%free()
+    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%u, self%v, self%rate, self%r, self%f)
+  end subroutine dynamics_free
+
+  !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
+  !> step, with the frame of `motion` at the new time. On failure the state is what it was.
+  !>
+  !> The same step, made again with another force or guess, uses the factors of the last time if it is told how many
+  !> factorisations have gone `before` into it.
+  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess, before, reaction)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    class(motion_t), intent(in) :: motion
+    real(rp), intent(in) :: force(:, :), dt
+    type(dynamic_options_t), intent(in) :: options
+    type(dynamic_state_t), intent(inout) :: state
+    type(step_report_t), intent(out) :: report
+    real(rp), intent(in), optional :: guess(:, :) !< (3, n_all) [m] of u at the end, instead of an extrapolated one
+    integer, intent(in), optional :: before
+    class(reaction_t), intent(inout), optional :: reaction !< adds its force, taken at the new time
+    type(dynamic_options_t) :: now
+    integer :: halvings, done
+    real(rp) :: part
+    logical :: converged, has_factors
+    call require(dt > 0, 'dynamics_t%step: the time step must be positive')
+    call copy_state(state, self%saved)
+    now = options
+    halvings = 0
+    done = 0
+    has_factors = .false.
+    if (present(before)) then
+      has_factors = before > 0
+      now%factorisations = options%factorisations - before
+    end if
+    do
+      part = dt/2**halvings
+      if (present(guess) .and. halvings == 0) then
+        call substep(self, model, inertia, motion%at(self%saved%time + part), force, part, now, state, report, &
+                     has_factors, converged, guess, reaction)
+      else
+        call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, now, state, &
+                     report, has_factors, converged, reaction=reaction)
+      end if
+      if (converged) then
+        done = done + 1
+        report%substeps = report%substeps + 1
+        if (done == 2**halvings) exit
+        now%worth_reuse = options%worth_reuse ! of the next piece
+        has_factors = .false.
+      else if (now%worth_reuse > 0) then
+        now%worth_reuse = 0
+      else if (now%factorisations < huge(1)) then ! iterations with older factors may be to blame
+        now%factorisations = huge(1)
+        has_factors = .false.
+      else if (halvings < options%halvings) then
+        now = options
+        now%factorisations = huge(1)
+        has_factors = .false.
+        halvings = halvings + 1
+        done = 2*done
+      else
+        call copy_state(self%saved, state)
+        report%reason = 'Newton''s method did not converge with steps of '//number_text(part)//' s'
+        return
+      end if
+    end do
+    state%time = self%saved%time + dt
+    report%converged = .true.
+  end subroutine dynamics_step
+
+  !> One attempt of a step h, or of a piece of it; `has_factors` tells whether an earlier one left some.
+  subroutine substep(self, model, inertia, frame, force, h, options, state, report, has_factors, converged, guess, reaction)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: force(:, :), h
+    type(dynamic_options_t), intent(in) :: options
+    type(dynamic_state_t), intent(inout) :: state
+    type(step_report_t), intent(inout) :: report
+    logical, intent(inout) :: has_factors
+    logical, intent(out) :: converged
+    real(rp), intent(in), optional :: guess(:, :)
+    class(reaction_t), intent(inout), optional :: reaction
+    real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
+    real(rp) :: r, c1, c2, q, scale, floor, noise, small, size_r, last_size, newton_sizes(2)
+    integer :: iteration, n_newton
+    logical :: is_scarce, was_iterated, is_warm, is_solved
+
+    r = 0
+    if (state%old_step > 0) r = h/state%old_step
+    if (r > LARGEST_RATIO) r = 0
+    c1 = (1 + r)**2/(1 + 2*r)
+    c2 = r**2/(1 + 2*r)
+    q = (1 + 2*r)/((1 + r)*h)
+    self%bu = c1*state%u - c2*state%old_u
+    self%bv = c1*state%v - c2*state%old_v
+    self%bg = c1*state%g - c2*state%old_g
+    self%u = state%u + h*state%v
+    if (r > 0) self%u = self%u + (0.5_rp*h*r)*(state%v - state%old_v)
+    if (present(guess)) self%u = guess
+    call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%equilibrium%axial)
+    floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
+    noise = 8*epsilon(h)*hinge_forces(model)
+    report%residuals = 0
+    call self%solver%start()
+    size_r = 0
+    converged = .false.
+    n_newton = 0
+    newton_sizes = 0
+    was_iterated = .false.
+    is_warm = has_factors
+    do iteration = 0, 4*options%iterations
+      self%v = q*(self%u - self%bu)
+      self%rate = q*(self%v - self%bv)
+      call model%gradient(self%u, self%solver%equilibrium%g)
+      self%r = self%solver%equilibrium%g - force + (q*inertia%rayleigh_stiffness)*(self%solver%equilibrium%g - self%bg)
+      if (present(reaction)) then
+        call reaction%force(frame, self%u, self%v, self%f)
+        call model%zero_clamped(self%f)
+        self%r = self%r - self%f
+      end if
+      call model%zero_clamped(self%r)
+      call model%zero_clamped(self%solver%equilibrium%g)
+      scale = max(norm2(self%r), norm2(self%solver%equilibrium%g), norm2(force))
+      if (present(reaction)) scale = max(scale, norm2(self%f))
+      call add_inertia_forces(inertia, model, frame, self%u, self%v, self%rate, self%r)
+      last_size = size_r
+      size_r = norm2(self%r)
+      scale = max(scale, q*momentum_norm(inertia, self%bv))
+      report%residuals(min(iteration, HISTORY)) = size_r
+      if (.not. size_r <= huge(size_r)) exit
+      small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
+      converged = size_r <= small
+      if (converged .and. iteration > 0) exit
+      converged = .false.
+      if (was_iterated .or. needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
+        is_scarce = has_factors .and. report%factorisations >= options%factorisations - 1 ! an indefinite one takes two
+        if (n_newton == options%iterations) exit
+        if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
+        n_newton = n_newton + 1
+        newton_sizes = [newton_sizes(2), size_r]
+        call self%solver%assemble(model, inertia, frame, self%u, q, .false.)
+        was_iterated = .false.
+        if (present(reaction)) then
+          if (.not. is_scarce) call self%solver%factorise(model, inertia, frame, self%u, q, report%factorisations, &
+                                                          has_factors, reaction)
+        else
+          if (is_scarce) call self%solver%iterate(model, inertia, frame, q, self%r, was_iterated)
+          if (.not. was_iterated) call self%solver%factorise(model, inertia, frame, self%u, q, report%factorisations, &
+                                                             has_factors)
+        end if
+        if (.not. has_factors) exit
+      end if
+      if (present(reaction)) then
+        call self%solver%solve_reaction(model, inertia, frame, q, self%r, linear_tolerance(size_r, small), reaction, &
+                                        report%inner, is_solved)
+        if (.not. is_solved) exit
+      else if (.not. was_iterated) then
+        call self%solver%solve(model, inertia, frame, q, self%r)
+      end if
+      call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%equilibrium%axial, self%solver%x)
+      self%u = self%u + self%solver%x
+      report%iterations = report%iterations + 1
+    end do
+    if (.not. converged) return
+    if (scale > 0) report%residual = size_r/scale
+    state%old_u = state%u
+    state%old_v = state%v
+    state%old_g = state%g
+    state%u = self%u
+    state%v = self%v
+    state%g = self%solver%equilibrium%g
+    state%a = self%rate
+    state%old_step = h
+    state%time = state%time + h
+  end subroutine substep
+
+  !> 2-norm of the forces [N] of all hinges turned by 1 rad: times the rounding of directions it is the smallest
+  !> residual that a wing without motion can have.
+  pure real(rp) function hinge_forces(model) result(norm)
+    type(solid_model_t), intent(in) :: model
+    integer :: h
+    norm = 0
+    do h = 1, size(model%plans)
+      norm = norm + (model%stiffness%hinge(h)/ &
+                     minval(model%plans(h)%lengths, mask=model%plans(h)%lengths > 0))**2
+    end do
+    norm = sqrt(norm)
+  end function hinge_forces
+
+  !> To which part of the residual the equations of an iteration are solved: loosely, as Newton's method mends the rest,
+  !> but if the end of the step is near, to what ends it.
+  pure real(rp) function linear_tolerance(size_r, small)
+    real(rp), intent(in) :: size_r, small !< [N] residual, now and in the end
+    real(rp), parameter :: USUAL = 3.0e-3_rp, FINEST = 1.0e-3_rp, COARSEST = 0.1_rp
+    linear_tolerance = min(0.5_rp*small/size_r, COARSEST)
+    if (linear_tolerance < FINEST) linear_tolerance = USUAL
+  end function linear_tolerance
+
+  !> 2-norm of mass times velocity.
+  pure real(rp) function momentum_norm(inertia, v) result(norm)
+    type(inertia_t), intent(in) :: inertia
+    real(rp), intent(in) :: v(:, :)
+    integer :: i
+    norm = 0
+    do i = 1, size(v, 2)
+      norm = norm + inertia%mass(i)**2*(v(1, i)**2 + v(2, i)**2 + v(3, i)**2)
+    end do
+    norm = sqrt(norm)
+  end function momentum_norm
+
+  !> Whether the factors at hand are no good for the next iteration. The first two after a factorisation at the
+  !> extrapolated shape take back what its springs were stretched by, for which they are good enough; later ones
+  !> should converge in fewer iterations than a factorisation costs. A step that is made again begins `is_warm`.
+  pure logical function needs_new_tangent(options, is_warm, iteration, size_r, last_size, small) result(is_needed)
+    type(dynamic_options_t), intent(in) :: options
+    logical, intent(in) :: is_warm
+    integer, intent(in) :: iteration
+    real(rp), intent(in) :: size_r, last_size, small !< [N] residuals, now, before, and of the end
+    integer, parameter :: STRETCHED = 3
+    is_needed = .true.
+    if (.not. options%worth_reuse > 0) return
+    if (iteration == 0) is_needed = .not. is_warm
+    if (iteration == 0) return
+    if (iteration < STRETCHED) is_needed = size_r > last_size
+    if (is_needed .and. size_r < last_size) &
+      is_needed = log(size_r/small) > options%worth_reuse*log(last_size/size_r)
+  end function needs_new_tangent
+end module solid_dynamics

@@ -1,0 +1,30 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Where the effects of a wing act, as text: for input files, and to tell wings apart.
+module solid_effect_places
+  use base_text, only: number_text
+  use solid_effects, only: effects_t
+  implicit none
+  private
+  public :: effect_place_lines
+
+contains
+
+  !> Lines of the section [Wing] of an ini file; empty where no effect has a place.
+  function effect_place_lines(effects) result(text)
+    type(effects_t), intent(in) :: effects
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    if (effects%has_damage()) then
+      text = 'damage_disc ='
+      do i = 1, 3
+        text = text//' '//number_text(effects%disc(i))
+      end do
+      text = text//'; m'//new_line('a')
+    end if
+    if (effects%has_sides) text = text//'sided_joints = yes;'//new_line('a')
+    if (effects%has_sided_veins) text = text//'sided_veins = yes;'//new_line('a')
+    if (allocated(effects%soft_vein)) text = text//'soft_place = '//effects%soft_vein//' '// &
+                                             number_text(effects%soft_share)//';'//new_line('a')
+  end function effect_place_lines
+end module solid_effect_places

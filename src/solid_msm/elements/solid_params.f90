@@ -1,0 +1,246 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The material parameters of a wing, addressed by name.
+!>
+!> | name | what | unit | scale |
+!> |---|---|---|---|
+!> | `E` | Young's modulus of all veins | Pa | log |
+!> | `E:<vein>` | factor on E of one vein | 1 | log |
+!> | `joint:<name>` | stiffness of one joint | N m/rad | log |
+!> | `D` | bending stiffness of the membrane | N m | log |
+!> | `thickness` | the membrane thickness that D means | m | log |
+!> | `root` | factor on the hinges at the clamped root | 1 | log |
+!> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter, 4: circles | 1 | linear |
+!> | `k_vein`, `k_membrane`, `k_cross` | extension stiffness of a spring | N/m | log |
+!>
+!> Behind them come the effects that a usual model leaves out: see solid_effects.
+!>
+!> D = Em h^3/(12 (1 - nu^2)) is a regularising parameter, not a measured one: without it the flat
+!> wing is singular and loaded wings have many wrinkled equilibria.
+module solid_params
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use solid_effects, only: describe_effect, effects_t
+  use solid_parameter, only: define => define_parameter, parameter_t
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_bending, &
+            membrane_note
+
+  integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
+                                PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
+  integer, parameter, public :: N_COMMON = 8 !< parameters of every wing; those of veins and joints follow
+
+  !> Values of all parameters and the choices of the model.
+  type :: solid_params_t
+    real(rp) :: young = 12.58e9_rp           !< [Pa] the paper's mean
+    real(rp) :: plate = 2.0e-7_rp            !< [N m] D
+    real(rp) :: root_factor = 1
+    real(rp) :: diameter_exponent = 4
+    real(rp) :: k_vein = 1.0e5_rp            !< [N/m]
+    real(rp) :: k_membrane = 1.0e5_rp        !< [N/m]
+    real(rp) :: k_cross = 1.0e5_rp           !< [N/m]
+    real(rp), allocatable :: vein_factor(:)  !< (veins)
+    real(rp), allocatable :: joint(:)        !< (joints) [N m/rad]; as the vein without the joint unless set
+    logical :: cross_springs = .false.       !< springs between the apexes of neighbouring triangles
+    real(rp) :: membrane_young = 5.0e9_rp    !< [Pa] for the thickness that D means
+    real(rp) :: membrane_poisson = 0.3_rp
+    real(rp) :: slack = 1                    !< tension-field model: stiffness left in compression
+    real(rp) :: slack_width = 1.0e-9_rp      !< [m]
+    character(:), allocatable :: vein_names(:), joint_names(:)
+    type(effects_t) :: effects
+    real(rp) :: bending_factor = 1           !< on all bending stiffness, as after drying; no parameter of the wing
+  contains
+    procedure :: count => params_count
+    procedure :: count_usual => params_count_usual
+    procedure :: describe => params_describe
+    procedure :: find => params_find
+    procedure :: get => params_get
+    procedure :: set => params_set
+  end type solid_params_t
+
+contains
+
+  !> The defaults for a wing. The stiffness of the joints is negative, which means "as the vein".
+  function default_params(wing) result(self)
+    type(wing_t), intent(in) :: wing
+    type(solid_params_t) :: self
+    integer :: i, length
+    allocate (self%vein_factor(size(wing%veins)), source=1.0_rp)
+    allocate (self%joint(size(wing%joints)), source=-1.0_rp)
+    allocate (self%effects%joint_hardening(size(wing%joints)), source=0.0_rp)
+    allocate (self%effects%one_way(size(wing%joints)), source=1.0_rp)
+    length = 1
+    do i = 1, size(wing%veins)
+      length = max(length, len(wing%veins(i)%name))
+    end do
+    do i = 1, size(wing%joints)
+      length = max(length, len(wing%joints(i)%name))
+    end do
+    allocate (character(length) :: self%vein_names(size(wing%veins)), self%joint_names(size(wing%joints)))
+    do i = 1, size(wing%veins)
+      self%vein_names(i) = wing%veins(i)%name
+    end do
+    do i = 1, size(wing%joints)
+      self%joint_names(i) = wing%joints(i)%name
+    end do
+  end function default_params
+
+  !> Number of parameters.
+  pure integer function params_count(self) result(n)
+    class(solid_params_t), intent(in) :: self
+    n = self%count_usual() + self%effects%count()
+  end function params_count
+
+  !> Number of parameters of the usual model; the effects follow.
+  pure integer function params_count_usual(self) result(n)
+    class(solid_params_t), intent(in) :: self
+    n = N_COMMON + size(self%vein_factor) + size(self%joint)
+  end function params_count_usual
+
+  !> Name, unit, scale and bounds of parameter i: the eight common ones, the veins, the joints, the effects.
+  function params_describe(self, i) result(p)
+    class(solid_params_t), intent(in) :: self
+    integer, intent(in) :: i
+    type(parameter_t) :: p
+    integer :: n_veins
+    n_veins = size(self%vein_factor)
+    call require(i >= 1 .and. i <= self%count(), 'solid_params_t: no such parameter')
+    select case (i)
+    case (PARAM_YOUNG)
+      call define(p, 'E', 'Pa', .true., 1.0e8_rp, 1.0e11_rp)
+    case (PARAM_PLATE)
+      call define(p, 'D', 'N m', .true., 1.0e-9_rp, 1.0e-5_rp)
+    case (PARAM_THICKNESS)
+      call define(p, 'thickness', 'm', .true., 1.0e-6_rp, 3.0e-5_rp)
+    case (PARAM_ROOT)
+      call define(p, 'root', '1', .true., 1.0e-3_rp, 1.0e3_rp)
+    case (PARAM_EXPONENT)
+      call define(p, 'diameter_exponent', '1', .false., 1.0_rp, 6.0_rp)
+    case (PARAM_K_VEIN)
+      call define(p, 'k_vein', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
+    case (PARAM_K_MEMBRANE)
+      call define(p, 'k_membrane', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
+    case (PARAM_K_CROSS)
+      call define(p, 'k_cross', 'N/m', .true., 1.0e1_rp, 1.0e6_rp)
+    case default
+      if (i > self%count_usual()) then
+        p = describe_effect(i - self%count_usual(), self%joint_names)
+      else if (i <= N_COMMON + n_veins) then
+        call define(p, 'E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
+      else
+        call define(p, 'joint:'//trim(self%joint_names(i - N_COMMON - n_veins)), 'N m/rad', .true., &
+                    1.0e-8_rp, 1.0e-2_rp)
+      end if
+    end select
+  end function params_describe
+
+  !> Number of the parameter called `name`, 0 if there is none.
+  integer function params_find(self, name) result(found)
+    class(solid_params_t), intent(in) :: self
+    character(*), intent(in) :: name
+    type(parameter_t) :: p
+    integer :: i
+    found = 0
+    do i = 1, self%count()
+      p = self%describe(i)
+      if (p%name == name) found = i
+    end do
+  end function params_find
+
+  !> Value of parameter i in its unit.
+  pure real(rp) function params_get(self, i) result(value)
+    class(solid_params_t), intent(in) :: self
+    integer, intent(in) :: i
+    select case (i)
+    case (PARAM_YOUNG)
+      value = self%young
+    case (PARAM_PLATE)
+      value = self%plate
+    case (PARAM_THICKNESS)
+      value = membrane_thickness(self, self%plate)
+    case (PARAM_ROOT)
+      value = self%root_factor
+    case (PARAM_EXPONENT)
+      value = self%diameter_exponent
+    case (PARAM_K_VEIN)
+      value = self%k_vein
+    case (PARAM_K_MEMBRANE)
+      value = self%k_membrane
+    case (PARAM_K_CROSS)
+      value = self%k_cross
+    case default
+      if (i > self%count_usual()) then
+        value = self%effects%get(i - self%count_usual())
+      else if (i <= N_COMMON + size(self%vein_factor)) then
+        value = self%vein_factor(i - N_COMMON)
+      else
+        value = self%joint(i - N_COMMON - size(self%vein_factor))
+      end if
+    end select
+  end function params_get
+
+  !> Sets parameter i; D and `thickness` are two names of one thing. A model must be told: see
+  !> solid_model_t%set_params.
+  pure subroutine params_set(self, i, value)
+    class(solid_params_t), intent(inout) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: value
+    select case (i)
+    case (PARAM_YOUNG)
+      self%young = value
+    case (PARAM_PLATE)
+      self%plate = value
+    case (PARAM_THICKNESS)
+      self%plate = membrane_bending(self, value)
+    case (PARAM_ROOT)
+      self%root_factor = value
+    case (PARAM_EXPONENT)
+      self%diameter_exponent = value
+    case (PARAM_K_VEIN)
+      self%k_vein = value
+    case (PARAM_K_MEMBRANE)
+      self%k_membrane = value
+    case (PARAM_K_CROSS)
+      self%k_cross = value
+    case default
+      if (i > self%count_usual()) then
+        call self%effects%set(i - self%count_usual(), value)
+      else if (i <= N_COMMON + size(self%vein_factor)) then
+        self%vein_factor(i - N_COMMON) = value
+      else
+        self%joint(i - N_COMMON - size(self%vein_factor)) = value
+      end if
+    end select
+  end subroutine params_set
+
+  !> Thickness [m] of a plate of the membrane's material with bending stiffness `plate` [N m].
+  pure real(rp) function membrane_thickness(self, plate) result(h)
+    class(solid_params_t), intent(in) :: self
+    real(rp), intent(in) :: plate
+    h = (12*(1 - self%membrane_poisson**2)*plate/self%membrane_young)**(1.0_rp/3)
+  end function membrane_thickness
+
+  !> Bending stiffness [N m] of a plate of thickness h [m].
+  pure real(rp) function membrane_bending(self, h) result(plate)
+    class(solid_params_t), intent(in) :: self
+    real(rp), intent(in) :: h
+    plate = self%membrane_young*h**3/(12*(1 - self%membrane_poisson**2))
+  end function membrane_bending
+
+  !> A sentence about D for the start of a run: what it means, and a warning if it is so small that
+  !> equilibria are not unique (`is_soft`).
+  subroutine membrane_note(self, note, is_soft)
+    class(solid_params_t), intent(in) :: self
+    character(:), allocatable, intent(out) :: note
+    logical, intent(out) :: is_soft
+    real(rp), parameter :: UNIQUE_ABOVE = 1.999e-7_rp ! [N m], the default; by measurement: bench/static/run --table
+    character(160) :: text
+    write (text, '(a,es9.2,a,f6.2,a,f6.2,a)') 'membrane bending stiffness D = ', self%plate, &
+      ' N m, which means ', membrane_thickness(self, self%plate)*1.0e6_rp, ' um at ', &
+      self%membrane_young*1.0e-9_rp, ' GPa; a regularising parameter, not measured'
+    note = trim(text)
+    is_soft = self%plate < UNIQUE_ABOVE
+    if (is_soft) note = note//'; below the default of 2E-7 N m wrinkled equilibria multiply, and shapes depend on the path'
+  end subroutine membrane_note
+end module solid_params
