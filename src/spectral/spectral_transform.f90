@@ -25,8 +25,8 @@ module spectral_transform
   type, abstract :: kernels_t
     integer :: n_in = 0  !< fields that spectral in provides to product
     integer :: n_out = 0 !< fields that product provides to spectral out
-    !> (ny_local, nz_local) lines whose product is wanted. Others may be left out; what product then has not provided
-    !> counts as zero. All lines if not associated.
+    !> (ny_local, nz_local) lines whose product is wanted; all of them if not associated. A backend may skip the others. Their
+    !> output counts as zero.
     logical, pointer, contiguous :: lines(:, :) => null()
   contains
     procedure(spectral_in_i), deferred :: spectral_in

@@ -57,7 +57,7 @@ contains
         call divide(points, links, arc(:n_arc), spacing, .false., places)
       end do
     end do
-    do i = 1, size(points, 2) ! what is left is closed and has no corner
+    do i = 1, size(points, 2) ! the remaining lines are closed and have no corner
       do k = first(i), first(i + 1) - 1
         if (used(at(1, k))) cycle
         call follow(links, first, at, turns, i, at(1, k), used, arc, n_arc)

@@ -6,7 +6,6 @@
 !> about two grid spacings apart; 1e-8 of its mean diagonal is added to it. It depends on relative places only, so
 !> that it is made in the frame of the wing: once for a rigid one.
 module fsi_marker_response
-  use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_factorised
   use fsi_green, only: green_t
@@ -34,16 +33,16 @@ contains
     allocate (self%factor(3*n, 3*n), self%work(3*n), source=0.0_rp)
   end subroutine response_init
 
-  !> Makes and factorises M for markers at x(3, n) [L], in any frame that is at rest for the moment.
-  subroutine response_build(self, green, x, failure)
+  !> Makes and factorises M for markers at x(3, n) [L], in any frame that is at rest for the moment. It has no factor if
+  !> markers are too close to each other: then `solve` must not be called.
+  subroutine response_build(self, green, x, has_factor)
     class(marker_response_t), intent(inout) :: self
     type(green_t), intent(in) :: green
     real(rp), intent(in) :: x(:, :)
-    type(failure_t), intent(inout) :: failure
+    logical, intent(out) :: has_factor
     real(rp), parameter :: REGULARISATION = 1.0e-8_rp
     real(rp) :: own(3, 3)
     integer :: i, j, k
-    logical :: is_positive
     own = green%at([0.0_rp, 0.0_rp, 0.0_rp])
     do k = 1, 3
       own(k, k) = own(k, k)*(1 + REGULARISATION)
@@ -54,9 +53,7 @@ contains
       end do
       self%factor(3*j - 2:3*j, 3*j - 2:3*j) = own
     end do
-    call factorise(self%factor, is_positive)
-    if (.not. is_positive) call failure%raise('the markers of a wing are too close to each other: their forces are '// &
-                                              'not determined by the motion of the wing')
+    call factorise(self%factor, has_factor)
   end subroutine response_build
 
   !> The forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made.

@@ -46,8 +46,9 @@ contains
     params%viscosity = config%get_real(SECTION, 'surface_viscosity')
   end subroutine read_thin_keys
 
-  !> Makes the flow ready for wings without thickness that move at `speed` [L/T] relative to it: there is no mask unless
-  !> walls need one, and the vanishing viscosity tops up nu K^2 to c speed K. Complains about what this method cannot do.
+  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. It has no mask unless walls
+  !> need one. The vanishing viscosity adds to nu K^2 what is missing to c speed K. Reports settings that the method does
+  !> not support.
   subroutine prepare_thin_flow(config, params, speed, fluid, errors)
     type(config_t), intent(in) :: config
     type(thin_params_t), intent(in) :: params

@@ -7,8 +7,8 @@
 !>
 !> where I looks at the flow, S is its adjoint, P the projection (fluid_point_forces) and M the response of the markers
 !> (fsi_marker_response): forces as Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is
-!> the load on the wing, and F.U the power that it gives to the flow. Each wing answers for itself: what wings do to each
-!> other within a step, and what the grid's directions add to M, stays as slip and is corrected in the next step.
+!> the load on the wing, and F.U the power that it gives to the flow. The forces of one wing do not take account of those
+!> of another, and M leaves out the periodic images. The slip that this leaves is corrected in the next step.
 module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -35,7 +35,7 @@ module fsi_thin_wings
 
   !> How well the flow follows the wings after a step, L/T.
   type :: slip_t
-    real(rp) :: before = 0 !< largest |U - I u*|: what the forces had to do
+    real(rp) :: before = 0 !< largest |U - I u*|, before the forces act
     real(rp) :: after = 0  !< largest |U - I u(n+1)|
     real(rp) :: speed = 0  !< largest |U|
   end type slip_t
@@ -65,6 +65,8 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp) :: extent
     integer :: i, n
+    logical :: has_factor, all_have
+    all_have = .true.
     self%world = world
     n = 0
     extent = 0
@@ -88,9 +90,14 @@ contains
       associate (wing => self%wings(i))
         if (wing%owner /= world%rank) cycle
         call wing%response%init(wing%markers%n)
-        call wing%response%build(self%green, wing%reference, failure)
+        call wing%response%build(self%green, wing%reference, has_factor)
+        all_have = all_have .and. has_factor
       end associate
     end do
+    ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
+    if (world%max_integer(merge(0, 1, all_have)) > 0) &
+      call failure%raise('the markers of a wing are too close to each other, so that the motion of the wing does not '// &
+                         'determine their forces: set a larger [Insects] marker_spacing')
   end subroutine thin_init
 
   !> Lets rigid wings act on the step that `fluid` has just made: its end gets their forces; `slip` and the loads of the
