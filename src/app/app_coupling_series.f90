@@ -41,14 +41,23 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), intent(in), optional :: restart_time
     character(40) :: columns(N_LOADS + 2)
+    character(:), allocatable :: load, flow, evaluations
     integer :: i, c
+    load = 'pressure'
+    flow = 'penalty'
+    evaluations = 'evaluations of the flow'
+    if (wings%params%thin%is_thin) then
+      load = 'markers'
+      flow = 'flow'
+      evaluations = 'passes of the wings'
+    end if
     columns(1) = 'time [T]'
     do c = 1, 3
-      columns(1 + c) = 'F'//XYZ(c:c)//' of the pressure [rho L^4/T^2]'
-      columns(4 + c) = 'F'//XYZ(c:c)//' pressure - penalty [rho L^4/T^2]'
+      columns(1 + c) = 'F'//XYZ(c:c)//' of the '//load//' [rho L^4/T^2]'
+      columns(4 + c) = 'F'//XYZ(c:c)//' '//load//' - '//flow//' [rho L^4/T^2]'
     end do
-    columns(8:) = [character(40) :: 'power to the flow [rho L^5/T^3]', 'power pressure - penalty [rho L^5/T^3]', &
-                   'factorisations', 'evaluations of the flow']
+    columns(8:) = [character(40) :: 'power to the flow [rho L^5/T^3]', 'power '//load//' - '//flow//' [rho L^5/T^3]', &
+                   'factorisations', evaluations]
     allocate (self%wing(size(wings%surfaces)), self%loads(N_LOADS, size(wings%surfaces)))
     do i = 1, size(self%wing)
       call self%wing(i)%open(world, 'coupling_'//trim(wings%params%wings(i)%side)//'.t', columns, failure, &

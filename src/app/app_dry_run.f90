@@ -53,7 +53,7 @@ contains
     type(settings_t), intent(in) :: settings
     type(memory_t) :: m
     m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
-                        settings%flexible, ranks)
+                        settings%looks_at_pressure(), ranks)
     if (.not. m%possible) return
     if (m%largest_buffer > huge(1)) then
       write (unit, '(i8,a)') ranks, ' ranks: too few for this grid'

@@ -163,6 +163,7 @@ contains
                                                   config%is_given(F, 'coupling_iterations'))) &
       call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations are of no effect without '// &
                        'coupling = strong')
+    if (flight%thin%is_thin) call notice_pressure_keys(config, notices)
     params%release = config%get_real(F, 'T_release')
     if (params%release >= t_end) &
       call notices%add('[Flexible_wing] T_release is not before Tmax: the wings are rigid during the whole run')
@@ -181,6 +182,18 @@ contains
                            'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
                            ': the pressure there is not that on the wing')
   end subroutine read_coupler
+
+  !> Remarks on keys of the load that is looked at beside the wings, which those without thickness do not need.
+  subroutine notice_pressure_keys(config, notices)
+    type(config_t), intent(in) :: config
+    type(message_list_t), intent(inout) :: notices
+    character(17), parameter :: KEYS(3) = [character(17) :: 'load_distance', 'load', 'load_extrapolated']
+    integer :: i
+    do i = 1, size(KEYS)
+      if (config%is_given(F, trim(KEYS(i)))) call notices%add('[Flexible_wing] '//trim(KEYS(i))//' is of no effect '// &
+        'with [Insects] surface = thin: the forces of the markers are the whole load')
+    end do
+  end subroutine notice_pressure_keys
 
   !> A remark on flexible wings that have their full speed from the first step on: the jerk makes them vibrate.
   subroutine notice_start(wings, notices)

@@ -155,6 +155,7 @@ contains
       stiffness = 0
       if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
                                          c%light_layer*step_over_c_eta(p)
+      if (settings%flight%thin%is_thin) return ! the wing's step knows what the flow answers
       if (c%added_mass > 1) write (unit, '(a)') '          the wing is lighter than the fluid that it moves: '// &
         advice(c%coupling)
       if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') &
@@ -196,7 +197,8 @@ contains
     associate (report => coupler%report)
       if (coupler%params%coupling /= COUPLING_STRONG .or. report%steps == 0) return
       write (unit, '(a,f0.2,a)') 'the strong coupling took ', real(report%total, rp)/report%steps, &
-        ' evaluations of the flow per step, counted under bending wings'
+        ' '//trim(merge('passes of the wings    ', 'evaluations of the flow', coupler%is_thin))// &
+        ' per step, counted under bending wings'
     end associate
   end subroutine print_coupling
 

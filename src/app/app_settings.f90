@@ -65,6 +65,7 @@ module app_settings
     procedure :: needs_fields => settings_needs_fields
     procedure :: needs_pressure => settings_needs_pressure
     procedure :: needs_trials => settings_needs_trials
+    procedure :: looks_at_pressure => settings_looks_at_pressure
   end type settings_t
 
 contains
@@ -179,8 +180,6 @@ contains
                                                              s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     s%fluid%centre = s%flight%body%centre
-    if (s%flight%thin%is_thin .and. s%flexible) call s%config%complain(errors, 'Insects', 'surface', 'thin is for '// &
-                                                'wings = rigid; valid with flexible wings: penalized')
     if (s%flight%thin%is_thin) s%output%mask = .false.
     if (s%flight%thin%is_thin) s%output%solid_velocity = .false.
     if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
@@ -234,18 +233,24 @@ contains
   !> Whether any pass will be asked for velocity or vorticity in physical space.
   pure logical function settings_needs_fields(self) result(needs)
     class(settings_t), intent(in) :: self
-    needs = self%output%needs_fields() .or. (self%flexible .and. self%coupler%needs_fields())
+    needs = self%output%needs_fields() .or. (self%looks_at_pressure() .and. self%coupler%needs_fields())
   end function settings_needs_fields
 
   !> Whether the coupling will make trials of the flow.
   pure logical function settings_needs_trials(self) result(needs)
     class(settings_t), intent(in) :: self
-    needs = self%flexible .and. self%coupler%needs_trials()
+    needs = self%looks_at_pressure() .and. self%coupler%needs_trials()
   end function settings_needs_trials
 
   !> Whether any pass will be asked for the pressure.
   pure logical function settings_needs_pressure(self) result(needs)
     class(settings_t), intent(in) :: self
-    needs = self%output%pressure .or. self%flexible
+    needs = self%output%pressure .or. self%looks_at_pressure()
   end function settings_needs_pressure
+
+  !> Whether the load that bends the wings is that of the pressure beside them.
+  pure logical function settings_looks_at_pressure(self) result(looks)
+    class(settings_t), intent(in) :: self
+    looks = self%flexible .and. .not. self%flight%thin%is_thin
+  end function settings_looks_at_pressure
 end module app_settings

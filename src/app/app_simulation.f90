@@ -103,6 +103,7 @@ contains
       allocate (self%coupler)
       call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
                              self%wings)
+      if (allocated(self%thin)) call self%thin%soften(settings%coupler%model%points, settings%coupler%units)
     end if
     call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
 
@@ -223,7 +224,7 @@ contains
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
-    call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid)
+    call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
     call self%timers%stop(self%t_wings)
     self%blown_up = self%fluid%rhs%failure%failed
     self%cannot_bend = self%failure%failed .and. .not. self%blown_up
