@@ -100,7 +100,8 @@ contains
     self%has_wings = present(wings)
     if (.not. present(wings)) return
     if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
-      [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]'])
+      [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
+                        'power that the flow receives [rho L^5/T^3]'])
     call self%flight%open(world, wings, flexible, note, failure, restart_time)
     if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
 
@@ -181,7 +182,8 @@ contains
       call self%ekin%write([t, fluid%sums%kinetic_energy])
     end associate
     if (present(coupler)) call self%coupling%write(coupler)
-    if (present(thin)) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, thin%slip%speed])
+    if (present(thin)) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, &
+                                                  thin%slip%speed, thin%slip%received])
   end subroutine series_write_step
 
   !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be

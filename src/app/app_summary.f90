@@ -18,7 +18,8 @@ module app_summary
   public :: write_summary
 
   character(*), parameter :: NL = new_line('a')
-  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 4
+  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 5, &
+                        COUPLING_COLUMNS = 11
   integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
   character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
                                                                                                    'inertial power']
@@ -32,9 +33,10 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: series(:, :), values(:, :)
     type(beat_t), allocatable :: beats(:, :)
+    type(beat_t) :: beat
     character(:), allocatable :: text
-    real(rp) :: period
-    integer :: n, k, q
+    real(rp) :: period, lost
+    integer :: n, k, q, i
     logical :: ok
     call read_series('forces.t', FORCE_COLUMNS, series, failure)
     if (failure%failed) return
@@ -53,10 +55,21 @@ contains
       call read_series('slip.t', THIN_COLUMNS, series, failure)
       if (failure%failed) return
       text = text//thin_slip_text(settings, series, period, n)
+      beat = beat_statistics(series(1, :), series(5, :), period, n)
+      text = text//balance_text(beats(POWER, n)%mean, beat%mean, 0.98_rp, 'set a smaller CFL')
     else
       call read_series('u_residual.t', SLIP_COLUMNS, series, failure)
       if (failure%failed) return
       text = text//slip_text(settings, series, period, n)
+      lost = 0
+      do i = 1, merge(size(settings%flight%wings), 0, settings%flexible)
+        call read_series('coupling_'//trim(settings%flight%wings(i)%side)//'.t', COUPLING_COLUMNS, series, failure)
+        if (failure%failed) return
+        beat = beat_statistics(series(1, :), series(8, :), period, n)
+        lost = lost + beat%mean
+      end do
+      if (settings%flexible) text = text//balance_text(lost, beats(POWER, n)%mean, 0.8_rp, &
+                                     'use wings without thickness, [Insects] surface = thin, or a finer grid')
     end if
     write (output_unit, '(a)') '', text
     call write_text('summary.txt', text, ok)
@@ -157,6 +170,22 @@ contains
     text = NL//trim(line)//NL
     if (share > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
   end function thin_slip_text
+
+  !> Whether the flow receives the power that the wings lose, means of the last beat.
+  function balance_text(lost, received, least, advice) result(text)
+    real(rp), intent(in) :: lost, received, least
+    character(*), intent(in) :: advice
+    character(:), allocatable :: text
+    character(160) :: line
+    real(rp) :: ratio
+    text = ''
+    if (.not. abs(received) > 0) return
+    ratio = lost/received
+    write (line, '(a,f0.3,a)') 'balance     the power that the wings lose is ', ratio, &
+      ' of the power that the flow receives (last beat)'
+    text = trim(line)//NL
+    if (ratio < least .or. ratio > 1/least) text = text//'            these should be equal: '//advice//NL
+  end function balance_text
 
   !> How much flow passes the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
   function slip_text(settings, series, period, n) result(text)
