@@ -65,8 +65,6 @@ contains
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
     if (fluid%dealias /= 'ellipsoid') &
       call config%complain(errors, 'Dealiasing', 'iDealias', 'wings without thickness ([Insects] surface = thin) need 1')
-    if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'surface', 'thin needs a flow in space, nx > 1; valid '// &
-                                               'with nx = 1: penalized')
     do i = merge(2, 1, fluid%grid%is_2d), 3
       if (fluid%grid%n(i) < WINDOW_WIDTH) call config%complain(errors, 'Resolution', POINTS(i), &
                                         'wings without thickness ([Insects] surface = thin) need at least 8 points')

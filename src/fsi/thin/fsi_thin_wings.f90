@@ -81,13 +81,14 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: LONGER = 1.2_rp ! no deformation makes a wing longer; its outline need not be convex
     integer :: i, n
-    logical :: has_factor
+    logical :: has_factor, is_2d
     self%world = world
+    is_2d = fluid%transform%grid%is_2d
     n = 0
     allocate (self%wings(size(wings%params%wings)))
     do i = 1, size(self%wings)
       associate (wing => self%wings(i), given => wings%params%wings(i))
-        call wing%markers%init(given%points, given%triangles, wings%params%thin%spacing)
+        call wing%markers%init(given%points, given%triangles, wings%params%thin%spacing, is_2d)
         wing%first = n + 1
         n = n + wing%markers%n
         wing%last = n
@@ -96,13 +97,13 @@ contains
         allocate (wing%shape(3, wing%markers%n), wing%flat(3, wing%markers%n), wing%bent(3, wing%markers%n), &
                   wing%work(3, wing%markers%n), source=0.0_rp)
         call wing%markers%positions(given%points, wing%flat)
-        if (wing%owner == world%rank) call wing%reaction%response%init(wing%markers%n)
+        if (wing%owner == world%rank) call wing%reaction%response%init(wing%markers%n, is_2d)
         self%extent = max(self%extent, LONGER*norm2(maxval(given%points, 2) - minval(given%points, 2)))
       end associate
     end do
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
-    call self%green%init(fluid%points%radius, self%extent, fluid%transform%grid%is_2d)
+    call self%green%init(fluid%points%radius, self%extent, is_2d)
     do i = 1, size(self%wings)
       self%wings(i)%shape = self%wings(i)%flat
       call self%renew(i, has_factor)
