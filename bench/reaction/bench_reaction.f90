@@ -65,7 +65,7 @@ contains
     real(rp), allocatable :: force(:, :), places(:, :)
     real(rp) :: t(0:2), ms(2, STEPS)
     integer :: i, counts(2, 2), inner
-    call markers%init(model%points(:, :model%n_points), model%triangles, spacing)
+    call markers%init(model%points(:, :model%n_points), model%triangles, spacing, .false.)
     allocate (places(3, markers%n))
     call markers%positions(model%points, places)
     if (is_flow) then

@@ -101,7 +101,7 @@ contains
     if (.not. present(wings)) return
     if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
       [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
-                        'power that the flow receives [rho L^5/T^3]'])
+                        'power to the flow [rho L^5/T^3]'])
     call self%flight%open(world, wings, flexible, note, failure, restart_time)
     if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
 
