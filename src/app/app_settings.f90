@@ -180,6 +180,8 @@ contains
                                                              s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     s%fluid%centre = s%flight%body%centre
+    if (s%config%get_word('Insects', 'surface') == 'auto') call s%config%settle('Insects', 'surface', &
+      trim(merge('thin     ', 'penalized', s%flight%thin%is_thin)), 'auto')
     if (s%flight%thin%is_thin) s%output%mask = .false.
     if (s%flight%thin%is_thin) s%output%solid_velocity = .false.
     if (s%flight%thin%is_thin .and. errors%count() == errors_before) &

@@ -18,7 +18,7 @@ WING = {
     "ReynoldsNumber": {"nu": 1e-2},
     "InitialCondition": {"inicond": "MeanFlow"},
     "Penalization": {"iPenalization": "yes", "iMoving": "yes", "iMask": "Insect", "eps": 1.25e-2},
-    "Insects": {"WingShape": f"from_file::{SOURCE}/ini/wings/calliphora.ini", "wing_length": 1.0,
+    "Insects": {"surface": "penalized", "WingShape": f"from_file::{SOURCE}/ini/wings/calliphora.ini", "wing_length": 1.0,
                 "FlappingMotion_left": "from_file::beat.ini", "FlappingMotion_right": "from_file::beat.ini",
                 "x0": "2.0 2.0 1.0", "yawpitchroll_0": "180.0 0.0 0.0", "eta0": -70.0,
                 "x_pivot_l": "0.0 0.5 0.0", "x_pivot_r": "0.0 -0.5 0.0", "wing_ramp": 0.1, "Jxx": 1e-3, "Jyy": 1e-4},

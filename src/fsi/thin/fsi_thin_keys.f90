@@ -27,8 +27,10 @@ contains
   !> Declares the keys.
   subroutine register_thin_keys(registry)
     type(registry_t), intent(inout) :: registry
-    call registry%add_word(SECTION, 'surface', 'penalized', 'thin|penalized', &
-                           'how the flow sees the wings: as surfaces without thickness, or as sheets in the mask')
+    call registry%add_word(SECTION, 'surface', 'auto', 'auto|thin|penalized', &
+                           'how the flow sees the wings: as surfaces without thickness, or as sheets in the mask; auto: '// &
+                           'as sheets if the file has their thickness (WingThickness, t_wing, wing_smoothing) or what '// &
+                           'surfaces do not support (RK4, another iDealias), else as surfaces')
     call registry%add_real(SECTION, 'marker_spacing', 2.0_rp, 'surface = thin: distance of the markers, in max(dx); '// &
                            'closer ones make forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
     call registry%add_real(SECTION, 'surface_viscosity', 0.3_rp, 'surface = thin: vanishing viscosity; the largest '// &
@@ -37,11 +39,23 @@ contains
   end subroutine register_thin_keys
 
   !> Takes the keys from `config`.
-  subroutine read_thin_keys(config, grid, params)
+  subroutine read_thin_keys(config, grid, params, notices)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid
     type(thin_params_t), intent(out) :: params
-    params%is_thin = config%get_word(SECTION, 'surface') == 'thin'
+    type(message_list_t), intent(inout) :: notices
+    logical :: has_thickness
+    has_thickness = config%is_given(SECTION, 'WingThickness') .or. config%is_given('Flexible_wing', 't_wing') .or. &
+                    config%is_given('Flexible_wing', 'wing_smoothing')
+    select case (config%get_word(SECTION, 'surface'))
+    case ('thin')
+      params%is_thin = .true.
+      if (has_thickness) call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with '// &
+                                          'surface = thin')
+    case ('auto')
+      params%is_thin = .not. has_thickness .and. config%get_word('Time', 'iTimeMethodFluid') == 'AB2' .and. &
+                       any(config%get_word('Dealiasing', 'iDealias') == [character(9) :: '1', 'ellipsoid'])
+    end select
     params%spacing = config%get_real(SECTION, 'marker_spacing')*grid%max_spacing()
     params%viscosity = config%get_real(SECTION, 'surface_viscosity')
   end subroutine read_thin_keys

@@ -28,7 +28,7 @@ contains
 
   function text() result(ini)
     character(:), allocatable :: ini
-    ini = wings_text()//'surface=thin'//NL//'eta0=-50'//NL//'FlappingMotion_left=from_file::beat.ini'//NL// &
+    ini = wings_text('thin')//'eta0=-50'//NL//'FlappingMotion_left=from_file::beat.ini'//NL// &
           'FlappingMotion_right=from_file::beat.ini'//NL//'[Time]'//NL//'Tmax=1'//NL//'dt_max=0.005'//NL// &
           '[MeanFlow]'//NL//'ux=0'//NL//'uy=0'//NL//'uz=0'//NL
   end function text
