@@ -12,7 +12,7 @@ module app_settings
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
-  use fsi_thin_keys, only: prepare_thin_flow
+  use fsi_thin_keys, only: prepare_thin_flow, wants_thin_wings
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_stop, only: job_limits_t
@@ -83,7 +83,7 @@ contains
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
-    call read_fluid_params(settings%config, settings%fluid, errors)
+    call read_fluid_params(settings%config, settings%fluid, errors, draws_solids=.not. wants_thin_wings(settings%config))
     if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)
     call check_wing_use(settings%config, settings%fluid%moving, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)

@@ -55,14 +55,17 @@ module fluid_params
 contains
 
   !> Takes the fluid's parameters from `config` and adds mistakes that concern several keys to `errors`.
-  subroutine read_fluid_params(config, params, errors)
+  subroutine read_fluid_params(config, params, errors, draws_solids)
     type(config_t), intent(in) :: config
     type(fluid_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors
+    logical, intent(in), optional :: draws_solids !< moving solids are in the mask; if not given they are
     call read_grid(config, params, errors)
     call read_time(config, params)
     call read_initial_condition(config, params, errors)
     call read_solids(config, params, errors)
+    if (params%moving .and. present(draws_solids)) &
+      params%penalized = draws_solids .or. params%channel /= 'no' .or. params%cavity
     call read_sponge(config, params, errors)
     call read_mean_flow(config, params, errors)
     if (params%has_inflow) call set_channel_flow(config, params, errors)

@@ -11,7 +11,7 @@ module fsi_thin_keys
   use spectral_window, only: WINDOW_WIDTH
   implicit none
   private
-  public :: thin_params_t, register_thin_keys, read_thin_keys, prepare_thin_flow
+  public :: thin_params_t, register_thin_keys, read_thin_keys, wants_thin_wings, prepare_thin_flow
 
   character(*), parameter :: SECTION = 'Insects'
 
@@ -44,25 +44,32 @@ contains
     type(grid_t), intent(in) :: grid
     type(thin_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: notices
-    logical :: has_thickness
-    has_thickness = config%is_given(SECTION, 'WingThickness') .or. config%is_given('Flexible_wing', 't_wing') .or. &
-                    config%is_given('Flexible_wing', 'wing_smoothing')
-    select case (config%get_word(SECTION, 'surface'))
-    case ('thin')
-      params%is_thin = .true.
-      if (has_thickness) call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with '// &
-                                          'surface = thin')
-    case ('auto')
-      params%is_thin = .not. has_thickness .and. config%get_word('Time', 'iTimeMethodFluid') == 'AB2' .and. &
-                       any(config%get_word('Dealiasing', 'iDealias') == [character(9) :: '1', 'ellipsoid'])
-    end select
+    params%is_thin = wants_thin_wings(config)
+    if (params%is_thin .and. has_thickness(config)) &
+      call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
     params%spacing = config%get_real(SECTION, 'marker_spacing')*grid%max_spacing()
     params%viscosity = config%get_real(SECTION, 'surface_viscosity')
   end subroutine read_thin_keys
 
-  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. It has no mask unless walls
-  !> need one. The vanishing viscosity adds to nu K^2 what is missing to c speed K. Reports settings that the method does
-  !> not support.
+  !> Whether the flow sees wings without thickness, if there are wings.
+  logical function wants_thin_wings(config) result(wants)
+    type(config_t), intent(in) :: config
+    character(:), allocatable :: word
+    word = config%get_word(SECTION, 'surface')
+    wants = word == 'thin'
+    if (word == 'auto') wants = .not. has_thickness(config) .and. config%get_word('Time', 'iTimeMethodFluid') == 'AB2' &
+                                .and. any(config%get_word('Dealiasing', 'iDealias') == ['1        ', 'ellipsoid'])
+  end function wants_thin_wings
+
+  !> Whether the file says how thick the wings are.
+  logical function has_thickness(config)
+    type(config_t), intent(in) :: config
+    has_thickness = config%is_given(SECTION, 'WingThickness') .or. config%is_given('Flexible_wing', 't_wing') .or. &
+                    config%is_given('Flexible_wing', 'wing_smoothing')
+  end function has_thickness
+
+  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds
+  !> to nu K^2 what is missing to c speed K. Reports settings that the method does not support.
   subroutine prepare_thin_flow(config, params, speed, fluid, errors)
     type(config_t), intent(in) :: config
     type(thin_params_t), intent(in) :: params
@@ -72,7 +79,6 @@ contains
     character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
     real(rp) :: k
     integer :: i
-    fluid%penalized = fluid%channel /= 'no' .or. fluid%cavity
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
     if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
