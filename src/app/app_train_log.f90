@@ -4,6 +4,7 @@ module app_train_log
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_progress, only: duration
   use app_train_budget, only: budget_t
+  use app_train_listener, only: training_listener_t
   use base_kinds, only: i8, rp
   use base_process, only: is_terminal, wall_seconds
   use base_text_file, only: text_file_t
@@ -11,7 +12,7 @@ module app_train_log
   private
   public :: train_log_t
 
-  type :: train_log_t
+  type, extends(training_listener_t) :: train_log_t
     type(text_file_t), private :: file
     logical, private :: speaks = .false., is_live = .false., is_line_open = .false.
     real(rp), private :: interval = 30, begun = 0, shown = -huge(1.0_rp), filed = -huge(1.0_rp)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> To which training a checkpoint belongs.
 module app_train_mark
-  use app_train_settings, only: train_settings_t
+  use app_train_case, only: training_case_t
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_kinds, only: i8, rp
   use solid_effect_places, only: effect_place_lines
@@ -14,7 +14,7 @@ contains
 
   !> What determines the search, but not how long it goes on.
   integer(i8) function mark_of(settings) result(mark)
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     integer :: i, l
     mark = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
     associate (e => settings%experiment, o => settings%search, s => settings%sought)

@@ -2,11 +2,11 @@
 !> Behind the search: least squares with exact derivatives, what the data say about every parameter, and the cold
 !> solution of the final point. On rank 0; the others serve the crew.
 module app_train_polish
+  use app_train_case, only: training_case_t
   use app_train_crew, only: train_crew_t
   use app_train_ends, only: end_lines, END_LENGTH
-  use app_train_log, only: train_log_t
+  use app_train_listener, only: training_listener_t
   use app_train_objective, only: full_results, train_objective_t
-  use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -29,7 +29,7 @@ module app_train_polish
   !> The problem of least squares whose loads are solved by the crew. With a log it tells how far it is.
   type, extends(wing_problem_t) :: crew_problem_t
     type(train_crew_t), pointer :: crew => null()
-    type(train_log_t), pointer :: log => null()
+    class(training_listener_t), pointer :: log => null()
     integer :: part = 0, n_parts = 0         !< the present start or interval, of so many
     character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
     integer :: n_solved = 0                  !< points so far
@@ -133,7 +133,7 @@ contains
 
   !> The box and the priors about the values of [Wing], as coordinates of the experiment.
   function make_unknowns(settings, space) result(unknowns)
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     type(search_space_t), intent(in) :: space
     type(unknowns_t) :: unknowns
     real(rp) :: lower(size(space%is_log)), upper(size(space%is_log))
@@ -155,12 +155,12 @@ contains
   !> with the declared errors at once, so that they may end elsewhere, which is told. If the crew is stopped afterwards
   !> the outcome is not complete.
   subroutine polish_points(settings, crew, space, objective, starts, log, trained)
-    type(train_settings_t), intent(in), target :: settings
+    class(training_case_t), intent(in), target :: settings
     type(train_crew_t), intent(inout), target :: crew
     type(search_space_t), intent(in) :: space
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: starts(:, :)
-    type(train_log_t), intent(inout), target :: log
+    class(training_listener_t), intent(inout), target :: log
     type(trained_t), intent(out) :: trained
     type(crew_problem_t) :: problem
     type(unknowns_t) :: unknowns
@@ -208,7 +208,7 @@ contains
   subroutine compare_ends(space, trained, log)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     character(END_LENGTH), allocatable :: lines(:)
     integer :: i
     lines = end_lines(space%names, trained%coordinates, trained%chi2, trained%posterior%sd, trained%ends)
@@ -226,13 +226,13 @@ contains
   !> solutions may follow a wrong one: if the cold solution of the end is another shape, the fit goes on from there; if
   !> that ends in the same way, it is repeated with every solution cold. Not so a start that `is_check` only.
   subroutine reach_outcome(settings, problem, unknowns, objective, start, has_stages, is_check, log, trained)
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     type(crew_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: start(:)
     logical, intent(in) :: has_stages, is_check
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(out) :: trained
     real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ more are two shapes
     integer, parameter :: LAST = 3
@@ -269,12 +269,12 @@ contains
 
   !> One fit from a point, and what it tells, in `trained`.
   subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained)
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     type(crew_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: from(:)
     logical, intent(in) :: has_stages
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(inout) :: trained
     type(fit_report_t) :: report
     real(rp), allocatable :: path(:, :)
@@ -332,12 +332,12 @@ contains
 
   !> 90 % intervals of all unknowns, each from all loads but those that jump between its ends.
   subroutine find_intervals(settings, crew, problem, unknowns, space, log, trained)
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     type(train_crew_t), intent(in) :: crew
     type(crew_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     type(search_space_t), intent(in) :: space
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(inout) :: trained
     integer, parameter :: AT_END = 3
     integer :: i, l

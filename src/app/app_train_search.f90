@@ -3,12 +3,12 @@
 !> each; in two stages if wanted, the second with E fixed. On rank 0; the others serve the crew.
 module app_train_search
   use app_train_budget, only: find_budget
+  use app_train_case, only: training_case_t
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
-  use app_train_log, only: train_log_t
+  use app_train_listener, only: training_listener_t
   use app_train_mark, only: mark_of
   use app_train_objective, only: candidate_costs_t, full_results, train_objective_t
-  use app_train_settings, only: train_settings_t
   use app_train_space, only: search_space_t
   use base_errors, only: failure_t
   use base_files, only: folder_of, join_path, name_of
@@ -62,7 +62,7 @@ contains
   !> The first generation of the first stage. Settings and crew must live as long as the search.
   subroutine search_init(self, settings, crew)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in), target :: settings
+    class(training_case_t), intent(in), target :: settings
     type(train_crew_t), intent(in), target :: crew
     type(world_t) :: alone
     call self%space%init(settings%experiment, settings%sought)
@@ -78,9 +78,9 @@ contains
   !> cost. After MOST_DRAWS draws any point will do. A search that has begun, or begins at [Wing], stays as it is.
   subroutine search_choose_start(self, settings, crew, log)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     type(train_crew_t), intent(inout) :: crew
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
     real(rp) :: u(size(self%space%free)), pair(2)
@@ -111,7 +111,7 @@ contains
   !> The first generation of the present stage; `first` is where it begins.
   subroutine begin_stage(self, settings, first)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     real(rp), intent(in), optional :: first(:)
     type(start_region_t) :: region
     type(cmaes_options_t) :: options
@@ -140,9 +140,9 @@ contains
   !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty.
   subroutine search_restore(self, settings, path, log, failure)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     character(*), intent(in) :: path
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     type(failure_t), intent(inout) :: failure
     type(world_t) :: alone
     type(checkpoint_reader_t) :: reader
@@ -177,7 +177,7 @@ contains
 
   subroutine load_state(self, settings, reader, failure)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     type(checkpoint_reader_t), intent(inout) :: reader
     type(failure_t), intent(inout) :: failure
     type(archive_t) :: names, archive
@@ -226,9 +226,9 @@ contains
   !> Generations until the search ends or the crew is stopped; then writes a checkpoint.
   subroutine search_run(self, settings, crew, log)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     type(train_crew_t), intent(inout) :: crew
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     do while (.not. self%is_done)
       call crew%look()
       if (.not. crew%is_stopped) call make_generation(self, settings%n_stages - self%stage, crew, log)
@@ -246,7 +246,7 @@ contains
     class(train_search_t), intent(inout) :: self
     integer, intent(in) :: n_coming !< stages behind this one
     type(train_crew_t), intent(inout) :: crew
-    type(train_log_t), intent(inout) :: log
+    class(training_listener_t), intent(inout) :: log
     type(train_objective_t) :: before
     type(candidate_costs_t) :: costs
     real(rp), allocatable :: x(:, :), coordinates(:, :), values(:, :), mean(:), best_x(:)
@@ -290,8 +290,8 @@ contains
   !> Says why the stage ended, and begins the next one or ends the search.
   subroutine finish_stage(self, settings, log)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in) :: settings
-    type(train_log_t), intent(inout) :: log
+    class(training_case_t), intent(in) :: settings
+    class(training_listener_t), intent(inout) :: log
     real(rp), allocatable :: u(:)
     real(rp) :: best
     logical :: has_best
@@ -315,7 +315,7 @@ contains
 
   subroutine fix_young(self, settings, u)
     class(train_search_t), intent(inout) :: self
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     real(rp), intent(in) :: u(:)
     integer :: i
     do i = 1, size(settings%sought%numbers)
@@ -347,7 +347,7 @@ contains
   !> Where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.
   subroutine search_starts(self, settings, u, starts)
     class(train_search_t), intent(in) :: self
-    type(train_settings_t), intent(in) :: settings
+    class(training_case_t), intent(in) :: settings
     real(rp), intent(in) :: u(:)
     real(rp), allocatable, intent(out) :: starts(:, :)
     integer :: i

@@ -6,6 +6,7 @@ module app_train_settings
   use app_outliers, only: choose_heights
   use app_outputs, only: refuse_overwriting
   use app_sought, only: read_sought
+  use app_train_case, only: training_case_t
   use app_train_files, only: choose_individual, individual_files, of_individual
   use app_train_keys, only: register_train_keys
   use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
@@ -18,12 +19,9 @@ module app_train_settings
   use io_shared_text, only: read_shared_text
   use io_stop, only: job_limits_t
   use measurement_data, only: measurement_t
-  use measurement_experiment, only: experiment_t
-  use measurement_fit, only: fit_options_t
   use measurement_instrument, only: instrument_t
   use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
-  use measurement_sought, only: sought_t
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use solid_statics, only: static_options_t
@@ -33,29 +31,17 @@ module app_train_settings
 
   integer, parameter :: UNLIMITED = 1000000000 !< generations
 
-  type :: train_settings_t
+  type, extends(training_case_t) :: train_settings_t
     type(config_t) :: config
     type(wing_settings_t) :: setup
-    type(sought_t) :: sought
     type(measurement_t) :: measurement
     type(instrument_t) :: instrument        !< what the measurement is taken to have done
     character(:), allocatable :: measurement_path
     integer :: n_individuals = 1            !< in the lists of [Measurement] and [Wing]
     character(:), allocatable :: individual !< name of this one, part of the names of its files; empty if it is the only one
-    type(experiment_t) :: experiment        !< with the parameters that are sought
     type(static_options_t) :: options
-    type(cmaes_options_t) :: search
-    character(:), allocatable :: restarts
-    integer :: max_restarts = 0
-    logical :: is_paper = .false., starts_at_wing = .false., use_chi2 = .false.
-    integer :: n_stages = 1
-    logical :: polish = .true., intervals = .true.
-    real(rp) :: prior_decades = 1
-    integer :: polish_starts = 1            !< points of the search from which a polish may begin
-    type(fit_options_t) :: fit
-    character(:), allocatable :: name       !< first part of the names of the files to write
-    character(:), allocatable :: result     !< the fragment to write
-    integer :: checkpoint_every = 1
+    logical :: is_paper = .false.
+    character(:), allocatable :: result     !< the fragment to write; all other files begin with `name`
     type(job_limits_t) :: limits
     real(rp) :: progress_seconds = 30       !< wall time between progress lines in a log
   end type train_settings_t

@@ -3,11 +3,11 @@
 !> number of ranks, failed tasks are failed candidates, and a search in which every fifth candidate fails finds the truth, as do
 !> least squares in which every fifth point fails. A batch ends when the time is over, and checkpoints know their readings.
 program test_train_objective
+  use app_train_case, only: training_case_t
   use app_train_crew, only: train_crew_t
   use app_train_history, only: train_history_t
   use app_train_mark, only: mark_of
   use app_train_objective, only: candidate_costs_t, train_objective_t
-  use app_train_settings, only: train_settings_t
   use app_train_task, only: task_input, train_runner_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -219,7 +219,7 @@ contains
 
   !> A checkpoint belongs to one geometry of the scalar readings.
   subroutine test_marks()
-    type(train_settings_t) :: settings
+    type(training_case_t) :: settings
     integer(i8) :: mark
     settings%experiment = experiment
     settings%restarts = 'none'
