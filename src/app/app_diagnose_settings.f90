@@ -7,7 +7,7 @@ module app_diagnose_settings
   use app_outliers, only: choose_heights
   use app_outputs, only: refuse_overwriting
   use app_sought, only: read_sought
-  use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
+  use app_wing_settings, only: check_name, find_beside, load_wing
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use diagnosis_engine, only: diagnosis_options_t
@@ -30,6 +30,7 @@ module app_diagnose_settings
   use solid_params, only: solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
+  use solid_wing_case, only: wing_case_t
   use solid_wing_refine, only: refine_params, refine_wing
   implicit none
   private
@@ -37,7 +38,7 @@ module app_diagnose_settings
 
   type :: diagnose_settings_t
     type(config_t) :: config
-    type(wing_settings_t) :: setup
+    type(wing_case_t) :: setup
     type(sought_t) :: sought                !< of the baseline
     type(instrument_t) :: instrument
     real(rp) :: membrane_sd = 0             !< of log D

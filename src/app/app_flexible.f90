@@ -3,7 +3,7 @@
 module app_flexible
   use app_wing_keys, only: register_damping_keys, register_wing_keys
   use app_wing_effects, only: refuse_root_compliance
-  use app_wing_settings, only: load_wing, read_damping, wing_settings_t
+  use app_wing_settings, only: load_wing, read_damping
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -16,6 +16,7 @@ module app_flexible
   use io_registry, only: registry_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
+  use solid_wing_case, only: wing_case_t
   use spectral_grid, only: grid_t
   implicit none
   private
@@ -79,7 +80,7 @@ contains
   subroutine read_wing_file(config, ini, setup, found, errors, notices, world)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
-    type(wing_settings_t), intent(out) :: setup
+    type(wing_case_t), intent(out) :: setup
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
@@ -118,7 +119,7 @@ contains
   !> What the coupler needs. `t_end` is the end of the run, T.
   subroutine read_coupler(config, setup, flight, grid, t_end, units, units_given, params, errors, notices)
     type(config_t), intent(in) :: config
-    type(wing_settings_t), intent(in) :: setup
+    type(wing_case_t), intent(in) :: setup
     type(flight_params_t), intent(in) :: flight
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: t_end

@@ -5,7 +5,6 @@ module app_settings
   use app_flight_faults, only: foresee_flight
   use app_keys, only: register_all_keys
   use app_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_frequency
-  use app_wing_settings, only: wing_settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
@@ -17,6 +16,7 @@ module app_settings
   use io_stop, only: job_limits_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: settings_t, output_params_t, units_t, load_settings
@@ -151,7 +151,7 @@ contains
     character(*), intent(in) :: name
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
-    type(wing_settings_t) :: setup
+    type(wing_case_t) :: setup
     logical :: has_file
     integer :: errors_before
     real(rp) :: metre, file_unit

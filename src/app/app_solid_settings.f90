@@ -7,7 +7,7 @@ module app_solid_settings
   use app_solid_keys, only: register_solid_keys
   use app_wing_places, only: add_force, force_group_t, point_force_t, read_force_groups
   use app_wing_effects, only: refuse_root_compliance
-  use app_wing_settings, only: read_damping, check_name, find_beside, load_wing, wing_settings_t
+  use app_wing_settings, only: read_damping, check_name, find_beside, load_wing
   use base_constants, only: PI, TWO_PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -22,6 +22,7 @@ module app_solid_settings
   use solid_dynamics, only: dynamic_options_t
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: solid_settings_t, load_law_t, load_solid_settings
@@ -38,7 +39,7 @@ module app_solid_settings
 
   type :: solid_settings_t
     type(config_t) :: config
-    type(wing_settings_t) :: setup
+    type(wing_case_t) :: setup
     type(inertia_t) :: inertia
     class(motion_t), allocatable :: motion
     type(load_law_t) :: law

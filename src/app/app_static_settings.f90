@@ -4,7 +4,7 @@
 module app_static_settings
   use app_static_keys, only: register_static_keys
   use app_wing_places, only: add_force, force_group_t, read_force_groups
-  use app_wing_settings, only: check_name, load_wing, wing_settings_t
+  use app_wing_settings, only: check_name, load_wing
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -13,6 +13,7 @@ module app_static_settings
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_statics, only: static_options_t
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: static_settings_t, static_load_t, load_static_settings
@@ -28,7 +29,7 @@ module app_static_settings
 
   type :: static_settings_t
     type(config_t) :: config
-    type(wing_settings_t) :: setup
+    type(wing_case_t) :: setup
     type(static_load_t), allocatable :: loads(:)
     type(static_options_t) :: options
     character(:), allocatable :: name      !< of the files to write

@@ -9,7 +9,7 @@ module app_train_settings
   use app_train_case, only: training_case_t
   use app_train_files, only: choose_individual, individual_files, of_individual
   use app_train_keys, only: register_train_keys
-  use app_wing_settings, only: check_name, find_beside, load_wing, wing_settings_t
+  use app_wing_settings, only: check_name, find_beside, load_wing
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use base_text, only: number_text
@@ -25,6 +25,7 @@ module app_train_settings
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use solid_statics, only: static_options_t
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: train_settings_t, load_train_settings, masses_of
@@ -33,7 +34,7 @@ module app_train_settings
 
   type, extends(training_case_t) :: train_settings_t
     type(config_t) :: config
-    type(wing_settings_t) :: setup
+    type(wing_case_t) :: setup
     type(measurement_t) :: measurement
     type(instrument_t) :: instrument        !< what the measurement is taken to have done
     character(:), allocatable :: measurement_path

@@ -3,7 +3,6 @@
 module app_wing_modes
   use, intrinsic :: iso_fortran_env, only: output_unit
   use app_wing_output, only: put_wing, shape_grid, wing_lines_t
-  use app_wing_settings, only: wing_settings_t
   use base_errors, only: failure_t
   use base_files, only: name_of
   use base_kinds, only: rp
@@ -14,6 +13,7 @@ module app_wing_modes
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_modes, only: natural_modes
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: find_modes, save_modes
@@ -26,7 +26,7 @@ contains
   !> Frequencies(:) [Hz], lowest first, and shapes(3, n_all, :), each with the largest movement 1, of small
   !> undamped vibrations about the unloaded wing at rest. Largest movement is along +z where there is a choice.
   subroutine find_modes(s, frequencies, shapes, failure)
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     real(rp), intent(out) :: frequencies(:), shapes(:, :, :)
     type(failure_t), intent(out) :: failure
     type(equilibrium_t) :: work
@@ -52,7 +52,7 @@ contains
 
   !> Prints the frequencies, writes <name>_modes.t and, if wanted, <name>_mode_NN.h5 with .xmf.
   subroutine save_modes(s, name, save_shapes, frequencies, shapes, failure)
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     character(*), intent(in) :: name
     logical, intent(in) :: save_shapes
     real(rp), intent(in) :: frequencies(:), shapes(:, :, :)
@@ -77,7 +77,7 @@ contains
   end subroutine save_modes
 
   subroutine write_mode(s, name, number, frequency, u, failure)
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     character(*), intent(in) :: name
     integer, intent(in) :: number
     real(rp), intent(in) :: frequency, u(:, :)

@@ -2,12 +2,12 @@
 !> Forces at places that have names: 'tip 0 0 1e-4 + vein:C:last 0 0 2e-5, joint:C_Sc 0 0 1e-4' is a list of
 !> two groups, the first of two forces. See PLACE_HELP for the places.
 module app_wing_places
-  use app_wing_settings, only: wing_settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, number_text, parse_integer, parse_real, quoted
   use io_config, only: config_t
   use solid_loads, only: load_t
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: place_t, point_force_t, force_group_t, read_force_groups, add_force
@@ -48,7 +48,7 @@ contains
   subroutine read_force_groups(config, section, key, s, groups, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: section, key
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     type(force_group_t), allocatable, intent(out) :: groups(:)
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: text, problems
@@ -72,7 +72,7 @@ contains
 
   subroutine read_group(text, s, group, problems)
     character(*), intent(in) :: text
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     type(force_group_t), intent(out) :: group
     character(:), allocatable, intent(inout) :: problems
     character(:), allocatable :: problem
@@ -99,7 +99,7 @@ contains
 
   subroutine read_force(text, s, force, problem)
     character(*), intent(in) :: text
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     type(point_force_t), intent(out) :: force
     character(:), allocatable, intent(out) :: problem
     integer :: position, first(5), last(5), i, n
@@ -131,7 +131,7 @@ contains
   !> The place called `name`; `problem` is set if there is none.
   subroutine find_place(name, s, place, problem)
     character(*), intent(in) :: name
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     type(place_t), intent(out) :: place
     character(:), allocatable, intent(inout) :: problem
     integer :: colon, point
@@ -174,7 +174,7 @@ contains
 
   subroutine find_joint(name, s, point, problem)
     character(*), intent(in) :: name
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     integer, intent(out) :: point
     character(:), allocatable, intent(inout) :: problem
     character(:), allocatable :: names
@@ -193,7 +193,7 @@ contains
   !> NAME:first, NAME:last or NAME:K.
   subroutine find_on_vein(text, s, point, problem)
     character(*), intent(in) :: text
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     integer, intent(out) :: point
     character(:), allocatable, intent(inout) :: problem
     character(:), allocatable :: names
@@ -225,7 +225,7 @@ contains
   !> X:Y, shared between the corners of the triangle there.
   subroutine find_at(text, s, place, problem)
     character(*), intent(in) :: text
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     type(place_t), intent(inout) :: place
     character(:), allocatable, intent(inout) :: problem
     type(load_t) :: load

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What is said about a wing before it is computed: size, mass, stiffness, with what these numbers mean.
 module app_wing_report
-  use app_wing_settings, only: wing_settings_t
   use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_VERSION
   use base_kinds, only: rp
   use base_text, only: number_text
   use solid_params, only: membrane_note, parameter_t
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: print_wing
@@ -16,7 +16,7 @@ contains
   subroutine print_wing(unit, method, s)
     integer, intent(in) :: unit
     character(*), intent(in) :: method !< what is computed, in a few words
-    type(wing_settings_t), intent(in) :: s
+    type(wing_case_t), intent(in) :: s
     real(rp), parameter :: UG = 1.0e9_rp, UM = 1.0e6_rp, MM = 1.0e3_rp
     character(:), allocatable :: note
     real(rp) :: tensor(3, 3)

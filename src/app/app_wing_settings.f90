@@ -9,27 +9,15 @@ module app_wing_settings
   use io_config, only: config_t
   use io_shared_text, only: named_path
   use solid_inertia, only: inertia_t
-  use solid_mass, only: lump_mass, mass_params_t, mass_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
+  use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, parameter_t, solid_params_t
-  use solid_wing, only: wing_t
+  use solid_wing_case, only: wing_case_t
   use parallel_world, only: world_t
   use solid_wing_file, only: read_wing, load_shared_wing => load_wing
   implicit none
   private
-  public :: wing_settings_t, load_wing, read_damping, find_beside, check_name
-
-  type :: wing_settings_t
-    character(:), allocatable :: path
-    type(wing_t) :: wing
-    type(solid_model_t) :: model
-    type(solid_params_t) :: asked          !< parameters before joints became as stiff as their veins
-    type(mass_params_t) :: material
-    type(mass_t) :: mass
-    logical :: has_mass = .false.
-    real(rp) :: scale(2) = 1               !< along x and y of the wing against that in its file
-    integer :: tip = 0                     !< the point farthest from the centre of the root
-  end type wing_settings_t
+  public :: load_wing, read_damping, find_beside, check_name
 
 contains
 
@@ -40,7 +28,7 @@ contains
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     logical, intent(in) :: needs_mass
-    type(wing_settings_t), intent(out) :: s
+    type(wing_case_t), intent(out) :: s
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world !< with it root reads the file for all, and this is collective
@@ -83,7 +71,7 @@ contains
   !> Gives the wing the size that [Wing] asks for: first similar to that of its file, then stretched along y.
   subroutine scale_wing(config, s)
     type(config_t), intent(in) :: config
-    type(wing_settings_t), intent(inout) :: s
+    type(wing_case_t), intent(inout) :: s
     real(rp) :: length, chord, a(2), b(2), area, stretch
     integer :: i
     length = config%get_real('Wing', 'length')
@@ -128,7 +116,7 @@ contains
 
   subroutine read_material(c, s, errors, notices)
     type(config_t), intent(in) :: c
-    type(wing_settings_t), intent(inout) :: s
+    type(wing_case_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
     character(:), allocatable :: note
     real(rp) :: joint
@@ -158,7 +146,7 @@ contains
   subroutine read_mass(c, needs_mass, s, errors, notices)
     type(config_t), intent(in) :: c
     logical, intent(in) :: needs_mass
-    type(wing_settings_t), intent(inout) :: s
+    type(wing_case_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(message_list_t) :: messages
     integer :: i
