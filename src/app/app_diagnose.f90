@@ -5,9 +5,9 @@ module app_diagnose
   use app_diagnose_band, only: mesh_band_t
   use app_diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use app_diagnose_draws, only: draws_file_t
-  use app_diagnose_files, only: write_fragments, write_maps
+  use app_diagnose_files, only: write_fragments, write_maps, write_next
   use app_diagnose_json, only: write_diagnosis_json
-  use app_diagnose_next, only: next_t, rank_loads, write_next
+  use app_diagnose_next, only: next_t, rank_loads
   use app_diagnose_plan, only: print_plan
   use app_diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use app_diagnose_summary, only: print_verdict

@@ -13,7 +13,7 @@
 !>
 !> Both fits are rough: what they lack lies along the unknowns of the baseline, which are fitted anew in all that follows.
 module app_diagnose_band
-  use app_diagnose_settings, only: diagnose_settings_t
+  use app_diagnose_case, only: diagnosis_case_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise
@@ -68,7 +68,7 @@ contains
   subroutine band_init(self, world, s, failure)
     class(mesh_band_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(failure_t), intent(out) :: failure
     type(wing_patterns_t) :: patterns
     type(bins_t) :: bins
@@ -94,8 +94,7 @@ contains
       call failure%raise('the other mesh covers other heights')
       return
     end if
-    call make_catalogue(self%experiment, self%wing, s%sought%numbers, s%config%get_real('Diagnose', 'prior_decades'), &
-                        self%catalogue)
+    call make_catalogue(self%experiment, self%wing, s%sought%numbers, s%prior_decades, self%catalogue)
     allocate (patterns%place(2, 0))
     call self%simulator%init(world, self%experiment, self%wing, self%catalogue%quantities, self%catalogue%kinds, &
                              self%catalogue%n_baseline, self%catalogue%effects, bins, patterns)
@@ -106,7 +105,7 @@ contains
   !> Rank 0: fits both and gives the band to the simulator of the diagnosis. The others are in `serve`.
   subroutine band_find(self, s, simulator)
     class(mesh_band_t), intent(inout), target :: self
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout), target :: simulator
     type(whitener_t), target :: whitener
     real(rp), allocatable :: coarse(:), fine(:), jacobian(:, :), white(:, :)
@@ -214,7 +213,7 @@ contains
   !> the first, and where the diagnosis begins. Everyone who serves is dismissed in this order.
   subroutine fit_both(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
     class(mesh_band_t), intent(inout) :: self
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout), target :: coarse, fine
     type(whitener_t), intent(inout), target :: whitener
     real(rp), intent(out) :: r_coarse(:), r_fine(:), jacobian(:, :)

@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The other files of a diagnosis: the wing of the baseline and the extended one as fragments for [include], and maps.
+!> The other files of a diagnosis: the wing of the baseline and the extended one as fragments for [include], maps, and the
+!> next measurements.
 module app_diagnose_files
+  use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_summary, only: cause_name, verdict_sentence
   use app_instrument, only: instrument_lines
@@ -9,6 +11,7 @@ module app_diagnose_files
   use base_errors, only: failure_t
   use base_files, only: remove_file
   use base_kinds, only: rp
+  use base_text, only: number_text
   use base_text_file, only: write_text
   use diagnosis_decision, only: verdict_word
   use diagnosis_engine, only: diagnosis_t
@@ -21,7 +24,7 @@ module app_diagnose_files
   use solid_wing_refine, only: coarsen_params
   implicit none
   private
-  public :: write_fragments, write_maps
+  public :: write_fragments, write_maps, write_next
 
   character(*), parameter :: NL = new_line('a')
 
@@ -137,4 +140,33 @@ contains
       deallocate (rows)
     end do
   end subroutine write_unknown
+
+  !> Writes NAME_next_measurements.csv.
+  subroutine write_next(s, next, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(next_t), intent(in) :: next
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: text
+    character(160) :: line
+    integer :: i
+    logical :: ok
+    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation with it once more [sd]'//new_line('a')
+    do i = 1, size(next%order)
+      associate (load => s%measurement%loads(next%order(i)))
+        write (line, '(a,4(",",es12.5))') ',', load%point, load%force, next%now(1)
+        text = text//number_text(i)//','//load%name//trim(line(2:))
+        write (line, '(",",es12.5)') next%after(next%order(i))
+        text = text//trim(line)//new_line('a')
+      end associate
+    end do
+    do i = 1, size(next%places)
+      associate (load => next%places(i))
+        write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), &
+          next%now(1), load%after
+        text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
+      end associate
+    end do
+    call write_text(s%name//'_next_measurements.csv', text, ok)
+    if (.not. ok) call failure%raise(s%name//'_next_measurements.csv: cannot be written; is the disk full?')
+  end subroutine write_next
 end module app_diagnose_files

@@ -6,7 +6,8 @@ module app_diagnose_json
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
   use app_diagnose_summary, only: cause_name, verdict_sentence
-  use app_diagnose_unknown, only: put_unknown, unknown_t
+  use app_diagnose_unknown, only: unknown_t
+  use app_diagnose_unknown_report, only: put_unknown
   use app_diagnose_zeros, only: zeros_t
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t

@@ -8,18 +8,15 @@
 !> a load that is repeated adds its share once more, and a load at a new place what it says about all of them. A load is as
 !> good as it separates the rival that is then the nearest. Tangents are those at the baseline.
 module app_diagnose_next
+  use app_diagnose_case, only: diagnosis_case_t
   use app_diagnose_places, only: new_load_t, normal_matrix, separation, shared_columns, trial_t
-  use app_diagnose_settings, only: diagnose_settings_t
-  use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_sort, only: key_of_real, sorting_order
-  use base_text, only: number_text
-  use base_text_file, only: write_text
   use diagnosis_engine, only: diagnosis_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   implicit none
   private
-  public :: next_t, rank_loads, write_next
+  public :: next_t, rank_loads
 
   integer, parameter :: MOST_PLACES = 10
 
@@ -57,7 +54,7 @@ contains
 
   !> Ranks the loads of the measurement, and loads at new places. On rank 0; the others serve.
   subroutine rank_loads(s, simulator, d, next)
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
     type(next_t), intent(out) :: next
@@ -91,7 +88,7 @@ contains
   !> is an upper bound, and those with the largest bounds against all, until none that is left can be better or
   !> 3 MOST_PLACES have been tried.
   subroutine rank_places(s, simulator, d, duel, next)
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
     type(diagnosis_t), intent(in) :: d
     type(duel_t), intent(in) :: duel
@@ -141,7 +138,7 @@ contains
   !> All rivals against the cause, with the loads that have been applied.
   subroutine duel_init(self, s, simulator, d, next, ok)
     class(duel_t), intent(inout) :: self
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
     type(next_t), intent(in) :: next
@@ -216,33 +213,4 @@ contains
       end associate
     end do
   end function duel_separation
-
-  !> Writes NAME_next_measurements.csv.
-  subroutine write_next(settings, next, failure)
-    type(diagnose_settings_t), intent(in) :: settings
-    type(next_t), intent(in) :: next
-    type(failure_t), intent(inout) :: failure
-    character(:), allocatable :: text
-    character(160) :: line
-    integer :: i
-    logical :: ok
-    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation with it once more [sd]'//new_line('a')
-    do i = 1, size(next%order)
-      associate (load => settings%measurement%loads(next%order(i)))
-        write (line, '(a,4(",",es12.5))') ',', load%point, load%force, next%now(1)
-        text = text//number_text(i)//','//load%name//trim(line(2:))
-        write (line, '(",",es12.5)') next%after(next%order(i))
-        text = text//trim(line)//new_line('a')
-      end associate
-    end do
-    do i = 1, size(next%places)
-      associate (load => next%places(i))
-        write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), &
-          next%now(1), load%after
-        text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
-      end associate
-    end do
-    call write_text(settings%name//'_next_measurements.csv', text, ok)
-    if (.not. ok) call failure%raise(settings%name//'_next_measurements.csv: cannot be written; is the disk full?')
-  end subroutine write_next
 end module app_diagnose_next

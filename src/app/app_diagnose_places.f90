@@ -7,7 +7,7 @@
 !>
 !> What all loads share, the gain of forces and D, known by their sd, are columns behind those of the baseline.
 module app_diagnose_places
-  use app_diagnose_settings, only: diagnose_settings_t
+  use app_diagnose_case, only: diagnosis_case_t
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_lower
@@ -59,7 +59,7 @@ contains
   !> The loads that the wing at q carries without a snap, with their normal matrices of the quantities `columns`. On
   !> rank 0 alone.
   subroutine try_loads(s, simulator, q, columns, loads)
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
@@ -80,7 +80,7 @@ contains
   !> Makes the wing at q ready for the new loads, of which there are `n`, perhaps none. On rank 0 alone.
   subroutine trial_begin(self, s, q)
     class(trial_t), intent(inout) :: self
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
     type(experiment_t) :: experiment
     type(failure_t) :: failure
@@ -120,7 +120,7 @@ contains
 
   !> The measurement that would have all new loads.
   subroutine empty_measurement(s, m)
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(measurement_t), intent(out) :: m
     type(measured_load_t), allocatable :: loads(:)
     type(observation_t), allocatable :: observations(:)
@@ -214,7 +214,7 @@ contains
 
   !> Quantities that all loads share and that are known by their sd.
   subroutine shared_columns(s, columns, sd)
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     integer, allocatable, intent(out) :: columns(:)
     real(rp), allocatable, intent(out) :: sd(:)
     integer :: i

@@ -1,17 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the loads of a measurement, or of a plan without heights, could show, before anything is fitted: the smallest
-!> strength of every effect, and which further load would lower it most: on the terminal, and NAME_plan.json for programs.
+!> `msm_diagnose --plan`: what the loads of a measurement, or of a plan without heights, could show: on the terminal, and
+!> NAME_plan.json for programs.
 module app_diagnose_plan
-  use app_diagnose_places, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
+  use app_diagnose_detectability, only: detectability_t, find_best, find_detectability, helpful_t
   use app_diagnose_settings, only: diagnose_settings_t
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
-  use diagnosis_calibration, only: calibration_t, find_detectable
-  use diagnosis_calibration_store, only: calibrate, calibration_store_t
+  use diagnosis_calibration_store, only: calibration_store_t
   use diagnosis_decision, only: LEVEL
-  use diagnosis_design, only: build_design, design_t
+  use diagnosis_design, only: design_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use io_json, only: json_t
   implicit none
@@ -19,13 +18,6 @@ module app_diagnose_plan
   public :: print_plan
 
   integer, parameter :: SCHEMA_VERSION = 1
-
-  !> The load that would lower the smallest strength of an effect most.
-  type :: helpful_t
-    logical :: is_found = .false.
-    real(rp) :: place(2) = 0, force = 0     !< [m], [N] upwards
-    real(rp) :: strength = 0                !< in the coordinate of the parameter
-  end type helpful_t
 
 contains
 
@@ -37,116 +29,49 @@ contains
     type(wing_simulator_t), intent(inout) :: simulator
     type(failure_t), intent(out) :: failure
     class(calibration_store_t), intent(inout), optional :: store
-    type(design_t) :: design
-    type(calibration_t) :: calibration
-    real(rp), allocatable :: snr(:)
-    type(helpful_t), allocatable :: helpful(:)
+    type(detectability_t) :: found
     integer :: e
-    call build_design(simulator, simulator%null_point(), design, failure)
+    call find_detectability(s, simulator, found, failure, store)
     if (failure%failed) return
-    call calibrate(design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed, calibration, store)
-    call find_detectable(design, calibration, size(s%catalogue%effects), LEVEL, snr)
     write (unit, '(a)') &
       'effect                parameter          found with 90 % from  at                          '// &
       'seen beside baseline'
     do e = 1, size(s%catalogue%effects)
       if (s%catalogue%effects(e)%is_testable()) then
-        call print_detectable(unit, s, design, e, snr(e))
+        call print_detectable(unit, s, found%design, e, found%snr(e))
       else
         write (unit, '(a)') s%catalogue%effects(e)%name//repeat(' ', max(1, 22 - len(s%catalogue%effects(e)%name)))// &
           'not testable with these data: '//s%catalogue%effects(e)%missing
       end if
     end do
-    call print_loads(unit, s, simulator, design, snr, helpful)
+    if (found%has_loads) call print_helpful(unit, s, found%helpful)
     write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
     if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
       'Errors of heights count as independent and as correlated ones, in full: how they mix is not known before.'
     if (s%finds_band) write (unit, '(a)') 'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
     flush (unit)
-    call write_plan(s, design, snr, helpful, failure)
+    call write_plan(s, found%design, found%snr, found%helpful, failure)
   end subroutine print_plan
 
-  !> For each effect the load at a new place that would lower this strength most.
-  subroutine print_loads(unit, s, simulator, design, snr, helpful)
+  !> For each effect the load at a new place that would lower its smallest strength most.
+  subroutine print_helpful(unit, s, helpful)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
-    type(wing_simulator_t), intent(inout) :: simulator
-    type(design_t), intent(in) :: design
-    real(rp), intent(in) :: snr(:)
-    type(helpful_t), allocatable, intent(out) :: helpful(:) !< (effects)
-    type(new_load_t), allocatable :: loads(:)
-    real(rp), allocatable :: normal(:, :), lengths(:), shared_sd(:)
-    integer, allocatable :: columns(:), effects(:), both(:), shared(:)
-    real(rp) :: strength
+    type(helpful_t), intent(in) :: helpful(:) !< (effects)
     character(40) :: value
-    integer :: e, i, k, n, best(2)
-    logical :: ok
-    allocate (helpful(size(s%catalogue%effects)))
-    call shared_columns(s, shared, shared_sd)
-    columns = [(i, i=1, simulator%n_baseline), shared]
-    n = size(columns)
-    allocate (effects(0))
-    do e = 1, size(s%catalogue%effects)
-      if (.not. s%catalogue%effects(e)%is_testable()) cycle
-      call find_best(s, design, e, snr(e), best, strength)
-      if (best(1) == 0) cycle
-      effects = [effects, e]
-      columns = [columns, design%candidates(best(1))%columns(best(2))]
-    end do
-    allocate (normal(size(columns), size(columns)))
-    call normal_matrix(simulator, simulator%null_point(), columns, shared_sd, normal, ok)
-    if (.not. ok) return
-    call try_loads(s, simulator, simulator%null_point(), columns, loads)
-    if (size(loads) == 0) return
+    integer :: e
     write (unit, '(a)') '', &
       'effect                with one more load at x, y [m]      force [N]   found with 90 % from'
-    allocate (lengths(size(loads)))
-    do i = 1, size(effects)
-      both = [(k, k=1, n), n + i]
-      do k = 1, size(loads)
-        lengths(k) = separation(normal(both, both) + loads(k)%normal(both, both), [1.0_rp])
-      end do
-      k = maxloc(lengths, 1)
-      associate (effect => s%catalogue%effects(effects(i)), load => loads(k), &
-                 q => s%catalogue%quantities(columns(n + i)))
-        if (.not. lengths(k) > 0) cycle
-        strength = snr(effects(i))/lengths(k)
-        if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
-        if (.not. q%is_log) write (value, '(es10.3)') strength
+    do e = 1, size(helpful)
+      if (.not. helpful(e)%is_found) cycle
+      associate (effect => s%catalogue%effects(e), one => helpful(e), q => s%catalogue%quantities(helpful(e)%quantity))
+        if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, one%strength))
+        if (.not. q%is_log) write (value, '(es10.3)') one%strength
         if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
-        helpful(effects(i)) = helpful_t(.true., load%place, load%force*sign(1.0_rp, load%direction(3)), strength)
-        write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), load%place, &
-          load%force*sign(1.0_rp, load%direction(3)), trim(adjustl(value))
+        write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), one%place, one%force, trim(adjustl(value))
       end associate
     end do
-  end subroutine print_loads
-
-  !> The candidate and the number of its parameter that shows from the smallest share of the prior's sd; 0 if none does.
-  subroutine find_best(s, design, e, snr, best, least)
-    type(diagnose_settings_t), intent(in) :: s
-    type(design_t), intent(in) :: design
-    integer, intent(in) :: e
-    real(rp), intent(in) :: snr
-    integer, intent(out) :: best(2)
-    real(rp), intent(out) :: least
-    real(rp) :: strength, length
-    integer :: c, i
-    least = huge(least)
-    best = 0
-    do c = 1, size(design%candidates)
-      associate (one => design%candidates(c))
-        if (one%effect /= e .or. one%df == 0) cycle
-        do i = 1, size(one%columns)
-          length = norm2(one%tangents(:, i))
-          if (.not. length > 0) cycle
-          strength = snr/length/s%catalogue%quantities(one%columns(i))%prior_sd
-          if (.not. strength < least) cycle
-          least = strength
-          best = [c, i]
-        end do
-      end associate
-    end do
-  end subroutine find_best
+  end subroutine print_helpful
 
   !> The variant that shows best.
   subroutine print_detectable(unit, s, design, e, snr)

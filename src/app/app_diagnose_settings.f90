@@ -2,6 +2,7 @@
 !> What `msm_diagnose` is to do: from the ini file, the wing file and the measurement file to an experiment, a catalogue
 !> and the choices of the statistics. Whatever a user can do wrong is found here. SI units.
 module app_diagnose_settings
+  use app_diagnose_case, only: diagnosis_case_t
   use app_diagnose_keys, only: register_diagnose_keys
   use app_instrument, only: read_instrument
   use app_outliers, only: choose_heights
@@ -10,52 +11,30 @@ module app_diagnose_settings
   use app_wing_settings, only: check_name, find_beside, load_wing
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
-  use diagnosis_engine, only: diagnosis_options_t
-  use diagnosis_noise, only: estimate_noise, noise_estimate_t, plan_noise
-  use diagnosis_wing_bins, only: bins_t, make_bins, usual_size
-  use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
+  use diagnosis_noise, only: estimate_noise, plan_noise
+  use diagnosis_wing_bins, only: make_bins, usual_size
+  use diagnosis_wing_catalogue, only: make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
-  use diagnosis_wing_task, only: wing_patterns_t
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_shared_text, only: read_shared_text
   use measurement_data, only: measurement_t
-  use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: instrument_t
   use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
-  use measurement_sought, only: sought_t
   use parallel_world, only: world_t
   use solid_mass, only: lump_mass
-  use solid_params, only: solid_params_t
   use solid_statics, only: static_options_t
-  use solid_wing, only: wing_t
-  use solid_wing_case, only: wing_case_t
   use solid_wing_refine, only: refine_params, refine_wing
   implicit none
   private
   public :: diagnose_settings_t, load_diagnose_settings
 
-  type :: diagnose_settings_t
+  type, extends(diagnosis_case_t) :: diagnose_settings_t
     type(config_t) :: config
-    type(wing_case_t) :: setup
-    type(sought_t) :: sought                !< of the baseline
-    type(instrument_t) :: instrument
-    real(rp) :: membrane_sd = 0             !< of log D
-    type(measurement_t) :: measurement
     character(:), allocatable :: measurement_path
-    type(experiment_t) :: experiment        !< without unknowns of its own
-    type(catalogue_t) :: catalogue
-    type(wing_patterns_t) :: patterns
-    type(bins_t) :: bins
-    type(noise_estimate_t) :: noise
     type(outliers_t) :: outliers
-    type(diagnosis_options_t) :: options
     integer :: n_starts = 1
     logical :: finds_band = .false.         !< what another mesh changes counts as an error
-    logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
-    type(wing_t) :: file_wing               !< as in the file and the input, where `setup` has the finer one
-    type(solid_params_t) :: file_asked
     character(:), allocatable :: name       !< first part of the names of the files to write
     character(:), allocatable :: draws_path !< of the file with the null distribution; empty: it is not kept
   end type diagnose_settings_t
@@ -142,6 +121,7 @@ contains
     character(:), allocatable :: choice
     associate (c => s%config, o => s%options)
       s%membrane_sd = c%get_real('Diagnose', 'membrane_sd')
+      s%prior_decades = c%get_real('Diagnose', 'prior_decades')
       choice = c%get_word('Diagnose', 'refine')
       if (refine /= '') choice = refine
       s%finds_band = choice /= 'no'
@@ -187,8 +167,7 @@ contains
     end if
     s%setup%model = s%experiment%model
     call make_bins(s%experiment, usual_size(s%experiment, s%config%get_integer('Diagnose', 'observations')), s%bins)
-    call make_catalogue(s%experiment, s%setup%wing, s%sought%numbers, s%config%get_real('Diagnose', 'prior_decades'), &
-                        s%catalogue)
+    call make_catalogue(s%experiment, s%setup%wing, s%sought%numbers, s%prior_decades, s%catalogue)
     call make_patterns(s%experiment, s%setup%wing, s%patterns)
     if (s%measurement%is_plan) then
       call plan_noise(s%experiment, s%noise)

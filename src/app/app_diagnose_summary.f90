@@ -4,7 +4,8 @@ module app_diagnose_summary
   use app_diagnose_band, only: mesh_band_t
   use app_diagnose_next, only: next_t
   use app_diagnose_settings, only: diagnose_settings_t
-  use app_diagnose_unknown, only: candidate_name, print_unknown, unknown_t
+  use app_diagnose_unknown, only: candidate_name, unknown_t
+  use app_diagnose_unknown_report, only: print_unknown
   use app_diagnose_zeros, only: zeros_t
   use base_kinds, only: rp
   use base_text, only: number_text

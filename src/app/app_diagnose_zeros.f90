@@ -5,7 +5,7 @@
 !> With the covariance C of the offsets, all other unknowns free, the differences d to the first one have the
 !> covariance A C A^T, and d (A C A^T)^-1 d is a chi^2 if the zeros are equal.
 module app_diagnose_zeros
-  use app_diagnose_settings, only: diagnose_settings_t
+  use app_diagnose_case, only: diagnosis_case_t
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise, solve_lower
   use diagnosis_distributions, only: log_chi2_tail
@@ -30,7 +30,7 @@ contains
   !> Compares the offsets of the first sensor that has more than one, in the extended wing if there is one and in the
   !> baseline otherwise. On rank 0; the others serve.
   subroutine compare_zeros(s, simulator, d, zeros)
-    type(diagnose_settings_t), intent(in) :: s
+    class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
     type(zeros_t), intent(out) :: zeros
