@@ -9,6 +9,7 @@ import numpy as np
 from _flusi_io import InputError
 
 SCHEMA, VERSION = "flusi-msm wing", 1
+Z_SIDES = ("left ventral", "right dorsal", "left dorsal", "right ventral")
 
 
 @dataclass
@@ -19,6 +20,7 @@ class Wing:
     joints: dict = field(default_factory=dict)       # name: (vein, node) or (node, node, node)
     root: list = field(default_factory=list)
     title: str = ""
+    z_side: str = ""                                 # which side of which wing +z points to, of Z_SIDES; "": not stated
 
     def areas(self):
         """Area of every triangle in the x, y plane [m^2], negative if clockwise."""
@@ -67,11 +69,19 @@ class Wing:
             area, span = self.areas().sum(), np.ptp(self.points[:, 0])
             text += f"\nlength {1e3 * span:.3f} mm, area {1e6 * area:.3f} mm^2, mean chord {1e3 * area / span:.3f} " \
                     f"mm, smallest angle {self.smallest_angle():.1f} degrees"
+        if self.z_side:
+            text += f"\n+z points to the side: {self.z_side}"
         if self.veins:
             d = np.concatenate([np.asarray(d) for _, d in self.veins.values()])
             text += f"\ndiameters {1e6 * d.min():.0f} to {1e6 * d.max():.0f} um, veins of 1300 kg/m^3 weigh " \
                     f"{1e9 * self.vein_mass():.2f} ug"
         return text
+
+
+def add_z_side(parser):
+    """The option that says what a wing file states of its sides."""
+    parser.add_argument("--z-side", choices=Z_SIDES, default="",
+                        help="which side of which wing +z points to (left out: not stated, left ventral is meant)")
 
 
 def sorted_wing(wing):
@@ -87,7 +97,7 @@ def sorted_wing(wing):
               for k, j in wing.joints.items()}
     return Wing(wing.points[order], triangles,
                 {k: ([int(number[i]) for i in nodes], d) for k, (nodes, d) in wing.veins.items()}, joints,
-                sorted(int(number[i]) for i in wing.root), wing.title)
+                sorted(int(number[i]) for i in wing.root), wing.title, wing.z_side)
 
 
 def write_wing(path, wing):
@@ -105,6 +115,8 @@ def write_wing(path, wing):
             file.attrs["index_base"] = np.int32(1)
             if wing.title:
                 file.attrs["title"] = np.bytes_(wing.title)
+            if wing.z_side:
+                file.attrs["z_side"] = np.bytes_(wing.z_side)
             dataset(file, "points", wing.points, "<f8", "m")
             dataset(file, "triangles", np.reshape(wing.triangles, (-1, 3)) + 1, "<i4")
             for name, (nodes, diameters) in sorted(wing.veins.items()):
@@ -140,10 +152,10 @@ def read_wing(path):
                 nodes = tuple(int(i) - base for i in made[:])
                 joints[name] = (text(made.attrs["vein"]), nodes[0]) if "vein" in made.attrs else nodes
             root = (file["root/nodes"][:] - base).tolist()
-            title = text(file.attrs.get("title", ""))
+            title, z_side = (text(file.attrs.get(name, "")) for name in ("title", "z_side"))
     except (OSError, KeyError, AttributeError, TypeError) as error:
         raise InputError(f"{path}: not a readable wing file: {error}") from None
     every = [i for nodes, _ in veins.values() for i in nodes] + [int(i) for i in triangles.ravel()] + root
     if every and not 0 <= min(every) <= max(every) < len(points):
         raise InputError(f"{path}: names points that do not exist")
-    return Wing(points, triangles, veins, joints, root, title)
+    return Wing(points, triangles, veins, joints, root, title, z_side)

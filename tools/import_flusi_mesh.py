@@ -3,6 +3,7 @@
 """Turns a FLUSI mesh, a set of .dat files with one vein and one root vein, into a wing file.
 
 usage: import_flusi_mesh.py FOLDER WING --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP [--number 1]
+                            [--z-side "WING SIDE"]
 
 FLUSI's sets hold lengths in a unit of their own (often the wing length) and no diameters: give the unit in metres
 and the diameters of both veins in um, at the end nearest to the root and at the other one.
@@ -24,7 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from _flusi_io import InputError, run_tool  # noqa: E402
-from _wing_file import Wing, write_wing  # noqa: E402
+from _wing_file import Wing, add_z_side, write_wing  # noqa: E402
 
 TRIANGLE = 203  # type code of a triangle in these files
 
@@ -226,11 +227,13 @@ def main():
     parser.add_argument("--vein", type=float, nargs=2, required=True, metavar=("D_ROOT", "D_TIP"),
                         help="diameters of the vein veins [um]")
     parser.add_argument("--number", type=int, default=1, help="of the wing, in the names of the files (default: 1)")
+    add_z_side(parser)
     options = parser.parse_args()
     if not options.unit > 0 or min(options.root_vein + options.vein) <= 0:
         raise InputError("--unit and the diameters must be positive")
     folder = Folder(options.folder, options.number)
     wing = import_mesh(folder, options.unit, options.root_vein, options.vein)
+    wing.z_side = options.z_side
     write_wing(options.wing, wing)
     for note in folder.notes:
         print(f"note: {note}")

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes wing files: a blowfly wing with its veins, a rectangular plate with spars, a strip for two-dimensional flows.
 
-usage: make_wing.py calliphora FILE [--edge MM]
+usage: make_wing.py calliphora FILE [--edge MM] [--z-side "WING SIDE"]
        make_wing.py plate FILE [--length MM] [--chord MM] [--edge MM] [--spars N] [--diameters ROOT TIP]
        make_wing.py strip FILE [--length MM] [--width MM] [--cells N] [--diameter UM]
 
@@ -20,7 +20,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import _wing_calliphora as calliphora  # noqa: E402
 from _flusi_io import InputError  # noqa: E402
-from _wing_file import Wing, sorted_wing, write_wing  # noqa: E402
+from _wing_file import Wing, add_z_side, sorted_wing, write_wing  # noqa: E402
 
 MM = 1e-3
 
@@ -120,6 +120,7 @@ def main():
     strip.add_argument("--diameter", type=float, default=1.0e5, metavar="UM", help="of the middle spar")
     for kind in (fly, plate, strip):
         kind.add_argument("file", metavar="FILE", help="wing file to write")
+        add_z_side(kind)
     options = parser.parse_args()
     try:
         if options.kind == "calliphora":
@@ -128,6 +129,7 @@ def main():
             wing = make_strip(options.length, options.width, options.cells, options.diameter)
         else:
             wing = make_plate(options.length, options.chord, options.edge, options.spars, options.diameters)
+        wing.z_side = options.z_side
         write_wing(options.file, wing)
     except InputError as error:
         sys.exit(f"make_wing.py: {error}")

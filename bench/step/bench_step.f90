@@ -16,7 +16,7 @@ program bench_step
   type(world_t) :: world
   type(fluid_params_t) :: p
   type(fluid_t) :: fluid
-  type(request_t) :: nothing
+  type(request_t) :: request
   type(failure_t) :: failure
   character(32) :: argument
   real(rp) :: times(4), begun_cpu, begun_wall, now, best_floor
@@ -26,6 +26,8 @@ program bench_step
   read (argument, *) n
   call get_command_argument(2, argument)
   read (argument, *) steps
+  call get_command_argument(4, argument)
+  request%pressure = argument == 'pressure'
   call get_command_argument(3, argument)
   call world%start()
   p%grid = make_grid([n, n, n], [2.5_rp, 2.5_rp, 2.5_rp])
@@ -44,18 +46,18 @@ program bench_step
   p%sponge_type = 'cavity'
   p%c_sponge = 0.05_rp
   p%sponge_thickness = max(2, n/16)
-  n_out = merge(6, 3, p%sponge)
-  call fluid%init(world, p, .false., failure)
+  n_out = merge(6, 3, p%sponge) + merge(1, 0, request%pressure)
+  call fluid%init(world, p, .false., failure, keeps_pressure=request%pressure)
   call fluid%start(failure)
   do i = 1, 2
-    call fluid%step(nothing, failure)
+    call fluid%step(request, failure)
   end do
   best_floor = floor_seconds(fluid%transform, 6, n_out)
   call world%barrier()
   begun_wall = wall_seconds()
   call cpu_time(begun_cpu)
   do i = 1, steps
-    call fluid%step(nothing, failure)
+    call fluid%step(request, failure)
   end do
   call cpu_time(now)
   times(1) = (now - begun_cpu)/steps

@@ -11,7 +11,7 @@ module base_lapack
   private
   public :: singular_values, symmetric_eigen, try_symmetric_eigen, symmetric_eigen_work
   public :: triangle_of, solve_least_squares, singular_vectors
-  public :: factorise, solve_lower, orthogonalise, decompose, gram_upper, multiply, multiply_transposed
+  public :: factorise, solve_factorised, solve_lower, orthogonalise, decompose, gram_upper, multiply, multiply_transposed
 
   interface
     subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
@@ -60,6 +60,14 @@ module base_lapack
       real(rp), intent(inout) :: a(lda, *)
       integer, intent(out) :: info
     end subroutine dpotrf
+    subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+      import :: rp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(rp), intent(in) :: a(lda, *)
+      real(rp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dpotrs
     subroutine dtrtrs(uplo, trans, diag, n, nrhs, a, lda, b, ldb, info)
       import :: rp
       character, intent(in) :: uplo, trans, diag
@@ -233,6 +241,16 @@ contains
     call ieee_set_halting_mode(ieee_usual, halting)
     call require(info == 0, 'base_lapack: dtrtrs')
   end subroutine solve_lower
+
+  !> b becomes A^-1 b, by the factor of A that `factorise` has left in the lower triangle of `a`.
+  subroutine solve_factorised(a, b)
+    real(rp), intent(in), contiguous :: a(:, :)
+    real(rp), intent(inout), contiguous :: b(:)
+    integer :: info
+    if (size(b) == 0) return
+    call dpotrs('L', size(a, 1), 1, a, size(a, 1), b, size(b), info)
+    call require(info == 0, 'base_lapack: dpotrs')
+  end subroutine solve_factorised
 
   !> The QR factorisation of a(m, n): q(m, k) with orthonormal columns, r(k, n), k = min(m, n).
   subroutine orthogonalise(a, q, r)

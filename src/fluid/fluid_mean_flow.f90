@@ -8,7 +8,7 @@ module fluid_mean_flow
   use fluid_params, only: fluid_params_t
   implicit none
   private
-  public :: mean_acceleration, imposed_mean_flow
+  public :: mean_acceleration, mean_response, imposed_mean_flow
 
 contains
 
@@ -22,6 +22,18 @@ contains
     a = n
     where (p%mean_flow == 'dynamic') a = cmplx(-force/p%m_fluid*ramp(p, time), 0.0_rp, rp)
   end function mean_acceleration
+
+  !> How a force on the fluid at points accelerates its mean, 1/(rho L^3), in each direction: by its mass where the mean
+  !> flow is free, by the given mass of fluid where it is dynamic, not at all where it is prescribed.
+  pure function mean_response(p, time) result(response)
+    type(fluid_params_t), intent(in) :: p
+    real(rp), intent(in) :: time
+    real(rp) :: response(3)
+    response = 0
+    where (p%mean_flow == 'free') response = 1/p%grid%volume()
+    where (p%mean_flow == 'dynamic') response = ramp(p, time)/p%m_fluid
+    if (p%has_inflow) response(2) = 0
+  end function mean_response
 
   !> The mean velocity `u` at `time` with prescribed components replaced.
   pure function imposed_mean_flow(p, time, u) result(mean)

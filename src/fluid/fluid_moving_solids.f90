@@ -10,9 +10,6 @@ module fluid_moving_solids
   public :: moving_solids_t
 
   type, abstract :: moving_solids_t
-    !> (ny_local, nz_local) lines of the grid on which the pressure about the solids is wanted where they were last
-    !> placed; all of them if not allocated.
-    logical, allocatable :: lines(:, :)
   contains
     procedure(place_solids), deferred :: place
     procedure(solids_momentum_rate), deferred :: momentum_rate

@@ -14,11 +14,9 @@ module fluid_requests
     logical :: integrals = .false. !< volume integrals and the largest divergence
     logical :: fields = .false.    !< keep velocity and vorticity in physical space
     logical :: pressure = .false.  !< keep the pressure (fluid_pressure)
-    logical :: near_pressure = .false. !< keep it at least on the lines on which moving solids want it
     logical :: rhs = .false.       !< keep the right-hand side of an evaluation, for a step that begins there
   contains
     procedure :: covers => request_covers
-    procedure :: keeps_pressure => request_keeps_pressure
   end type request_t
 
 contains
@@ -28,13 +26,6 @@ contains
     class(request_t), intent(in) :: self
     type(request_t), intent(in) :: other
     covers = (self%integrals .or. .not. other%integrals) .and. (self%fields .or. .not. other%fields) .and. &
-             (self%pressure .or. .not. other%pressure) .and. (self%rhs .or. .not. other%rhs) .and. &
-             (self%keeps_pressure() .or. .not. other%near_pressure)
+             (self%pressure .or. .not. other%pressure) .and. (self%rhs .or. .not. other%rhs)
   end function request_covers
-
-  !> Whether the pressure is kept somewhere.
-  pure logical function request_keeps_pressure(self) result(keeps)
-    class(request_t), intent(in) :: self
-    keeps = self%pressure .or. self%near_pressure
-  end function request_keeps_pressure
 end module fluid_requests

@@ -4,8 +4,9 @@
 !>   du/dt = P[ u x omega - chi/C_eta (u - u_s) ] + F_sponge + nu lap u,   div u = 0,
 !>
 !> rotational form, P the exact projection in Fourier space. Viscosity is integrated exactly by
-!> E = exp(-nu k^2 dt); E is set to 0 outside the truncation, which is how aliasing is removed. One pass
-!> costs six inverse and three forward transforms (six with a sponge).
+!> E = exp(-nu k^2 dt), with vanishing viscosity (fluid_state) times exp(-rate dt (k/K)^4); E is set to 0 outside the
+!> truncation, which is how aliasing is removed. One pass costs six inverse and three forward transforms (six with a
+!> sponge; one more if it keeps the pressure).
 !>
 !> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
 !> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step is Euler's.
@@ -27,7 +28,7 @@ module fluid_rhs
   use fluid_timestep, only: next_step_length, TOO_FAST
   use parallel_block, only: block_t
   use parallel_world, only: world_t
-  use spectral_sticks, only: sticks_t
+  use spectral_sticks, only: sticks_t, sphere_radius
   use spectral_transform, only: kernels_t
   implicit none
   private
@@ -91,12 +92,14 @@ contains
     call self%state%init(sticks)
     call self%full%init(sticks)
     call self%half%init(sticks)
+    self%full%rate = params%vanishing_rate
+    self%full%radius = sphere_radius(params%grid)
     allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7))
     allocate (self%line_divergence(block%count(1)), self%pressure_line(sticks%nkz))
     allocate (self%ones(sticks%nkz), source=1.0_rp)
     self%line_divergence = 0
     if (params%scheme == SCHEME_RK4) allocate (self%stage_base(sticks%nkz, sticks%n, 3))
-    if (keeps_pressure) call self%pressure%init(sticks, block)
+    if (keeps_pressure) call self%pressure%init(sticks)
     if (keeps_rhs) allocate (self%kept(sticks%nkz, sticks%n, 3))
     if (keeps_fields) then
       allocate (self%fields(block%count(1), block%count(2), block%count(3), 6))
@@ -114,6 +117,7 @@ contains
     if (request%integrals) self%n_in = 7
     if (allocated(self%initial)) self%n_in = 0
     self%n_out = merge(6, 3, self%sponge%is_on)
+    if (request%pressure) self%n_out = self%n_out + 1
     call self%sums%clear()
     self%line_max = 0
     self%line_sum = 0
@@ -136,7 +140,7 @@ contains
     end do
   end subroutine rhs_spectral_in
 
-  !> u x omega, penalization and sponge on a batch of lines; integrals and copies on request.
+  !> u x omega, penalization, sponge, and last |u|^2/2 on a batch of lines; integrals and copies on request.
   subroutine rhs_product(self, first, count, z, in, out)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -163,9 +167,9 @@ contains
       if (self%params%penalized) call self%penalize_line(y, z, in(:, i, 1), in(:, i, 2), in(:, i, 3), &
                                                          out(:, i, 1), out(:, i, 2), out(:, i, 3))
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
+      if (self%request%pressure) out(:, i, self%n_out) = 0.5_rp*(in(:, i, 1)**2 + in(:, i, 2)**2 + in(:, i, 3)**2)
       if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
     end do
-    if (self%request%keeps_pressure()) call self%pressure%keep_kinetic(first, count, z, in)
     if (self%request%fields) self%fields(:, first:first + count - 1, z, 1:6) = in(:, 1:count, 1:6)
   end subroutine lines_product
 
@@ -307,8 +311,8 @@ contains
       s = first + i - 1
       call project_stick(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                          fields(:, i, 1), fields(:, i, 2), fields(:, i, 3), self%pressure_line)
-      if (self%request%keeps_pressure()) call self%pressure%keep_total(self%sticks, s, self%pressure_line)
-      if (self%n_out == 6) &
+      if (self%request%pressure) call self%pressure%keep(self%sticks, s, self%pressure_line, fields(:, i, self%n_out))
+      if (self%sponge%is_on) &
         call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                         fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &
                         fields(:, i, 1), fields(:, i, 2), fields(:, i, 3))
@@ -326,6 +330,7 @@ contains
     integer, intent(in) :: s
     complex(rp), intent(inout) :: n(:, :) !< (nkz, 3)
     integer :: c
+    call self%full%choose(s, self%sticks%jz)
   if (s == self%sticks%zero) n(1, :) = mean_acceleration(self%params, self%state%time, sum(self%sums%force, 2), n(1, :))
     do c = 1, 3
       call self%advance_stick(s, c, n(:, c))

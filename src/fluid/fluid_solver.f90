@@ -6,8 +6,10 @@ module fluid_solver
   use fluid_bodies, only: draw_bodies
   use fluid_inflow, only: inflow_t
   use fluid_initial, only: initial_velocity
+  use fluid_mean_flow, only: mean_response
   use fluid_moving_solids, only: moving_solids_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_point_forces, only: point_forces_t
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH
   use fluid_rhs, only: rhs_t
   use fluid_sponge, only: make_sponge
@@ -27,6 +29,7 @@ module fluid_solver
     type(sums_t) :: sums                    !< integrals of the last pass
     real(rp) :: sums_time = 0               !< time they belong to
     real(rp) :: dt = 0                      !< length of the step that began at that time
+    type(point_forces_t), allocatable :: points !< points at which the flow is looked at and pushed, see `hold_points`
     logical, private :: has_pressure = .false. !< the last pass kept the pressure
     logical, private :: accepted = .false.     !< the last pass is a trial with which the next step begins
   contains
@@ -37,6 +40,9 @@ module fluid_solver
     procedure :: try => fluid_try
     procedure :: accept => fluid_accept
     procedure :: pressure_field => fluid_pressure_field
+    procedure :: hold_points => fluid_hold_points
+    procedure :: velocities_at_points => fluid_velocities_at_points
+    procedure :: push_at_points => fluid_push_at_points
     procedure :: free => fluid_free
     procedure :: memory_bytes => fluid_memory_bytes
   end type fluid_t
@@ -58,7 +64,7 @@ contains
     pressure = keeps_fields
     if (present(keeps_pressure)) pressure = keeps_pressure
     call self%transform%init(world, params%grid, params%dealias, params%process_rows, params%planner, 7, &
-                             merge(6, 3, params%sponge))
+                             merge(6, 3, params%sponge) + merge(1, 0, pressure))
     call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
@@ -149,7 +155,7 @@ contains
     complete = request
     complete%rhs = .true.
     call run_pass(self, PASS_EVALUATE, complete, moving)
-    self%has_pressure = request%keeps_pressure()
+    self%has_pressure = request%pressure
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
@@ -174,12 +180,6 @@ contains
       if (self%rhs%failure%failed) return
       self%rhs%solid_speed = moving%max_speed()
     end if
-    if (request%keeps_pressure()) then
-      self%rhs%pressure%lines = .true.
-      if (present(moving) .and. .not. request%pressure) then
-        if (allocated(moving%lines)) self%rhs%pressure%lines = moving%lines
-      end if
-    end if
     call self%rhs%prepare(pass, request)
     call self%transform%pipeline(self%rhs)
     ! The untruncated initial field has served once it was advanced.
@@ -192,7 +192,7 @@ contains
     class(fluid_t), intent(inout) :: self
     class(moving_solids_t), intent(in), optional :: moving
     self%sums = self%rhs%sums
-    self%has_pressure = self%rhs%request%keeps_pressure()
+    self%has_pressure = self%rhs%request%pressure
     self%dt = self%rhs%dt
     associate (state => self%rhs%state)
       self%sums_time = state%time
@@ -208,8 +208,8 @@ contains
     end associate
   end subroutine keep_sums
 
-  !> Static pressure of the last pass, which must have been asked to keep it where it is wanted (fluid_pressure); on
-  !> other lines it is undefined. Costs one inverse transform, without parts of it if only some lines are wanted.
+  !> Static pressure of the last pass, which must have been asked to keep it (fluid_pressure); on other lines than those
+  !> that are wanted it is undefined. Costs one inverse transform, without parts of it if only some lines are wanted.
   !> Collective.
   subroutine fluid_pressure_field(self, p, lines)
     class(fluid_t), intent(inout) :: self
@@ -218,6 +218,33 @@ contains
     call require(self%has_pressure, 'fluid_t: the pressure was not requested')
     call self%rhs%pressure%field(self%transform, p(:, :, :, 1), lines)
   end subroutine fluid_pressure_field
+
+  !> Room for up to `most` points at which others look at the flow and push it; `points%place` says where they are.
+  subroutine fluid_hold_points(self, most)
+    class(fluid_t), intent(inout) :: self
+    integer, intent(in) :: most
+    associate (t => self%transform)
+      allocate (self%points)
+      call self%points%init(self%rhs%world, t%grid, t%block, t%sticks, most)
+    end associate
+  end subroutine fluid_hold_points
+
+  !> Velocities (3, n) of the present flow at the points, L/T, the same on all ranks. Collective.
+  subroutine fluid_velocities_at_points(self, velocities)
+    class(fluid_t), intent(inout) :: self
+    real(rp), intent(inout) :: velocities(:, :)
+    call self%points%sample(self%transform, self%rhs%state%u, velocities)
+  end subroutine fluid_velocities_at_points
+
+  !> Lets forces(3, n) [rho L^4/T^2] on the fluid at the points act over the last step: the flow at its end changes by
+  !> step times force. Collective.
+  subroutine fluid_push_at_points(self, forces)
+    class(fluid_t), intent(inout) :: self
+    real(rp), intent(in) :: forces(:, :)
+    associate (state => self%rhs%state)
+      call self%points%apply(self%transform, forces, self%dt, mean_response(self%rhs%params, state%time), state%u)
+    end associate
+  end subroutine fluid_push_at_points
 
   !> Zeroes all modes outside the truncation.
   subroutine truncate_all(rhs)
@@ -245,5 +272,6 @@ contains
     if (allocated(self%rhs%kept)) bytes = bytes + 16*real(size(self%rhs%kept), rp)
     if (allocated(self%rhs%stage_base)) bytes = bytes + 16*real(size(self%rhs%stage_base), rp)
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)
+    if (allocated(self%points)) bytes = bytes + self%points%memory_bytes()
   end function fluid_memory_bytes
 end module fluid_solver

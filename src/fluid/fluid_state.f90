@@ -21,13 +21,20 @@ module fluid_state
     procedure :: init => state_init
   end type fluid_state_t
 
-  !> exp(-nu k^2 dt) = on_stick(s)*along(kz), separable; recomputed only when dt changes.
+  !> The viscous factor of every mode, on_stick(s)*along(kz): exp(-nu k^2 dt), and with spectral vanishing viscosity
+  !> (Maday, Kaber & Tadmor 1993, DOI 10.1137/0730016) times exp(-rate dt (k/K)^4). The first is separable; of the second
+  !> `choose` puts the mixed part exp(-2 rate dt (kx^2 + ky^2) kz^2/K^4) of its stick into `along`. Tables are recomputed
+  !> only when dt changes.
   type :: viscous_factor_t
     real(rp) :: dt = -1
+    real(rp) :: rate = 0   !< of the vanishing viscosity at k = K, 1/T
+    real(rp) :: radius = 1 !< K, 1/L
     real(rp), allocatable :: on_stick(:), along(:)
+    real(rp), allocatable, private :: separable(:), mixed(:) !< (nkz) part of `along`, (sticks) exponent of kz_1
   contains
     procedure :: init => factor_init
     procedure :: update => factor_update
+    procedure :: choose => factor_choose
   end type viscous_factor_t
 
 contains
@@ -54,9 +61,37 @@ contains
     class(viscous_factor_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks
     real(rp), intent(in) :: nu, dt
+    real(rp) :: vanishing
     if (abs(dt - self%dt) <= 0) return
     self%dt = dt
     self%on_stick = exp(-nu*dt*(sticks%kx**2 + sticks%ky**2))
     self%along = exp(-nu*dt*sticks%kz**2)
+    if (.not. self%rate > 0) return
+    vanishing = self%rate*dt/self%radius**4
+    self%on_stick = self%on_stick*exp(-vanishing*(sticks%kx**2 + sticks%ky**2)**2)
+    self%separable = self%along*exp(-vanishing*sticks%kz**4)
+    self%mixed = -2*vanishing*(sticks%kx**2 + sticks%ky**2)*sticks%kz(min(2, sticks%nkz))**2
   end subroutine factor_update
+
+  !> Makes `along` valid for stick `s`; `jz` are the mode numbers along it. With kz = j kz_1 the mixed part is q^(j^2),
+  !> found by q^((j+1)^2) = q^(j^2) q^(2j+1) without an exponential for every mode.
+  pure subroutine factor_choose(self, s, jz)
+    class(viscous_factor_t), intent(inout) :: self
+    integer, intent(in) :: s, jz(:)
+    real(rp) :: q, power, ratio
+    integer :: i, n
+    if (.not. self%rate > 0) return
+    q = exp(self%mixed(s))
+    power = 1
+    ratio = q
+    n = size(jz)
+    self%along(1) = self%separable(1)
+    do i = 2, n
+      if (jz(i) < 0) exit
+      power = power*ratio
+      ratio = ratio*q*q
+      self%along(i) = self%separable(i)*power
+      self%along(n + 2 - i) = self%along(i) ! that of -jz
+    end do
+  end subroutine factor_choose
 end module fluid_state

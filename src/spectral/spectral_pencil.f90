@@ -60,7 +60,6 @@ contains
     integer(c_size_t) :: sticks_words, planes_words, rows_words, lines_words
     integer :: row, column
     logical :: possible
-
     self%world = world
     self%grid = grid
     call process_grid(world%size, grid%n, wanted_rows, self%rows, self%columns, possible)
@@ -149,7 +148,6 @@ contains
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     integer :: z
-
     call require(kernels%n_in <= size(self%fields_in, 3) .and. kernels%n_out <= size(self%fields_out, 3), &
                  'pencil_t: more fields than the transform was made for')
     if (kernels%n_in > 0) call sticks_to_planes(self, kernels)
@@ -223,14 +221,22 @@ contains
     nz = self%block%count(3)
     n_in = kernels%n_in
     n_out = kernels%n_out
-    if (.not. is_wanted(kernels, 1, self%block%count(2), z)) return
+    if (.not. is_wanted(kernels, 1, self%block%count(2), z)) then
+      do f = 1, n_out
+        call self%stages%clear_plane(self%sticks, self%planes_out%data, z, nz, f, n_out)
+      end do
+      return
+    end if
     do f = 1, n_in
       call self%stages%buffer_to_plane(self%sticks, self%planes_in%data, z, nz, f, n_in)
       self%planes(:, f) = self%stages%plane(1:size(self%planes, 1))
     end do
     do first = 1, self%block%count(2), self%stages%line_batch
       count = min(self%stages%line_batch, self%block%count(2) - first + 1)
-      if (.not. is_wanted(kernels, first, count, z)) cycle
+      if (.not. is_wanted(kernels, first, count, z)) then
+        self%planes(self%stages%n_kx*(first - 1) + 1:self%stages%n_kx*(first + count - 1), 1:n_out) = 0
+        cycle
+      end if
       do f = 1, n_in
         call self%stages%plane_to_lines(self%planes(:, f), first, count)
         call copy_lines(self%grid%n(1)*count, self%stages%line, self%fields_in(:, :, f))
@@ -258,7 +264,12 @@ contains
     n_out = kernels%n_out
     do first = 1, self%block%count(2), self%stages%line_batch
       count = min(self%stages%line_batch, self%block%count(2) - first + 1)
-      if (.not. is_wanted(kernels, first, count, z)) cycle
+      if (.not. is_wanted(kernels, first, count, z)) then
+        do f = 1, n_out
+          call self%stages%clear_rows(self%rows_out%data, first, count, z, nz, f, n_out)
+        end do
+        cycle
+      end if
       do f = 1, n_in
         call self%stages%rows_to_lines(self%rows_in%data, first, count, z, nz, f, n_in)
         call copy_lines(self%grid%n(1)*count, self%stages%line, self%fields_in(:, :, f))
@@ -276,7 +287,7 @@ contains
     class(kernels_t), intent(in) :: kernels
     integer, intent(in) :: first, count, z
     is_wanted = .true.
-    if (associated(kernels%lines) .and. kernels%n_out == 0) is_wanted = any(kernels%lines(first:first + count - 1, z))
+    if (associated(kernels%lines)) is_wanted = any(kernels%lines(first:first + count - 1, z))
   end function is_wanted
 
   !> Copies the used part of a batch of lines.

@@ -43,6 +43,7 @@ module spectral_pencil_stages
     procedure :: buffer_to_plane, plane_to_buffer
     procedure :: plane_to_rows, rows_to_plane
     procedure :: plane_to_lines, lines_to_plane, rows_to_lines, lines_to_rows
+    procedure :: clear_plane, clear_rows
   end type stages_t
 
 contains
@@ -233,6 +234,36 @@ contains
       end associate
     end do
   end subroutine plane_to_buffer
+
+  !> Puts zeros where `plane_to_buffer` would put plane `z` of field `f`.
+  pure subroutine clear_plane(self, sticks, buffer, z, n_planes, f, n_fields)
+    class(stages_t), intent(in) :: self
+    type(sticks_t), intent(in) :: sticks
+    complex(rp), contiguous, intent(inout) :: buffer(:)
+    integer, intent(in) :: z, n_planes, f, n_fields
+    integer :: q, n, start, base
+    do q = 0, self%columns - 1
+      start = sticks%part_start(q)
+      n = sticks%part_start(q + 1) - start
+      base = start*n_planes*n_fields + n*(z - 1 + n_planes*(f - 1))
+      buffer(base + 1:base + n) = 0
+    end do
+  end subroutine clear_plane
+
+  !> Puts zeros where `lines_to_rows` would put lines first .. first+count-1.
+  pure subroutine clear_rows(self, buffer, first, count, z, n_planes, f, n_fields)
+    class(stages_t), intent(in) :: self
+    complex(rp), contiguous, intent(inout) :: buffer(:)
+    integer, intent(in) :: first, count, z, n_planes, f, n_fields
+    integer :: p, base, to, ny
+    ny = self%y_count(self%row)
+    base = 0
+    do p = 0, self%rows - 1
+      to = base + self%kx_count(p)*(first - 1 + ny*(z - 1 + n_planes*(f - 1)))
+      buffer(to + 1:to + self%kx_count(p)*count) = 0
+      base = base + self%kx_count(p)*ny*n_planes*n_fields
+    end do
+  end subroutine clear_rows
 
   !> self%plane -> blocks per row rank of the row-exchange buffer.
   subroutine plane_to_rows(self, buffer, z, n_planes, f, n_fields)

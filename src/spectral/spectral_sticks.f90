@@ -18,7 +18,7 @@ module spectral_sticks
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: sticks_t, make_sticks, process_grid
+  public :: sticks_t, make_sticks, process_grid, sphere_radius
 
   type :: sticks_t
     character(10) :: dealias = 'ellipsoid'
@@ -162,6 +162,17 @@ contains
     integer, intent(in) :: n
     k = real(2*(n/2 - 1), rp)/3
   end function cutoff
+
+  !> The largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid, of a circle where the grid has one point
+  !> in x.
+  pure real(rp) function sphere_radius(grid) result(radius)
+    type(grid_t), intent(in) :: grid
+    integer :: i
+    radius = huge(radius)
+    do i = merge(2, 1, grid%is_2d), 3
+      radius = min(radius, cutoff(grid%n(i))*TWO_PI/grid%length(i))
+    end do
+  end function sphere_radius
 
   !> Signed mode number of FFT index i (0-based) out of n; the Nyquist mode counts as negative.
   pure integer function signed_mode(i, n) result(j)

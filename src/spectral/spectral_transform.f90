@@ -25,7 +25,8 @@ module spectral_transform
   type, abstract :: kernels_t
     integer :: n_in = 0  !< fields that spectral in provides to product
     integer :: n_out = 0 !< fields that product provides to spectral out
-    !> (ny_local, nz_local) lines whose product is wanted, if n_out = 0; others may be left out. All if not associated.
+    !> (ny_local, nz_local) lines whose product is wanted; all of them if not associated. A backend may skip the others. Their
+    !> output counts as zero.
     logical, pointer, contiguous :: lines(:, :) => null()
   contains
     procedure(spectral_in_i), deferred :: spectral_in
@@ -131,6 +132,12 @@ contains
     end if
     do z = 1, self%block%count(3)
       do y = 1, self%block%count(2)
+        if (associated(kernels%lines)) then
+          if (.not. kernels%lines(y, z)) then
+            physical(:, y, z, n_in + 1:n_fields) = 0
+            cycle
+          end if
+        end if
         call kernels%product(y, 1, z, physical(:, y:y, z, 1:n_in), physical(:, y:y, z, n_in + 1:n_fields))
       end do
     end do

@@ -247,6 +247,31 @@ def test_flapping(case):
         check(abs(one[name] - two[name]) < 0.04 * one["W_frame"], f"{name}: {ends}")
 
 
+def test_mirror(case):
+    """Along the axes of the wing file both wings of a fly do the same, also if they tell up from down; not so if z of the
+    file is on the other side."""
+    sides = {"Wing": {"sided_joints": "yes", "sided_veins": "yes", "joint_stiffness": 2e-6,
+                      "parameters": "camber_chord 30, one_way:R1_Rs 0.1, one_way:C_Sc 0.1"}}
+    motion = f"from_file::{SOURCE}/ini/kinematics/calliphora.ini"
+    found = {}
+    for name, extra in (("left", {}), ("right", {}), ("turned", {"z_side": "right dorsal"})):
+        mirrored = {"Motion": {"wing": name.replace("turned", "left")}, "Time": {"t_max": 3e-4},
+                    "Insects": {"FlappingMotion_left": motion, "FlappingMotion_right": motion, "x_pivot_l": "0.1 0.15 0.05",
+                                "wing_ramp": 0}}
+        folder = case.sub(name)
+        run(folder, merged(merged(flapping(**mirrored), sides), {"Wing": extra}))
+        found[name] = records(folder)
+    largest = {name: max(abs(row[name]) for row in found["left"]) for name in COLUMNS}
+    for name in COLUMNS:
+        # Ten digits. The imbalance is a small difference of energies.
+        size = max(largest[name], largest["E_kin"] if name == "imbalance" else 0)
+        for a, b in zip(found["left"], found["right"]):
+            check(name == "residual" or abs(a[name] - b[name]) <= 2e-9 * size, f"{name}: {a[name]}, {b[name]}")
+    check(largest["tip_z"] > 1e-5, f"the wing bends: {largest}")
+    off = max(abs(a["tip_z"] - b["tip_z"]) for a, b in zip(found["left"], found["turned"]))
+    check(off > 0.1 * largest["tip_z"], f"the side counts: {off} of {largest['tip_z']}")
+
+
 def test_failure(case):
     """A step without convergence ends the run with the reason; the last good state is there to go on from."""
     hard = wing(Time={"iterations": 3, "halvings": 0, "t_max": 2e-3}, Saving={"t_save": 1e-3},

@@ -91,6 +91,49 @@ def test_ranks(case):
             close(one.field(name), other.field(name), ROUND_OFF, name)
 
 
+THIN = merged(WING, {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}})
+
+
+def test_thin_restart(case):
+    """Wings without thickness: a restart gives the same digits, and a checkpoint knows what surface it belongs to."""
+    _, parts = restarted(case, THIN)
+    parts.write("run.ini", merged(WING, steps(20)))
+    done = parts.run("run.ini", "--restart", code=EXIT_USER)
+    check("surface = thin" in done.err, f"another surface is refused: {done.err}")
+
+
+def test_thin_ranks(case):
+    """Wings without thickness: the same numbers on any number of ranks, and the flow follows the wings."""
+    one = make(case.sub("ranks_1"), THIN, 1)
+    last = max(n for n in one.files() if n.startswith("ux_"))
+    for ranks, rows in ((2, 2), (3, 1)):
+        other = make(case.sub(f"ranks_{ranks}"), merged(THIN, {"Resolution": {"process_rows": rows}}), ranks)
+        for name in (*SERIES, "slip.t"):
+            a, b = one.series(name).rows, other.series(name).rows
+            check(len(a) == len(b) > 3, f"{name} has the same records on {ranks} ranks")
+            for p, q in zip(zip(*a), zip(*b)):
+                close(p, q, LAST_DIGIT, f"a column of {name}")
+        for prefix in ("ux", "uy", "uz"):
+            name = last.replace("ux", prefix)
+            close(one.field(name), other.field(name), ROUND_OFF, name)
+    # What is left after the forces comes from the response, which is exact to a few per cent of what they had to do on
+    # so coarse a grid.
+    for _, after, before, _ in one.series("slip.t").rows:
+        check(after < 0.1 * before, f"the forces take the slip from {before} to {after}")
+    for left, right in zip(one.series("wing_left.t").rows, one.series("wing_right.t").rows):
+        close([left[1], -left[2], left[3]], right[1:4], 1e-7, "the wings are mirror images")
+
+
+def test_thin_mistakes(case):
+    """What wings without thickness cannot do is refused by its key."""
+    case.write("beat.ini", BEAT)
+    for section, key, value in (("Time", "iTimeMethodFluid", "RK4"), ("Dealiasing", "iDealias", 0),
+                                ("Insects", "marker_spacing", 1.0)):
+        case.write("run.ini", merged(THIN, {section: {key: value}}))
+        done = case.run("run.ini", "--check", code=EXIT_USER)
+        check(key in done.err, f"{key} is named: {done.err}")
+
+
 def test_series(case):
     """The parts are the wings, the total is their sum, and lab and wing frame hold the same vectors."""
     make(case, WING, 1)

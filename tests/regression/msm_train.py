@@ -26,6 +26,7 @@ def test_recovers(case):
         check(abs(math.log(found[name] / value)) < 1e-5, f"{name} is {value}, not {found[name]}")
         check(re.search(re.escape(name) + r": \S+ .*with 90 % confidence between", text), f"{name} has an interval")
     check("not measured" in text and "D = 2e-7; N m" in text and "cross_springs = no" in text, "D is quoted with E")
+    check("\nz_side = left ventral;\n" in text, "and the side to which +z points")
     h = number(r"; h = +(\S+) m", text)
     check(h < 1e-10, f"nothing is left: {h}")
     check("does not fit" not in done.out + text, f"and no difference is told:\n{done.out}")

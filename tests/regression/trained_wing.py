@@ -8,6 +8,7 @@ usage: trained_wing.py <msm_train> <h5dump> <flusi> <msm_diagnose> [tests]
 import json
 import math
 import re
+import shutil
 import subprocess
 import sys
 
@@ -20,10 +21,12 @@ from _measurement_scan import scan  # noqa: E402
 
 FLUSI, MSM_DIAGNOSE = sys.argv.pop(3), sys.argv.pop(3)
 WING = SOURCE / "wings/calliphora_small.h5"
+TURNED = "turned.h5"  # the same wing, of which its file says that z points to the dorsal side
 LOADS = (2, 3, 6)  # of ten; they leave some joints open
 SHIPPED = json.loads((SOURCE / "ini/train.json").read_text())
 VERDICTS = (0, 10, 11, 12)
 TRAINED = """[Wing]
+z_side = right dorsal;
 E = 7.123e9; Pa
 D = 2e-7; N m
 cross_springs = no;
@@ -66,6 +69,12 @@ def changed(text, **lines):
     return text
 
 
+def write_turned(case):
+    shutil.copy(WING, case.folder / TURNED)
+    with h5py.File(case.folder / TURNED, "r+") as file:
+        file.attrs["z_side"] = "right dorsal"
+
+
 def measure(case):
     """measurement.h5 from the shipped description."""
     loads = [SHIPPED["loads"][k] for k in LOADS]
@@ -79,7 +88,8 @@ def train(case):
     """The shipped training with one generation of search, and without intervals."""
     text = (SOURCE / "ini/train.ini").read_text()
     check("file = ../wings/calliphora.h5;" in text, "ini/train.ini names the wing of the blowfly")
-    text = text.replace("file = ../wings/calliphora.h5;", f"file = {WING};")
+    write_turned(case)
+    text = text.replace("file = ../wings/calliphora.h5;", f"file = {TURNED};")
     text = changed(text, restarts="none; \nmax_generations = 1", intervals="no")
     case.write("train.ini", text)
     return case.run("train.ini", ranks=0, timeout=300)
@@ -137,6 +147,7 @@ def test_shipped(case):
     measure(case)
     done = train(case)
     h, chi2, young, sd, loads = told_by_training(case)
+    check("\nz_side = right dorsal;\n" in (case.folder / "trained.ini").read_text(), "the side of +z is that of the wing file")
     n = sum(len(rows) for _, _, rows in loads.values())
     check(len(loads) == len(LOADS) and n > 300, f"{n} heights")
     # chi^2 has the mean n and the variance 2 n; 11 parameters take at most 11 of it.
@@ -173,6 +184,8 @@ def test_shipped(case):
     check(-1e-6 * shared < gain < 10.8, f"msm_diagnose begins where msm_train ends: {gain}")
     values = {one["name"]: one["value"] for one in baseline["parameters"]}
     check(abs(math.log(values["E"] / young)) < 4 * sd, f"with its E: {values['E']}, {young}")
+    check("\nz_side = right dorsal;\n" in (diagnose.folder / "diagnosis_baseline.ini").read_text(),
+          "and with the side of +z that the trained wing says, not its file")
 
     # A load that was pressed elsewhere is another measurement, for which the checkpoint of this one is not.
     with h5py.File(case.folder / "measurement.h5", "r+") as file:
@@ -193,6 +206,16 @@ def test_flight(case):
     flusi.write("trained.ini", TRAINED)
     done = flusi.run("fly.ini", "--dry-run", ranks=0)
     check("E =  7.123E+09 Pa" in done.out, f"the trained E is flown:\n{done.out}")
+    check("+z of [Wing] is the dorsal side" in done.out, f"with the side that it was trained for:\n{done.out}")
+    write_turned(flusi)
+    sides = {"right dorsal": ("dorsal", 0), "left dorsal": ("dorsal", 0), "left ventral": ("ventral", 1), "file": ("dorsal", 0)}
+    for stated, (side, notices) in sides.items():
+        flusi.write("trained.ini", TRAINED.replace("right dorsal", stated))
+        flusi.write("fly.ini", text.replace(str(WING), TURNED) + "\n[include]\nfile = trained.ini\n")
+        done = flusi.run("fly.ini", "--dry-run", ranks=0)
+        check(f"+z of [Wing] is the {side} side" in done.out, f"{stated}:\n{done.out}")
+        check((done.out + done.err).count(f"[Wing] z_side: left ventral counts, although {TURNED} says right dorsal") == notices,
+              f"{stated}:\n{done.err}")
 
 
 main(globals())

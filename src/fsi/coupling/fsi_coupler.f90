@@ -11,7 +11,10 @@
 !>                   & Wall 2008, DOI 10.1007/s00466-008-0255-5): second order
 !>
 !> AB2 takes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only, and the last one is the
-!> pass that the next step begins with. Mechanics in SI units, flow in L, T and rho; all conversions are here.
+!> pass that the next step begins with.
+!>
+!> Mechanics in SI units along the axes of the wing file, flow in L, T and rho, what is written along the frame of each
+!> wing (fsi_wing_mirror). All conversions are here; those of checkpoints are in fsi_restart.
 module fsi_coupler
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -26,6 +29,7 @@ module fsi_coupler
   use fsi_sampling, only: sampler_t
   use fsi_surface_load, only: surface_load_t, total_load
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
+  use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
@@ -45,7 +49,8 @@ module fsi_coupler
 
   type :: coupler_t
     type(coupler_params_t) :: params
-    type(dynamic_state_t), allocatable :: states(:)      !< of the wings, the same on all ranks, as are the next ones
+    !> Of the wings, along the axes of the wing file; the same on all ranks, as are the next ones.
+    type(dynamic_state_t), allocatable :: states(:)
     type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
     type(coupling_history_t) :: history
     type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last look, in space; the viscous part of it
@@ -58,7 +63,9 @@ module fsi_coupler
     real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
-    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual !< (3, n, wings) N
+    logical, allocatable, private :: lines(:, :)         !< (ny_local, nz_local) of the grid, where `pressure` is
+    !> (3, n, wings) [N] along the axes of the wing file.
+    real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
     procedure :: init => coupler_init
     procedure :: look => coupler_look
@@ -90,11 +97,7 @@ contains
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
     allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
-    if (params%extrapolates) then
-      call wings%watch(self%sampler, [1, 2]*params%distance, block)
-    else
-      call wings%watch(self%sampler, [params%distance], block)
-    end if
+    allocate (self%lines(block%count(2), block%count(3)))
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
@@ -110,6 +113,7 @@ contains
         motion%length = params%units%length
         motion%frequency = 1/params%units%time
         motion%gravity = params%gravity
+        motion%is_mirrored = given%is_mirrored
         call self%wings(i)%init(world, params%model, mod(i - 1, world%size))
         call self%surfaces(i)%init(wings%surfaces(i))
         call self%meters(i)%init(params%model)
@@ -125,7 +129,7 @@ contains
   pure subroutine coupler_add_request(self, request)
     class(coupler_t), intent(in) :: self
     type(request_t), intent(inout) :: request
-    request%near_pressure = .true.
+    request%pressure = .true.
     request%fields = request%fields .or. self%params%friction
   end subroutine coupler_add_request
 
@@ -149,7 +153,12 @@ contains
     associate (u => self%params%units)
       newton = u%mass*u%length/u%time**2
     end associate
-    call fluid%pressure_field(self%pressure, wings%lines)
+    self%lines = .false.
+    do i = 1, size(self%wings)
+      call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%params%distance, self%params%extrapolates, &
+                                 self%lines)
+    end do
+    call fluid%pressure_field(self%pressure, self%lines)
     do i = 1, size(self%wings)
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
         call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
@@ -160,6 +169,7 @@ contains
         do p = 1, size(load%force, 2)
           self%force(:, p, i) = newton*pose%vector_to_wing(load%force(:, p))
         end do
+        if (self%wings(i)%motion%is_mirrored) call mirror_vectors(self%force(:, :, i))
       end associate
     end do
   end subroutine sample
@@ -317,6 +327,11 @@ contains
         bent%u = state%u(:, :n)/u%length
         bent%v = state%v(:, :n)*(u%time/u%length)
         bent%a = state%a(:, :n)*(u%time**2/u%length)
+        if (self%wings(i)%motion%is_mirrored) then
+          call mirror_vectors(bent%u)
+          call mirror_vectors(bent%v)
+          call mirror_vectors(bent%a)
+        end if
       end associate
     end do
   end subroutine coupler_deform
@@ -328,6 +343,7 @@ contains
     associate (p => self%params, state => self%states(i))
       momenta = measure_motion(p%inertia, p%model, self%wings(i)%motion%at(state%time), state%u, state%v)
     end associate
+    if (self%wings(i)%motion%is_mirrored) momenta = mirror_momenta(momenta)
   end function coupler_measure
 
   !> Total force of the load last looked at on wing i, in space, rho L^4/T^2.

@@ -12,7 +12,7 @@ module fsi_coupler_params
 
   integer, parameter :: COUPLING_WEAK = 1, COUPLING_EXTRAPOLATED = 2, COUPLING_STRONG = 3
 
-  !> What the wings are made of; both have the same, as mirror images. SI units.
+  !> What the wings are made of: that of the wing file, which they are or mirror (fsi_wing_mirror). SI units.
   type :: coupler_params_t
     type(solid_model_t) :: model
     type(inertia_t) :: inertia

@@ -3,14 +3,15 @@
 !>
 !>     f(n+1) ~ f(n) + dt/dt_old (f(n) - f(n-1)),
 !>
-!> of second order in the step, for the components along the wing frames.
+!> of second order in the step, for components that move with the wings.
 module fsi_coupling_history
   use base_kinds, only: rp
   implicit none
   private
   public :: coupling_history_t
 
-  !> What a restart needs besides the motion of the wings. Loads are (3, points, wings) [N] along the wing frames.
+  !> What a restart needs besides the motion of the wings. Loads are (3, points, wings) [N] along the axes of the wing
+  !> file.
   type :: coupling_history_t
     real(rp) :: old_dt = 0                     !< of the last step, T; 0: none yet
     real(rp) :: relaxation = 1                 !< of the last sub-iteration of the strong coupling

@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The flexible wings' part of a checkpoint: their motion, their energy balance and what the coupling remembers,
-!> double precision.
+!> double precision. Vectors have components along the frame of their wing, whichever side its file was made from.
 module fsi_restart
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_wing_energy, only: wing_energy_t
+  use fsi_wing_mirror, only: mirror_state, mirror_vectors
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  use solid_dynamics, only: dynamic_state_t
   use solid_restart, only: load_motion, save_motion, wing_mark
   implicit none
   private
@@ -21,15 +23,25 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(in) :: coupler
     character(:), allocatable :: side
+    type(dynamic_state_t) :: state
+    real(rp), allocatable :: force(:, :), applied(:, :)
     integer :: i
     call writer%put_integer('wing_mesh', wing_mark(coupler%params%model))
     call writer%put_real('coupling_dt', coupler%history%old_dt)
     call writer%put_real('coupling_relaxation', coupler%history%relaxation)
     do i = 1, size(coupler%states)
       side = trim(wings%params%wings(i)%side)//'_'
-      call save_motion(writer, side, coupler%states(i))
-      call writer%put_reals(side//'load', [coupler%history%force(:, :, i)])
-      call writer%put_reals(side//'applied', [coupler%history%applied(:, :, i)])
+      state = coupler%states(i)
+      force = coupler%history%force(:, :, i)
+      applied = coupler%history%applied(:, :, i)
+      if (coupler%wings(i)%motion%is_mirrored) then
+        call mirror_state(state)
+        call mirror_vectors(force)
+        call mirror_vectors(applied)
+      end if
+      call save_motion(writer, side, state)
+      call writer%put_reals(side//'load', [force])
+      call writer%put_reals(side//'applied', [applied])
       call writer%put_reals(side//'energy', energy_to_reals(coupler%energies(i)))
     end do
   end subroutine save_wings
@@ -58,6 +70,11 @@ contains
       call load_motion(reader, side, coupler%states(i), failure)
       call get_loads('load', coupler%history%force(:, :, i))
       call get_loads('applied', coupler%history%applied(:, :, i))
+      if (coupler%wings(i)%motion%is_mirrored) then
+        call mirror_state(coupler%states(i))
+        call mirror_vectors(coupler%history%force(:, :, i))
+        call mirror_vectors(coupler%history%applied(:, :, i))
+      end if
       call get_energy(coupler%energies(i))
     end do
     if (.not. failure%failed) call coupler%deform(wings)

@@ -13,9 +13,10 @@
 !> equation of motion, so the balance is a check of its time stepping, and open by O(h^2).
 module fsi_wing_energy
   use base_kinds, only: rp
-  use fsi_kinematics, only: pose_wing, wing_pose_t
+  use fsi_kinematics, only: mirror_wing, pose_wing, wing_pose_t
   use fsi_rotation, only: cross
   use fsi_wing_frame, only: flapping_motion_t
+  use fsi_wing_mirror, only: mirror_momenta
   use solid_dynamics, only: dynamic_state_t
   use solid_inertia, only: inertia_t, measure_motion, momenta_t
   use solid_model, only: solid_model_t
@@ -42,7 +43,7 @@ module fsi_wing_energy
 
   !> A wing in space at one time, SI units.
   type :: snapshot_t
-    real(rp), allocatable :: x(:, :), load(:, :), u(:, :), g(:, :) !< the last two along the wing frame
+    real(rp), allocatable :: x(:, :), load(:, :), u(:, :), g(:, :) !< the last two along the wing file's axes
     real(rp), dimension(3) :: velocity, omega, momentum, spin, force, moment, weight, weight_moment
     real(rp) :: kinetic = 0, elastic = 0
   end type snapshot_t
@@ -84,8 +85,9 @@ contains
     end subroutine make_room
   end subroutine meter_init
 
-  !> Remembers the wing before a step, under the load(3, n_all) [N] of the end of the step before, in its frame. Nobody
-  !> but the steps may have changed it since `finish`, which then has looked already.
+  !> Remembers the wing before a step, under the load(3, n_all) [N] of the end of the step before; state and load are
+  !> along the axes of the wing file. Nobody but the steps may have changed it since `finish`, which then has looked
+  !> already.
   subroutine meter_begin(self, model, inertia, motion, state, load, is_first, energy)
     class(energy_meter_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -156,9 +158,11 @@ contains
     type(snapshot_t), intent(inout) :: s
     type(wing_pose_t) :: pose
     type(momenta_t) :: m
+    real(rp) :: place(3), push(3)
     integer :: p
     call pose_wing(motion%body, motion%mount, motion%motion, state%time*motion%frequency, pose)
     m = measure_motion(inertia, model, motion%at(state%time), state%u, state%v)
+    if (motion%is_mirrored) m = mirror_momenta(m)
     s%kinetic = m%kinetic
     s%elastic = m%elastic
     s%momentum = pose%vector_to_space(m%linear)
@@ -172,8 +176,14 @@ contains
     s%force = 0
     s%moment = 0
     do p = 1, model%n_points
-      s%x(:, p) = pose%vector_to_space(model%points(:, p) + state%u(:, p))
-      s%load(:, p) = pose%vector_to_space(load(:, p))
+      place = model%points(:, p) + state%u(:, p)
+      push = load(:, p)
+      if (motion%is_mirrored) then
+        place = mirror_wing(place)
+        push = mirror_wing(push)
+      end if
+      s%x(:, p) = pose%vector_to_space(place)
+      s%load(:, p) = pose%vector_to_space(push)
       s%force = s%force + s%load(:, p)
       s%moment = s%moment + cross(s%x(:, p), s%load(:, p))
       s%x(:, p) = s%x(:, p) + motion%length*pose%hinge

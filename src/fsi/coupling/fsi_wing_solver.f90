@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> One flexible wing as the coupling sees it: solved on one rank, known on all; a step can be repeated under
-!> another load.
+!> another load. Everything is along the axes of the wing file.
 module fsi_wing_solver
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -58,7 +58,7 @@ contains
     self%factorisations = 0
   end subroutine solver_begin
 
-  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N] in the wing frame; under
+  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N]; under
   !> another load again, beginning with the displacements found before. The other ranks return at once.
   subroutine solver_solve(self, world, model, inertia, options, force, dt, state)
     class(wing_solver_t), intent(inout) :: self

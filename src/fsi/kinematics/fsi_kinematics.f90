@@ -8,7 +8,7 @@
 !>
 !> with FLUSI's matrices and its stroke-plane angle eta. Body axes: x forward, y left, z up. The wing frame
 !> is right-handed on both sides; the right wing is the mirror image of the left one, so that +z points
-!> ventrally on the left and dorsally on the right. docs/kinematics.md has the drawing.
+!> ventrally on the left and dorsally on the right. docs/kinematics.md has the drawing, fsi_wing_mirror the mechanics.
 module fsi_kinematics
   use base_kinds, only: rp
   use fsi_rotation, only: angle_t, cross, rotation_t
@@ -34,6 +34,7 @@ module fsi_kinematics
     real(rp) :: eta = 0      !< stroke-plane angle, rad; -pi/2: the plane of the body axes x and y
   contains
     procedure :: dorsal_sign => mount_dorsal_sign
+    procedure :: mirrors => mount_mirrors
   end type wing_mount_t
 
   !> A wing at one time. Vectors are components in the wing frame unless they say otherwise; angular
@@ -107,6 +108,13 @@ contains
     class(wing_mount_t), intent(in) :: self
     sign = merge(1.0_rp, -1.0_rp, self%is_right)
   end function mount_dorsal_sign
+
+  !> Whether z of the wing frame points to another side of the wing than the z of a wing file does.
+  pure logical function mount_mirrors(self, z_is_dorsal) result(mirrors)
+    class(wing_mount_t), intent(in) :: self
+    logical, intent(in) :: z_is_dorsal !< in the file
+    mirrors = (self%dorsal_sign() > 0) .neqv. z_is_dorsal
+  end function mount_mirrors
 
   !> The wing at time t.
   subroutine pose_wing(body, mount, motion, t, pose)

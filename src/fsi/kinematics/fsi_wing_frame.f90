@@ -6,10 +6,12 @@
 !>
 !>     velocity = M v_hinge L/T,  acceleration = M a_hinge L/T^2,  omega/T,  alpha/T^2,  gravity = M g.
 !>
-!> Both parts are exact derivatives in time of the pose, since the kinematics carry them along (fsi_rotation).
+!> Both parts are exact derivatives in time of the pose, since the kinematics carry them along (fsi_rotation). A wing
+!> that is the mirror image of the one in its file is computed in the mirrored frame (fsi_wing_mirror).
 module fsi_wing_frame
   use base_kinds, only: rp
   use fsi_kinematics, only: body_t, pose_wing, wing_mount_t, wing_pose_t
+  use fsi_wing_mirror, only: mirror_frame
   use fsi_wing_motion, only: wing_motion_t
   use solid_motion, only: frame_t, motion_t
   implicit none
@@ -24,13 +26,14 @@ module fsi_wing_frame
     real(rp) :: length = 1     !< [m] one L
     real(rp) :: frequency = 1  !< [1/s] 1/T
     real(rp) :: gravity(3) = 0 !< [m/s^2] in space
+    logical :: is_mirrored = .false. !< z of the wing file points to the other side than z of the wing frame
   contains
     procedure :: at => flapping_at
   end type flapping_motion_t
 
 contains
 
-  !> The frame at `time` [s]. The body neither moves nor turns.
+  !> The frame at `time` [s], along the axes of the wing file. The body neither moves nor turns.
   function flapping_at(self, time) result(frame)
     class(flapping_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -38,10 +41,11 @@ contains
     type(wing_pose_t) :: pose
     call pose_wing(self%body, self%mount, self%motion, time*self%frequency, pose)
     frame = frame_of_pose(pose, self%length, self%frequency, self%gravity)
+    if (self%is_mirrored) frame = mirror_frame(frame)
   end function flapping_at
 
   !> The frame of a pose, for units length [m] and 1/frequency [s], and the acceleration of gravity in space
-  !> [m/s^2]. Holds for any motion of the body, as far as the pose contains it.
+  !> [m/s^2], along the axes of the wing frame. Holds for any motion of the body, as far as the pose contains it.
   pure type(frame_t) function frame_of_pose(pose, length, frequency, gravity) result(frame)
     type(wing_pose_t), intent(in) :: pose
     real(rp), intent(in) :: length, frequency, gravity(3)

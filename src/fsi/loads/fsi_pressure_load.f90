@@ -32,6 +32,7 @@ module fsi_pressure_load
     real(rp), allocatable, private :: places(:, :), values(:), velocity(:, :)
   contains
     procedure :: init => load_init
+    procedure :: mark => load_mark
     procedure :: look => load_look
     procedure :: add_friction => load_add_friction
   end type pressure_load_t
@@ -50,6 +51,23 @@ contains
     allocate (self%jump(m), self%places(3, 2*m), self%values(2*m), self%velocity(3, 2*m), source=0.0_rp)
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
+
+  !> Sets the `lines` of the grid (ny_local, nz_local) at which `look` will look for the surface where it is now, with
+  !> the same arguments; leaves the others as they are.
+  subroutine load_mark(self, surface, sampler, distance, extrapolates, lines)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    type(sampler_t), intent(in) :: sampler
+    real(rp), intent(in) :: distance
+    logical, intent(in) :: extrapolates
+    logical, intent(inout) :: lines(:, :)
+    if (extrapolates) then
+      call surface%places_beside(2*distance, self%places)
+      call sampler%mark(self%places, lines)
+    end if
+    call surface%places_beside(distance, self%places)
+    call sampler%mark(self%places, lines)
+  end subroutine load_mark
 
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
   !> looked at from the surface. Collective.

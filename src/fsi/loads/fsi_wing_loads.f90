@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Forces, torques and power of wings, from the integrals of a pass.
+!> Forces, torques and power of wings, from the integrals of a pass; of wings without thickness, from the forces of
+!> their markers.
 !>
 !> The penalization force int chi/C_eta (u - u_s) also accelerates the fluid inside the mask. What the flow
 !> outside does to the wing is F = int chi/C_eta (u - u_s) + d/dt int chi u_s, and the power that the wing gives
@@ -32,6 +33,13 @@ contains
     type(fluid_t), intent(in) :: fluid
     type(wing_loads_t) :: loads
     real(rp) :: arm(3)
+    loads%inertial_power = wings%inertial_power(i)
+    if (allocated(wings%marker_loads)) then
+      loads%force = wings%marker_loads(i)%force
+      loads%torque = wings%marker_loads(i)%moment
+      loads%power = wings%marker_loads(i)%power
+      return
+    end if
     associate (pose => wings%poses(i), c => wings%surfaces(i)%color, sums => fluid%sums)
       arm = pose%hinge - fluid%rhs%params%centre
       loads%unsteady_force = fluid%unsteady_force(:, c)
@@ -40,7 +48,6 @@ contains
       loads%torque = sums%moment(:, c) - cross(arm, sums%force(:, c)) + loads%unsteady_torque
       loads%unsteady_power = -wings%inertial_power_of_fluid(i)
       loads%power = sum(sums%power(:, c)) + loads%unsteady_power
-      loads%inertial_power = wings%inertial_power(i)
     end associate
   end function wing_loads
 end module fsi_wing_loads

@@ -12,8 +12,8 @@ module fsi_flapping_wings
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_mask, only: mask_t
   use fsi_rotation, only: cross
-  use fsi_sampling, only: sampler_t
   use fsi_surface, only: surface_t
+  use fsi_surface_load, only: surface_load_t
   use parallel_block, only: block_t
   use spectral_grid, only: grid_t
   implicit none
@@ -40,17 +40,13 @@ module fsi_flapping_wings
     type(mask_t) :: mask
     type(deformation_t), allocatable :: deformation(:) !< of the wings, not allocated if they are rigid
     real(rp), allocatable :: masses(:)            !< of the points of a wing that deforms, rho L^3
+    type(surface_load_t), allocatable :: marker_loads(:) !< on wings without thickness (fsi_thin_wings) at the last step's end
     real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
     real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
-    real(rp) :: mark_seconds = 0                  !< that finding `lines` has taken on this rank so far
-    type(sampler_t), private :: sampler           !< of what is looked at about them, see `watch`
-    real(rp), allocatable, private :: distances(:), places(:, :)
     type(displaced_t), allocatable, private :: displaced(:)
   contains
     procedure :: init => wings_init
     procedure :: place => wings_place
-    procedure :: watch => wings_watch
-    procedure, private :: mark_lines
     procedure :: momentum_rate => wings_momentum_rate
     procedure :: inertial_power_of_fluid => wings_inertial_power_of_fluid
     procedure :: inertial_power => wings_inertial_power
@@ -67,53 +63,25 @@ contains
     type(block_t), intent(in) :: block
     integer :: i
     self%params = params
-    call self%mask%init(grid, block, params%half_thickness, params%smoothing)
+    if (params%thin%is_thin) then
+      allocate (self%marker_loads(size(params%wings)))
+    else
+      call self%mask%init(grid, block, params%half_thickness, params%smoothing)
+    end if
     if (allocated(self%poses)) deallocate (self%poses, self%surfaces, self%displaced)
     allocate (self%poses(size(params%wings)), self%surfaces(size(params%wings)), self%displaced(size(params%wings)))
     do i = 1, size(params%wings)
       associate (wing => params%wings(i))
         call self%surfaces(i)%init(wing%points, wing%triangles, wing%color)
-     call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes, grid%is_2d)
+        if (params%thin%is_thin) then
+          allocate (self%displaced(i)%volumes(size(wing%points, 2)), source=0.0_rp)
+        else
+          call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes, &
+                                 grid%is_2d)
+        end if
       end associate
     end do
   end subroutine wings_init
-
-  !> From now on `place` finds the `lines` at which `sampler` looks if it looks at these distances [L] from the
-  !> triangles on both sides.
-  subroutine wings_watch(self, sampler, distances, block)
-    class(flapping_wings_t), intent(inout) :: self
-    type(sampler_t), intent(in) :: sampler
-    real(rp), intent(in) :: distances(:)
-    type(block_t), intent(in) :: block
-    integer :: i, most
-    self%sampler = sampler
-    self%distances = distances
-    most = 0
-    do i = 1, size(self%surfaces)
-      most = max(most, size(self%surfaces(i)%triangles, 2))
-    end do
-    if (allocated(self%places)) deallocate (self%places)
-    if (allocated(self%lines)) deallocate (self%lines)
-    allocate (self%places(3, 2*most))
-    allocate (self%lines(block%count(2), block%count(3)), source=.false.)
-  end subroutine wings_watch
-
-  subroutine mark_lines(self)
-    class(flapping_wings_t), intent(inout) :: self
-    real(rp) :: begun
-    integer :: i, k
-    begun = wall_seconds()
-    self%lines = .false.
-    do i = 1, size(self%surfaces)
-      associate (surface => self%surfaces(i), n => 2*size(self%surfaces(i)%triangles, 2))
-        do k = 1, size(self%distances)
-          call surface%places_beside(self%distances(k), self%places)
-          call self%sampler%mark(self%places(:, :n), self%lines)
-        end do
-      end associate
-    end do
-    self%mark_seconds = self%mark_seconds + wall_seconds() - begun
-  end subroutine mark_lines
 
   !> Places the wings as the kinematics at `time` say and draws them; see moving_solids_t.
   subroutine wings_place(self, time, penalty, failure)
@@ -137,10 +105,9 @@ contains
         end if
       end associate
     end do
-    call self%mask%draw(self%surfaces, penalty, failure)
+    if (.not. self%params%thin%is_thin) call self%mask%draw(self%surfaces, penalty, failure)
     self%seconds = self%seconds + wall_seconds() - begun
     self%cells = self%cells + self%mask%n_cells
-    if (allocated(self%lines)) call self%mark_lines()
   end subroutine wings_place
 
   !> See moving_solids_t: sums over the points of displaced volume times exact acceleration.

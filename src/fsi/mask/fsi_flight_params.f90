@@ -11,6 +11,7 @@ module fsi_flight_params
   use fsi_planform_file, only: read_planform_text
   use fsi_planform_mesh, only: triangulate_planform
   use fsi_rotation, only: cross
+  use fsi_thin_keys, only: read_thin_keys, register_thin_keys, thin_params_t
   use fsi_wing_motion, only: wing_motion_t
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -36,6 +37,7 @@ module fsi_flight_params
     real(rp), allocatable :: points(:, :)   !< (3, n) unloaded, in the wing frame, L
     integer, allocatable :: triangles(:, :) !< (3, m) counter-clockwise seen from +z
     real(rp) :: inertia(3, 3) = 0           !< about the hinge, in the wing frame, rho L^5
+    logical :: is_mirrored = .false.        !< the wing is the mirror image of that in its file (fsi_wing_mirror)
   contains
     procedure :: length => wing_length
     procedure :: mean_chord => wing_mean_chord
@@ -44,7 +46,8 @@ module fsi_flight_params
   type :: flight_params_t
     type(body_t) :: body
     type(flapping_wing_t), allocatable :: wings(:)
-    real(rp) :: half_thickness = 0 !< of the wings in the mask, L
+    type(thin_params_t) :: thin    !< whether, and how, the wings are without thickness
+    real(rp) :: half_thickness = 0 !< of the wings in the mask, L; 0 without a thickness
     real(rp) :: smoothing = 0      !< half the width of the mask's step, L
   contains
     procedure :: frequency => flight_frequency
@@ -109,6 +112,7 @@ contains
     call registry%add_inert(SECTION, 'FlappingMotion_left2', 'second pair of wings')
     call registry%add_inert(SECTION, 'FlappingMotion_right2', 'second pair of wings')
     call register_mask_keys(registry)
+    call register_thin_keys(registry)
   end subroutine register_flight_keys
 
   !> Reads the wings and the files they need; mistakes go to `errors`. `metre` is one metre in the units of the
@@ -128,11 +132,12 @@ contains
     type(wing_motion_t) :: motions(2)
     real(rp), allocatable :: points(:, :)
     integer, allocatable :: triangles(:, :)
-    logical :: is_there(2)
+    logical :: is_there(2), z_is_dorsal
     integer :: i, n
 
     call read_body(config, params%body)
-    call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
+    call read_thin_keys(config, grid, params%thin)
+    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
     if (.not. any(is_there)) &
       call config%complain(errors, SECTION, 'LeftWing', 'there is no wing at all; valid: yes for LeftWing or RightWing')
@@ -141,7 +146,7 @@ contains
     else
       call read_mounts(config, mounts, motions) ! the other hinge does not matter
     end if
-    call read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world, mesh)
+    call read_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, errors, notices, world, mesh)
     allocate (params%wings(count(is_there)))
     n = 0
     do i = 1, 2
@@ -153,7 +158,8 @@ contains
         wing%mount = mounts(i)
         wing%motion = motions(i)
         wing%points = points
-        if (i == 2) wing%points(3, :) = -points(3, :) ! mirror_wing
+        wing%is_mirrored = wing%mount%mirrors(z_is_dorsal)
+        if (wing%is_mirrored) wing%points(3, :) = -points(3, :)
         wing%triangles = triangles
         wing%inertia = read_inertia(config)
         call read_one_motion(config, ini, i, t_end, wing%motion, errors, notices, world)
@@ -204,14 +210,16 @@ contains
     if (errors%count() == errors_before) call motion%check_span(t_end, path, errors)
   end subroutine read_one_motion
 
-  !> Points and triangles of the left wing, L.
-  subroutine read_shape(config, ini, grid, metre, file_unit, points, triangles, errors, notices, world, mesh)
+  !> Points and triangles of the wing, L, along axes of which z points to its dorsal side or not.
+  subroutine read_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, errors, notices, world, &
+                        mesh)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: metre, file_unit
     real(rp), allocatable, intent(out) :: points(:, :)
     integer, allocatable, intent(out) :: triangles(:, :)
+    logical, intent(out) :: z_is_dorsal
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
     type(wing_t), intent(in), optional :: mesh
@@ -221,6 +229,7 @@ contains
     real(rp) :: length, edge
     integer :: errors_before
     allocate (points(3, 0), triangles(3, 0))
+    z_is_dorsal = .false.
     errors_before = errors%count()
     word = config%get_word(SECTION, 'WingShape')
     length = config%get_real(SECTION, 'wing_length')
@@ -291,6 +300,7 @@ contains
       real(rp), intent(in) :: tip
       points = source%points*(tip/maxval(source%points(1, :)))
       triangles = source%triangles
+      z_is_dorsal = source%z_is_dorsal()
     end subroutine take_mesh
   end subroutine read_shape
 

@@ -9,17 +9,20 @@ module fsi_free_edges
 contains
 
   !> Edges (2, m) that belong to one triangle only, as points from and to, in the sense of their triangle: a
-  !> sheet of counter-clockwise triangles lies on their left. In the order of the triangles.
-  pure subroutine find_free_edges(n_points, triangles, edges)
+  !> sheet of counter-clockwise triangles lies on their left. In the order of the triangles. `owners` (m) are the
+  !> numbers of these triangles.
+  pure subroutine find_free_edges(n_points, triangles, edges, owners)
     integer, intent(in) :: n_points
     integer, intent(in) :: triangles(:, :) !< (3, :)
     integer, allocatable, intent(out) :: edges(:, :)
-    integer, allocatable :: first(:), next(:), ends(:, :)
+    integer, allocatable, intent(out), optional :: owners(:)
+    integer, allocatable :: first(:), next(:), ends(:, :), of(:)
     logical, allocatable :: is_free(:)
     integer :: i, k, e, n, low, from, to
     ! Edges hang in a chain on their lower point.
     allocate (first(n_points), source=0)
     allocate (next(3*size(triangles, 2)), ends(2, 3*size(triangles, 2)), is_free(3*size(triangles, 2)))
+    allocate (of(3*size(triangles, 2)))
     n = 0
     do i = 1, size(triangles, 2)
       do k = 1, 3
@@ -36,6 +39,7 @@ contains
         else
           n = n + 1
           ends(:, n) = [from, to]
+          of(n) = i
           is_free(n) = .true.
           next(n) = first(low)
           first(low) = n
@@ -49,5 +53,6 @@ contains
       k = k + 1
       edges(:, k) = ends(:, e)
     end do
+    if (present(owners)) owners = pack(of(:n), is_free(:n))
   end subroutine find_free_edges
 end module fsi_free_edges

@@ -158,7 +158,9 @@ contains
   real(rp) function config_get_real(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
-    associate (found => self%values(slot(self, section, key, KEY_REAL, KEY_LENGTH)))
+    integer :: i
+    i = slot(self, section, key, KEY_REAL, KEY_LENGTH)
+    associate (found => self%values(i))
       value = found%number/found%unit
     end associate
   end function config_get_real
@@ -191,7 +193,9 @@ contains
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     real(rp), allocatable :: value(:)
-    associate (found => self%values(slot(self, section, key, KEY_REALS, KEY_REALS)))
+    integer :: i
+    i = slot(self, section, key, KEY_REALS, KEY_REALS)
+    associate (found => self%values(i))
       value = found%reals/found%unit
     end associate
   end function config_get_reals
@@ -268,7 +272,8 @@ contains
       if (index(errors%text(i), ': ['//section//'] '//key//': ') > 0) return
     end do
     place = self%name
-    associate (value => self%values(find(self, section, key)))
+    i = find(self, section, key)
+    associate (value => self%values(i))
       if (value%line > 0) place = value%file//':'//number_text(value%line)
     end associate
     call errors%add(place//': ['//section//'] '//key//': '//text)

@@ -4,6 +4,7 @@ module common_wing_fragment
   use base_text, only: number_text
   use solid_effect_places, only: effect_place_lines
   use solid_params, only: parameter_t, solid_params_t, N_COMMON
+  use solid_wing, only: wing_t, Z_SIDES
   implicit none
   private
   public :: wing_lines
@@ -12,13 +13,17 @@ module common_wing_fragment
 
 contains
 
-  !> The section with every value that differs from what it would be without.
-  function wing_lines(p) result(text)
+  !> The section with every value that differs from what it would be without, and the side that these mean by +z.
+  function wing_lines(p, wing) result(text)
     type(solid_params_t), intent(in) :: p
-    character(:), allocatable :: text, list
+    type(wing_t), intent(in) :: wing !< for which the values were found
+    character(:), allocatable :: text, list, side
     type(parameter_t) :: known
     integer :: i
-    text = '[Wing]'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '//number_text(p%plate)//'; N m'//NL// &
+    side = trim(wing%z_side)
+    if (side == '') side = trim(Z_SIDES(1))
+    text = '[Wing]'//NL//'z_side = '//side//';'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '// &
+           number_text(p%plate)//'; N m'//NL// &
            'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)
     if (p%slack < 1) text = text//'slack = '//number_text(p%slack)//';'//NL//'slack_width = '// &
                             number_text(p%slack_width)//'; m'//NL

@@ -4,6 +4,7 @@ module common_wing_keys
   use base_kinds, only: rp
   use common_wing_effects, only: register_effect_keys
   use io_registry, only: registry_t
+  use solid_wing, only: z_side_choices
   implicit none
   private
   public :: register_wing_keys, register_damping_keys
@@ -48,6 +49,9 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
     call r%add_text('Wing', 'parameters', '', 'single parameters as pairs of name and value, separated by commas: '// &
                     'joint:NAME [N m/rad], E:VEIN (factor on E), root (factor), diameter_exponent, k_vein, '// &
                     'k_membrane, k_cross [N/m], and the effects of docs/effects.md')
+    call r%add_word('Wing', 'z_side', 'file', 'file|'//z_side_choices('|'), &
+                    'which side of which wing +z points to, for effects that tell up from down; file: as the '// &
+                    'wing file says (docs/wing-format.md), or else left ventral')
     call register_effect_keys(r)
   end subroutine register_wing
 

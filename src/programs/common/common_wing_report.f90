@@ -28,6 +28,7 @@ contains
     write (unit, '(a,6(i0,a),f0.3,a)') 'wing      '//s%path//': ', s%model%n_points, ' points, ', &
       size(s%wing%triangles, 2), ' triangles, ', size(s%wing%veins), ' veins, ', size(s%wing%joints), ' joints, ', &
       size(s%wing%root), ' root points, ', s%model%springs%n, ' springs, size ', MM*s%model%size, ' mm'
+    if (s%wing%z_side /= '') write (unit, '(a)') '          +z points to the side: '//trim(s%wing%z_side)
     if (s%has_mass) then
       associate (m => s%mass)
         write (unit, '(a,f0.2,a,f0.2,a,f0.2,a,3(f7.3,a))') 'mass      ', UG*m%total, ' ug: veins ', UG*m%veins, &

@@ -53,6 +53,7 @@ contains
       call read_wing(s%path, s%wing, errors)
     end if
     if (errors%count() > n_before) return
+    call read_z_side(config, s, notices)
     call scale_wing(config, s)
     call read_material(config, s, errors, notices)
     call read_mass(config, needs_mass, s, errors, notices)
@@ -67,6 +68,23 @@ contains
     end associate
     found = .true.
   end subroutine load_wing
+
+  !> The side to which z points. What [Wing] says counts, as its parameters may have been found with another file.
+  subroutine read_z_side(config, s, notices)
+    type(config_t), intent(in) :: config
+    type(wing_case_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: notices
+    character(:), allocatable :: stated
+    character(len(s%wing%z_side)) :: in_file
+    logical :: was_dorsal
+    stated = config%get_word('Wing', 'z_side')
+    if (stated == 'file') return
+    in_file = s%wing%z_side
+    was_dorsal = s%wing%z_is_dorsal()
+    s%wing%z_side = stated
+    if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
+      stated//' counts, although '//s%path//' says '//trim(in_file)//': it is what [Wing] parameters mean by +z')
+  end subroutine read_z_side
 
   !> Gives the wing the size that [Wing] asks for: first similar to that of its file, then stretched along y.
   subroutine scale_wing(config, s)

@@ -97,7 +97,8 @@ contains
       write (unit, '(a)') 'files that would be written'
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
-      if (p%penalized .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
+      if ((p%penalized .or. p%moving) .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
+      if (p%moving .and. settings%flight%thin%is_thin) write (unit, '(a)') '            slip.t'
       if (p%moving) then
         write (unit, '(a)') '            kinematics.t aero_power.t'//of_sides(settings, 'wing', '.t')
         if (settings%flexible) write (unit, '(a)') '           '//of_sides(settings, 'bending', '.t')// &

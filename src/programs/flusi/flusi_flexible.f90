@@ -109,7 +109,7 @@ contains
     end if
     if (.not. found .or. .not. wants_flexible(config)) return
     call refuse_root_compliance(config, setup%asked, errors)
-    ! Both wings share one model, which is its own mirror image only if it is flat in this plane.
+    ! Curvatures, places and sections are those of a wing in this plane.
     if (any(abs(setup%wing%points(3, :)) > FLAT*setup%model%size)) then
       call config%complain(errors, 'Wing', 'file', 'is not flat in the plane z = 0, as wings = flexible need it')
       found = .false.

@@ -31,7 +31,7 @@ contains
     call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible)
     if (.not. m%possible) return
     s = make_sticks(p%grid, p%dealias, m%rows, m%columns, 0, 0)
-    n_out = merge(6, 3, p%sponge)
+    n_out = merge(6, 3, p%sponge) + merge(1, 0, keeps_pressure)
     sticks = s%n
     planes = ceiling(p%grid%n(3)/real(m%columns, rp))
     lines = ceiling(p%grid%n(2)/real(m%rows, rp))
@@ -50,7 +50,7 @@ contains
     m%running = state + buffers
     if (keeps_fields) m%running = m%running + 8*points*6
     if (keeps_fields .or. keeps_pressure) m%running = m%running + 8*points ! scratch to write one field
-    if (keeps_pressure) m%running = m%running + 16*sticks*s%nkz + 8*points
+    if (keeps_pressure) m%running = m%running + 16*sticks*s%nkz
     if (couples) m%running = m%running + 8*points
     if (keeps_rhs) m%running = m%running + 16*sticks*s%nkz*3
     ! The initial condition: its untruncated spectrum (three fields and one more) with the buffers of one

@@ -11,6 +11,7 @@ module flusi_settings
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
+  use fsi_thin_keys, only: prepare_thin_flow
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_stop, only: job_limits_t
@@ -137,7 +138,9 @@ contains
     type(settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     associate (p => s%fluid, c => s%config)
-      if (.not. p%penalized .and. (c%get_switch('Saving', 'iSaveMask') .or. &
+      if (s%flight%thin%is_thin .and. c%get_switch('Saving', 'iSaveMask')) &
+        call notices%add('[Insects] surface = thin: wings without thickness have no mask to save')
+      if (.not. (p%penalized .or. s%flight%thin%is_thin) .and. (c%get_switch('Saving', 'iSaveMask') .or. &
                                    c%get_switch('Saving', 'iSaveSolidVelocity'))) &
         call notices%add('iPenalization = 0: there is no mask to save')
       if (p%penalized .and. any(p%mask == ['none ', 'empty']) .and. p%channel == 'no' .and. .not. p%cavity) &
@@ -176,6 +179,12 @@ contains
                                                              s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     s%fluid%centre = s%flight%body%centre
+    if (s%flight%thin%is_thin .and. s%flexible) call s%config%complain(errors, 'Insects', 'surface', 'thin is for '// &
+                                                'wings = rigid; valid with flexible wings: penalized')
+    if (s%flight%thin%is_thin) s%output%mask = .false.
+    if (s%flight%thin%is_thin) s%output%solid_velocity = .false.
+    if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
+      call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity), s%fluid, errors)
   end subroutine read_wings
 
   !> The SI values of the units; with input = SI all numbers of the file are read in SI units.

@@ -21,6 +21,8 @@ module flusi_simulation
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_restart, only: has_flexible_wings, load_wings, save_wings
+  use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
+  use fsi_thin_wings, only: thin_wings_t
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use io_stop, only: stop_rules_t
@@ -39,6 +41,7 @@ module flusi_simulation
     type(fluid_t) :: fluid
     type(flapping_wings_t), allocatable :: wings !< if anything moves
     type(coupler_t), allocatable :: coupler      !< if the flow bends them
+    type(thin_wings_t), allocatable :: thin  !< of wings without thickness
     type(run_series_t), private :: series
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
@@ -56,7 +59,7 @@ module flusi_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, fail
   end type simulation_t
 
 contains
@@ -78,7 +81,11 @@ contains
     call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
     self%t_step = self%timers%region('time steps')
-    if (settings%flexible) self%t_wings = self%timers%region('bending wings')
+    if (settings%flexible) then
+      self%t_wings = self%timers%region('bending wings')
+    else if (settings%flight%thin%is_thin) then
+      self%t_wings = self%timers%region('forces of the wings')
+    end if
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
@@ -88,6 +95,10 @@ contains
                          settings%needs_trials())
     if (settings%fluid%moving) allocate (self%wings)
     if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
+    if (settings%fluid%moving .and. settings%flight%thin%is_thin) then
+      allocate (self%thin)
+      call self%thin%init(world, self%wings, self%fluid, self%failure)
+    end if
     if (settings%flexible) then
       allocate (self%coupler)
       call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
@@ -123,7 +134,7 @@ contains
       return
     end if
     if (world%is_root) call print_run_header(output_unit, settings, self%fluid, self%coupler, &
-                                             restart_time)
+                                             restart_time, self%thin)
     call self%progress%init(world%is_root, settings%output%progress_seconds)
     call self%timers%stop(self%t_start)
   end subroutine simulation_init
@@ -146,11 +157,15 @@ contains
         if (allocated(self%coupler)) call self%look()
         if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
-        if (allocated(self%coupler)) call self%bend()
+        if (allocated(self%coupler)) then
+          call self%bend()
+        else if (allocated(self%thin)) then
+          call self%push()
+        end if
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
-        call self%series%write_step(fluid, seconds, self%world%size, self%coupler)
+        call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
         call self%stop_rules%look(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
         if (self%stop_rules%must_stop .or. self%failure%failed) exit
@@ -213,6 +228,14 @@ contains
     self%blown_up = self%fluid%rhs%failure%failed
     self%cannot_bend = self%failure%failed .and. .not. self%blown_up
   end subroutine bend
+
+  !> Lets rigid wings without thickness act on the step that the fluid has made.
+  subroutine push(self)
+    class(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_wings)
+    call self%thin%advance_rigid(self%fluid, self%wings)
+    call self%timers%stop(self%t_wings)
+  end subroutine push
 
   !> Closes files, prints where the time went, releases everything. Collective.
   subroutine simulation_finish(self)
@@ -277,6 +300,11 @@ contains
     else if (has_flexible_wings(reader)) then
       call self%failure%raise('the checkpoint has flexible wings, this run has not')
     end if
+    if (allocated(self%thin)) then
+      call load_thin_wings(reader, self%wings, self%thin, self%failure)
+    else if (has_thin_wings(reader)) then
+      call self%failure%raise('the checkpoint has wings without thickness: set [Insects] surface = thin')
+    end if
     call reader%close(self%failure)
     call self%slots%came_from(path)
   end subroutine restart
@@ -296,6 +324,7 @@ contains
       call self%slots%begin(writer, self%failure)
       call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
       if (allocated(self%coupler)) call save_wings(writer, self%wings, self%coupler)
+      if (allocated(self%thin)) call save_thin_wings(writer, self%wings, self%thin)
       call self%slots%commit(writer, self%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)

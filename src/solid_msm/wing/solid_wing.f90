@@ -1,12 +1,20 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A wing as it lies on the bench: points, membrane triangles, veins, joints, root. Immutable once read.
 !>
-!> Wing frame: x from root to tip, y toward the leading edge, z their right-handed normal. SI units.
+!> Wing frame: x from root to tip, y toward the leading edge, z normal to both. SI units.
+!>
+!> The wings of a fly are mirror images: one that bends more easily to its dorsal side does so left and right. To which
+!> side +z points, `z_side`, therefore says for both of them what "up" means to the effects of the wing in the file.
 module solid_wing
   use base_kinds, only: rp
   implicit none
   private
-  public :: wing_t, vein_t, joint_t
+  public :: wing_t, vein_t, joint_t, z_side_choices
+
+  !> Sides of wings to which +z of a wing file may point. The first is meant where nothing is said. In true right-handed
+  !> axes these are the first two; the others belong to coordinates of a mirror image.
+  character(13), parameter, public :: Z_SIDES(4) = [character(13) :: 'left ventral', 'right dorsal', 'left dorsal', &
+                                                    'right ventral']
 
   !> A vein: a chain of points with a circular cross-section at each of them.
   type :: vein_t
@@ -29,5 +37,27 @@ module solid_wing
     type(joint_t), allocatable :: joints(:)
     integer, allocatable :: root(:)          !< clamped points
     real(rp) :: plane_normal(3) = [0.0_rp, 0.0_rp, 1.0_rp] !< normal of the plane of a vein-only structure
+    character(len(Z_SIDES)) :: z_side = ''   !< which side of which wing +z points to, of Z_SIDES; '': not stated
+  contains
+    procedure :: z_is_dorsal => wing_z_is_dorsal
   end type wing_t
+
+contains
+
+  !> Whether +z points to the dorsal (upper) side.
+  pure logical function wing_z_is_dorsal(self) result(is_dorsal)
+    class(wing_t), intent(in) :: self
+    is_dorsal = index(self%z_side, 'dorsal') > 0
+  end function wing_z_is_dorsal
+
+  !> Z_SIDES with `between` between them.
+  pure function z_side_choices(between) result(text)
+    character(*), intent(in) :: between
+    character(:), allocatable :: text
+    integer :: i
+    text = trim(Z_SIDES(1))
+    do i = 2, size(Z_SIDES)
+      text = text//between//trim(Z_SIDES(i))
+    end do
+  end function z_side_choices
 end module solid_wing

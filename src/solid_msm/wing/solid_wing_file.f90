@@ -10,7 +10,7 @@ module solid_wing_file
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use parallel_world, only: world_t
-  use solid_wing, only: wing_t
+  use solid_wing, only: wing_t, z_side_choices, Z_SIDES
   use solid_wing_check, only: check_wing, joint_on_vein
   use solid_wing_datasets, only: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
   use solid_wing_report, only: wing_report_t
@@ -75,6 +75,7 @@ contains
     type(wing_t), intent(inout) :: wing
     real(rp), allocatable :: flat(:)
     integer, allocatable :: corners(:)
+    character(:), allocatable :: side
     integer :: n(5), i, length
     n = 0
     if (world%is_root) n = [size(wing%points, 2), size(wing%triangles, 2), size(wing%veins), &
@@ -103,6 +104,9 @@ contains
     end do
     call world%broadcast_integers(wing%root)
     call world%broadcast_reals(wing%plane_normal)
+    side = wing%z_side
+    call world%broadcast_text(side)
+    wing%z_side = side
   end subroutine share_wing
 
   !> Schema, version and index base: without them nothing else can be understood.
@@ -139,6 +143,7 @@ contains
     call read_veins(file, wing, report)
     call read_joints(file, wing, report)
     call read_plane(file, wing, report)
+    call read_z_side(file, wing, report)
   end subroutine read_contents
 
   subroutine read_veins(file, wing, report)
@@ -221,5 +226,25 @@ contains
       end if
     end if
   end subroutine read_plane
+
+  !> The side to which z points, if the file says so.
+  subroutine read_z_side(file, wing, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(wing_t), intent(inout) :: wing
+    type(wing_report_t), intent(inout) :: report
+    character(*), parameter :: NAME = 'attribute z_side'
+    character(:), allocatable :: text, valid
+    logical :: ok
+    if (.not. has_attribute(file, '/', 'z_side')) return
+    valid = '; valid: '//z_side_choices(' | ')//', the wing that was measured and the side of it to which z points'
+    call read_text(file, '/', 'z_side', text, ok)
+    if (.not. ok) then
+      call report%add(NAME, 'is not a text'//valid)
+    else if (all(Z_SIDES /= text)) then
+      call report%add(NAME, 'is '//quoted(text)//valid)
+    else
+      wing%z_side = text
+    end if
+  end subroutine read_z_side
 
 end module solid_wing_file

@@ -23,6 +23,7 @@ program test_wing_frame
   call test_moving_body(.false.)
   call test_moving_body(.true.)
   call test_tethered()
+  call test_mirrored()
   call test_rotation(0.0_rp)
   call test_rotation(0.3_rp)
   call t%finish()
@@ -132,6 +133,48 @@ contains
     call check_identities(flapping, 0.3_rp/FREQUENCY, 1.0e-3_rp/FREQUENCY, 'in the ramp')
     call check_identities(flapping, 0.8_rp/FREQUENCY, 1.0e-3_rp/FREQUENCY, 'behind the ramp')
   end subroutine test_tethered
+
+  !> Both wings of a body that climbs faster and faster while its nose turns up: along the axes of the file of the left
+  !> wing, the frame of the right one moves as that of the left one does, in gravity, too.
+  subroutine test_mirrored()
+    type(flapping_motion_t) :: flapping(2)
+    type(frame_t) :: left, right
+    real(rp) :: worst(5), scale(5)
+    integer :: i
+    do i = 1, 2
+      associate (f => flapping(i))
+        f%body%velocity = [0.5_rp, 0.0_rp, 0.3_rp]
+        f%body%acceleration = [2.0_rp, 0.0_rp, -3.0_rp]
+        f%body%rotation = body_rotation(roll=angle_t(), pitch=angle_t(-0.4_rp, 1.4_rp, 0.7_rp), yaw=angle_t())
+        f%mount%is_right = i == 2
+        f%mount%hinge = [0.1_rp, merge(0.2_rp, -0.2_rp, i == 1), 0.05_rp]
+        f%mount%eta = -1.1_rp
+        f%length = LENGTH
+        f%frequency = FREQUENCY
+        f%gravity = [1.0_rp, 0.0_rp, -9.0_rp]
+        call f%motion%phi%set_fourier(0.1_rp, [1.1_rp], [0.2_rp])
+        call f%motion%alpha%set_fourier(0.2_rp, [0.1_rp], [0.9_rp])
+        call f%motion%theta%set_fourier(0.1_rp, [0.1_rp], [0.2_rp])
+        f%is_mirrored = f%mount%mirrors(z_is_dorsal=.false.)
+      end associate
+    end do
+    call t%check('the right wing mirrors a left one', flapping(2)%is_mirrored .and. .not. flapping(1)%is_mirrored)
+    call t%check('a left wing mirrors a right one', flapping(1)%mount%mirrors(z_is_dorsal=.true.) .and. &
+                 .not. flapping(2)%mount%mirrors(z_is_dorsal=.true.))
+    worst = 0
+    scale = 0
+    do i = 1, 20
+      left = flapping(1)%at(0.0517_rp*i/FREQUENCY)
+      right = flapping(2)%at(0.0517_rp*i/FREQUENCY)
+      worst = max(worst, [norm2(left%velocity - right%velocity), norm2(left%acceleration - right%acceleration), &
+                          norm2(left%omega - right%omega), norm2(left%alpha - right%alpha), &
+                          norm2(left%gravity - right%gravity)])
+      scale = max(scale, [norm2(left%velocity), norm2(left%acceleration), norm2(left%omega), norm2(left%alpha), &
+                          norm2(left%gravity)])
+    end do
+    ! A dozen products of numbers of order 1.
+    call t%check_below('mirrored frames move alike', maxval(worst/scale), 12*epsilon(1.0_rp))
+  end subroutine test_mirrored
 
   subroutine test_rotation(ramp)
     real(rp), intent(in) :: ramp

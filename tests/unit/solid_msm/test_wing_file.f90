@@ -3,8 +3,9 @@
 program test_wing_file
   use base_errors, only: message_list_t
   use base_kinds, only: rp, i8
-  use solid_wing, only: wing_t
+  use solid_wing, only: wing_t, Z_SIDES
   use solid_wing_file, only: read_wing, load_wing
+  use solid_wing_refine, only: refine_wing
   use testkit, only: testkit_t
   use wing_case, only: wing_case_t, PATH
   implicit none
@@ -18,6 +19,7 @@ program test_wing_file
   if (t%world%is_root) then
     call test_valid()
     call test_header()
+    call test_z_side()
     call test_points()
     call test_triangles()
     call test_other_files()
@@ -87,6 +89,40 @@ contains
     call w%group('/joint')
     call w%refuse('/: unknown object ''joint''; did you mean ''joints''?; valid: points, ')
   end subroutine test_header
+
+  !> The side to which z points: what a file may say of it, and what it means.
+  subroutine test_z_side()
+    character(*), parameter :: VALID = '; valid: left ventral | right dorsal | left dorsal | right ventral, the wing '// &
+                               'that was measured and the side of it to which z points'
+    type(wing_t) :: wing, fine
+    integer :: i
+    call w%sample(PATH)
+    call w%accept('no side', wing)
+    call w%check('it is not stated', wing%z_side == '')
+    call w%check('z is then on the ventral side', .not. wing%z_is_dorsal())
+    do i = 1, size(Z_SIDES)
+      call w%sample(PATH)
+      if (i == 2) then
+        call w%variable_text_attribute('/', 'z_side', trim(Z_SIDES(i)))
+      else
+        call w%text_attribute('/', 'z_side', trim(Z_SIDES(i)))
+      end if
+      call w%accept(trim(Z_SIDES(i)), wing)
+      call w%check('it is known', wing%z_side == Z_SIDES(i))
+      call w%check('up is up', wing%z_is_dorsal() .eqv. (i == 2 .or. i == 3))
+      call refine_wing(wing, fine)
+      call w%check('on a finer mesh, too', fine%z_side == Z_SIDES(i))
+    end do
+    call w%sample(PATH)
+    call w%text_attribute('/', 'z_side', 'up')
+    call w%refuse('attribute z_side: is ''up'''//VALID)
+    call w%sample(PATH)
+    call w%text_attribute('/', 'z_side', 'dorsal')
+    call w%refuse('attribute z_side: is ''dorsal'''//VALID)
+    call w%sample(PATH)
+    call w%integer_attribute('/', 'z_side', 1)
+    call w%refuse('attribute z_side: is not a text'//VALID)
+  end subroutine test_z_side
 
   subroutine test_points()
     real(rp) :: points(27)
@@ -223,6 +259,7 @@ contains
     type(message_list_t) :: messages
     if (t%world%is_root) then
       call w%sample('all.h5')
+      call w%text_attribute('/', 'z_side', 'right dorsal')
       call w%close()
       call w%sample('bad.h5')
       call w%delete('/root')
@@ -235,6 +272,7 @@ contains
     call t%check('triangles', all(wing%triangles(:, 8) == [5, 9, 8]))
     call t%check('veins', wing%veins(3)%name == 'C' .and. all(wing%veins(3)%nodes == [2, 5, 8]) &
                  .and. abs(wing%veins(3)%diameters(2) - 7e-5_rp) < 1e-18_rp)
+    call t%check('the side to which z points', wing%z_side == 'right dorsal')
     call t%check('joints and root', all(wing%joints(2)%nodes == [4, 5, 6]) .and. all(wing%root == [1, 4, 7]))
     call load_wing(t%world, 'bad.h5', wing, messages)
     call t%check('all ranks refuse a bad file with the same messages', messages%count() >= 2)

@@ -17,7 +17,7 @@ from synthetic import SOURCE, TOOLS, run_tool  # noqa: E402
 
 sys.path.insert(0, str(TOOLS))
 from _triangulate import Triangulation, in_circle  # noqa: E402
-from _wing_file import Wing, read_wing  # noqa: E402
+from _wing_file import Z_SIDES, Wing, read_wing, sorted_wing  # noqa: E402
 from _wing_shape import read_shape, section  # noqa: E402
 from make_wing import make_calliphora, make_plate, make_strip  # noqa: E402
 
@@ -124,6 +124,28 @@ class Plate(InFolder):
             if k < 2:
                 self.assert_read(path)
             self.assertTrue((read_wing(path).areas() > 0).all())
+
+
+class Sides(InFolder):
+    """Which side +z points to: what the tools write the solver reads, and nothing is written where nothing is said."""
+
+    def test_every_side(self):
+        path = self.folder / "plate.h5"
+        for side in Z_SIDES:
+            run = run_tool("make_wing.py", "plate", path, "--edge", "1.5", "--z-side", side)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn(f"+z points to the side: {side}", run.stdout)
+            self.assertEqual(read_wing(path).z_side, side)
+            self.assertEqual(sorted_wing(read_wing(path)).z_side, side)
+            self.assert_read(path)
+        self.assertEqual(run_tool("make_wing.py", "plate", path, "--edge", "1.5").returncode, 0)
+        self.assertNotIn(("/", "z_side"), contents(path))
+        self.assertEqual(read_wing(path).z_side, "")
+
+    def test_other_words_are_refused(self):
+        run = run_tool("make_wing.py", "plate", self.folder / "plate.h5", "--z-side", "dorsal")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("'left ventral', 'right dorsal'", run.stderr)
 
 
 class Strip(InFolder):
@@ -301,8 +323,9 @@ class Import(InFolder):
     def test_a_set_with_all_its_traps(self):
         for turned, swapped in ((True, False), (False, False), (False, True)):
             self.make_set(turned, swapped)
-            run = self.run_import()
+            run = self.run_import("--z-side", "right dorsal")
             self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual(read_wing(self.folder / "wing.h5").z_side, "right dorsal")
             self.assertEqual("triangles turned" in run.stdout, turned)
             self.assertEqual("columns 3 and 4" in run.stdout, swapped)
             self.assertIn("9 edges have two springs", run.stdout)

@@ -12,6 +12,7 @@ module flusi_report
   use fsi_coupler, only: coupler_t
   use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_thin_wings, only: thin_wings_t
   use parallel_report, only: report_timers
   use parallel_world, only: world_t
   use solid_params, only: membrane_note
@@ -22,14 +23,16 @@ module flusi_report
 contains
 
   !> Version, grid, ranks, memory and dimensionless numbers. Root only. `restart_time` is absent in a new run.
-  subroutine print_run_header(unit, settings, fluid, coupler, restart_time)
+  subroutine print_run_header(unit, settings, fluid, coupler, restart_time, thin)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
     type(fluid_t), intent(in) :: fluid
     type(coupler_t), intent(in), optional :: coupler !< of flexible wings
     real(rp), intent(in), optional :: restart_time
+    type(thin_wings_t), intent(in), optional :: thin !< wings without thickness
     real(rp) :: bytes
     bytes = fluid%memory_bytes()
+    if (present(thin)) bytes = bytes + thin%memory_bytes()
     if (present(coupler)) bytes = bytes + coupler%memory_bytes()
     associate (p => settings%fluid, t => fluid%transform)
       write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
@@ -40,6 +43,7 @@ contains
         ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
+      if (present(thin)) call print_markers(unit, settings, thin)
       if (present(restart_time)) then
         write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
       else
@@ -49,6 +53,22 @@ contains
     end associate
     flush (unit)
   end subroutine print_run_header
+
+  !> How wings without thickness are covered with markers, and the vanishing viscosity of their flow.
+  subroutine print_markers(unit, settings, thin)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    type(thin_wings_t), intent(in) :: thin
+    integer :: i
+    do i = 1, size(thin%wings)
+      associate (m => thin%wings(i)%markers)
+        write (unit, '(a,i0,2(a,f0.2),a)') 'surface   '//trim(settings%flight%wings(i)%side)//': no thickness, ', m%n, &
+          ' markers, nearest ', m%least, ', largest gap ', m%gap, ' of their spacing'
+      end associate
+    end do
+    write (unit, '(2(a,f0.2),a)') '          spacing ', settings%flight%thin%spacing/settings%fluid%grid%max_spacing(), &
+      ' cells; vanishing viscosity damps the largest wavenumber at ', settings%fluid%vanishing_rate, ' per T'
+  end subroutine print_markers
 
   !> Reynolds number, penalization and sponge numbers, and with [units] the SI value of each unit.
   subroutine print_scales(unit, settings)
@@ -96,7 +116,8 @@ contains
       write (unit, '(3(a,g0.5),a)') '          f = ', f, ', mean tip speed = ', tip, ', u_inf = ', wind
     if (p%nu > 0) write (unit, '(a,f0.1,a)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', (tip + wind)*chord/p%nu, ''
       if (tip > 0) write (unit, '(a,f0.3)') '          advance ratio u_inf/u_tip = ', wind/tip
-      write (unit, '(2(a,f0.2),a)') 'thickness ', 2*flight%half_thickness/p%grid%max_spacing(), ' cells, smoothing ', &
+      if (.not. flight%thin%is_thin) write (unit, '(2(a,f0.2),a)') 'thickness ', &
+        2*flight%half_thickness/p%grid%max_spacing(), ' cells, smoothing ', &
         flight%smoothing/p%grid%max_spacing(), ' cells'
       write (unit, '(2(a,g0.5))', advance='no') 'scales    rho R^4 f^2 = ', r**4*f**2, ', rho R^5 f^3 = ', r**5*f**3
       if (u%given) write (unit, '(4(a,g0.5),a)', advance='no') '; R = ', 1.0e3_rp*r*u%length, ' mm, f = ', &
@@ -128,6 +149,8 @@ contains
       else
         write (unit, '(a)') '          '//note
       end if
+      write (unit, '(a)') '          +z of [Wing] is the '//trim(merge('dorsal ', 'ventral', &
+        (wing%mount%dorsal_sign() > 0) .neqv. wing%is_mirrored))//' side of all wings'
       write (unit, '(a,f0.2)') '          largest added-mass ratio over the wing ', c%added_mass
       stiffness = 0
       if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &

@@ -9,6 +9,8 @@ module flusi_series
   use flusi_flight_series, only: flight_series_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_rotation, only: cross
+  use fsi_thin_wings, only: thin_wings_t
   use fsi_wing_loads, only: wing_loads_t, wing_loads
   use io_series, only: series_t
   use parallel_world, only: world_t
@@ -20,7 +22,7 @@ module flusi_series
 
   type :: run_series_t
     private
-    type(series_t) :: dt, timesteps, ekin                 !< every step
+    type(series_t) :: dt, timesteps, ekin, slip           !< every step
     type(series_t) :: energy, divergence, mean_flow       !< every integral interval
     type(series_t) :: forces, mask_volume, residual
     type(series_t) :: part(0:N_COLORS - 1)
@@ -58,10 +60,13 @@ contains
 
     associate (p => fluid%rhs%params, penalty => fluid%rhs%penalty)
       self%solids = p%penalized
-      self%compute_forces = p%penalized .and. p%compute_forces
+      self%compute_forces = (p%penalized .or. present(wings)) .and. p%compute_forces
       points = penalty%count_colors()
       call world%sum_reals(points)
       self%has_color = points > 0.5_rp
+      do c = 0, N_COLORS - 1
+        self%has_color(c) = self%has_color(c) .or. is_wing(wings, c)
+      end do
     end associate
 
     call open_one(self%dt, 'dt.t', [character(40) :: T, 'dt [T]', 'CFL [-]', 'dt*nu/dx^2 [-]', 'dt/eps [-]'])
@@ -94,6 +99,8 @@ contains
     end if
     self%has_wings = present(wings)
     if (.not. present(wings)) return
+    if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
+      [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]'])
     call self%flight%open(world, wings, flexible, note, failure, restart_time)
     if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
 
@@ -157,14 +164,15 @@ contains
     call self%coupling%look(wings, coupler, fluid)
   end subroutine series_look
 
-  !> Records of every step; `seconds` is the wall time that the step took. With a coupler `look` must have been called
-  !> in this step.
-  subroutine series_write_step(self, fluid, seconds, ranks, coupler)
+  !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
+  !> `look` must have been called in this step.
+  subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     real(rp), intent(in) :: seconds
     integer, intent(in) :: ranks
     type(coupler_t), intent(in), optional :: coupler
+    type(thin_wings_t), intent(in), optional :: thin
     real(rp) :: h
     associate (p => fluid%rhs%params, t => fluid%sums_time, dt => fluid%dt)
       h = p%grid%min_spacing()
@@ -173,6 +181,7 @@ contains
       call self%ekin%write([t, fluid%sums%kinetic_energy])
     end associate
     if (present(coupler)) call self%coupling%write(coupler)
+    if (present(thin)) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, thin%slip%speed])
   end subroutine series_write_step
 
   !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be
@@ -183,7 +192,7 @@ contains
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
     type(wing_loads_t), allocatable :: loads(:)
-    real(rp) :: rms(0:N_COLORS - 1)
+    real(rp) :: rms(0:N_COLORS - 1), force(3), moment(3)
     integer :: c, i
     allocate (loads(0))
     if (present(wings)) loads = [(wing_loads(wings, i, fluid), i=1, size(wings%surfaces))]
@@ -199,8 +208,9 @@ contains
         call self%residual%write([t, rms])
       end if
       if (self%compute_forces) then
-        call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2), sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
-                                sum(s%moment(:, COLOR_BODY:), 2), sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
+        call marker_total(wings, fluid%rhs%params%centre, force, moment)
+        call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2) + force, sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
+                                sum(s%moment(:, COLOR_BODY:), 2) + moment, sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
                                 total_power(loads)])
         do c = COLOR_BODY, N_COLORS - 1
           if (self%has_color(c) .and. .not. is_wing(wings, c)) call self%part(c)%write( &
@@ -231,6 +241,24 @@ contains
     is_wing = .false.
     if (present(wings)) is_wing = any([(wings%surfaces(i)%color == color, i=1, size(wings%surfaces))])
   end function is_wing
+
+  !> Force and moment about `centre` on all wings without thickness, which are not among the fluid's integrals.
+  pure subroutine marker_total(wings, centre, force, moment)
+    type(flapping_wings_t), intent(in), optional :: wings
+    real(rp), intent(in) :: centre(3)
+    real(rp), intent(out) :: force(3), moment(3)
+    integer :: i
+    force = 0
+    moment = 0
+    if (.not. present(wings)) return
+    if (.not. allocated(wings%marker_loads)) return
+    do i = 1, size(wings%marker_loads)
+      associate (load => wings%marker_loads(i))
+        force = force + load%force
+        moment = moment + load%moment + cross(wings%poses(i)%hinge - centre, load%force)
+      end associate
+    end do
+  end subroutine marker_total
 
   !> Records of flexible wings and of the load that the coupler has just looked at.
   subroutine series_write_bending(self, wings, coupler)
@@ -273,6 +301,7 @@ contains
       end do
     end if
     if (self%has_wings) call self%flight%close(failure)
+    call self%slip%close(failure)
     call self%coupling%close(failure)
   end subroutine series_close
 end module flusi_series

@@ -18,7 +18,7 @@ module flusi_summary
   public :: write_summary
 
   character(*), parameter :: NL = new_line('a')
-  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS
+  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 4
   integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
   character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
                                                                                                    'inertial power']
@@ -49,9 +49,15 @@ contains
       end do
     end do
     text = summary_text(settings, name, beats)
-    call read_series('u_residual.t', SLIP_COLUMNS, series, failure)
-    if (failure%failed) return
-    text = text//slip_text(settings, series, period, n)
+    if (settings%flight%thin%is_thin) then
+      call read_series('slip.t', THIN_COLUMNS, series, failure)
+      if (failure%failed) return
+      text = text//thin_slip_text(settings, series, period, n)
+    else
+      call read_series('u_residual.t', SLIP_COLUMNS, series, failure)
+      if (failure%failed) return
+      text = text//slip_text(settings, series, period, n)
+    end if
     write (output_unit, '(a)') '', text
     call write_text('summary.txt', text, ok)
     if (.not. ok) call failure%raise('summary.txt: cannot be written; is the disk full?')
@@ -130,6 +136,27 @@ contains
     x = unit*[sum(b%mean)/size(b), (maxval(b%mean) - minval(b%mean))/2, &
               sum(b%largest)/size(b), (maxval(b%largest) - minval(b%largest))/2]
   end function four_numbers
+
+  !> How well the flow follows wings without thickness in the last beat.
+  function thin_slip_text(settings, series, period, n) result(text)
+    type(settings_t), intent(in) :: settings
+    real(rp), intent(in) :: series(:, :) !< of slip.t
+    real(rp), intent(in) :: period
+    integer, intent(in) :: n
+    character(:), allocatable :: text
+    real(rp), parameter :: MUCH = 0.02_rp
+    type(beat_t) :: beat
+    character(160) :: line
+    real(rp) :: share
+    text = ''
+    if (settings%flight%tip_speed() <= 0) return
+    beat = beat_statistics(series(1, :), series(2, :), period, n)
+    share = beat%mean/settings%flight%tip_speed()
+    write (line, '(a,f0.2,a)') 'slip        the largest |u - u_s| at a marker is ', 100*share, &
+      ' % of the mean tip speed (mean of the last beat)'
+    text = NL//trim(line)//NL
+    if (share > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
+  end function thin_slip_text
 
   !> How much flow passes the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
   function slip_text(settings, series, period, n) result(text)

@@ -208,7 +208,8 @@ contains
     end if
     call reader%open(self%world, path, problem)
     if (problem%failed) return
-    call load_solid(reader, self%settings%setup%model, self%state, self%step, self%work, problem)
+    call load_solid(reader, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work, &
+                    problem)
     call reader%close(problem)
     call self%slots%came_from(path)
     if (.not. problem%failed) write (output_unit, '(a,es16.9,a)') 'restart   at t = ', self%state%time, ' s from '//path
@@ -296,7 +297,7 @@ contains
     type(checkpoint_writer_t) :: writer
     if (self%failure%failed .or. self%step == 0) return
     call self%slots%begin(writer, self%failure)
-    call save_solid(writer, self%settings%setup%model, self%state, self%step, self%work)
+    call save_solid(writer, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work)
     call self%slots%commit(writer, self%failure)
     call self%stop_rules%backup_done()
   end subroutine run_back_up

@@ -49,7 +49,8 @@ contains
   call r%add_real('Motion', 'frequency', 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
     call r%add_real('Motion', 'ramp', 0.0_rp, 'the rotation starts from rest and is even after this time; 0: at once', &
                     unit='s', min=0.0_rp)
-    call r%add_word('Motion', 'wing', 'left', 'left|right', 'which wing of [Insects] flaps')
+    call r%add_word('Motion', 'wing', 'left', 'left|right', 'which wing of [Insects] flaps; loads and '// &
+                    'results are along the axes of the wing file, of whose wing it may be the mirror image')
     call r%add_section('units', 'SI values of the units L and T of [Insects]')
     call r%add_real('units', 'length', 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
     call r%add_real('units', 'frequency', 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)

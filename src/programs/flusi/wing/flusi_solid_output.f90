@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Files of `flusi --solid`: the time series <name>.t, and at every save the wing in <name>_NNNNN.h5 with one
-!> index <name>.xmf over all times (see flusi_wing_output). Positions and velocities are in the wing frame.
+!> index <name>.xmf over all times (see flusi_wing_output). Positions and velocities are along the axes of
+!> the wing file.
 module flusi_solid_output
   use base_errors, only: failure_t
   use base_files, only: name_of

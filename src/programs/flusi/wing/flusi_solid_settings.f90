@@ -22,6 +22,7 @@ module flusi_solid_settings
   use solid_dynamics, only: dynamic_options_t
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
+  use solid_wing, only: wing_t
   use solid_wing_case, only: wing_case_t
   implicit none
   private
@@ -41,7 +42,8 @@ module flusi_solid_settings
     type(config_t) :: config
     type(wing_case_t) :: setup
     type(inertia_t) :: inertia
-    class(motion_t), allocatable :: motion
+    class(motion_t), allocatable :: motion          !< along the axes of the wing file
+    logical :: is_mirrored = .false.                !< the wing that flaps is the mirror image of the one in the file
     type(load_law_t) :: law
     type(point_force_t), allocatable :: released(:) !< forces that bend the wing before time 0
     integer :: mode = 0                             !< natural mode in which the wing starts
@@ -97,6 +99,7 @@ contains
     call notice_idle_keys(s%config, notices)
     call load_wing(s%config, path, .true., s%setup, found, errors, notices)
     if (.not. found) return
+    call mirror_motion(s%setup%wing, s%motion, s%is_mirrored)
     call refuse_root_compliance(s%config, s%setup%asked, errors)
     call read_forces(s, 'constant', s%law%constant, errors)
     call read_forces(s, 'ramped', s%law%ramped, errors)
@@ -221,6 +224,20 @@ contains
     end associate
     allocate (s%motion, source=flapping)
   end subroutine read_flapping
+
+  !> The mechanics is along the axes of the wing file. Where z of the wing that flaps is on another side, that wing is
+  !> the mirror image of the one in the file, and the latter makes the mirrored motion.
+  subroutine mirror_motion(wing, motion, is_mirrored)
+    type(wing_t), intent(in) :: wing
+    class(motion_t), intent(inout) :: motion
+    logical, intent(out) :: is_mirrored
+    is_mirrored = .false.
+    select type (motion)
+    type is (flapping_motion_t)
+      is_mirrored = motion%mount%mirrors(wing%z_is_dorsal())
+      motion%is_mirrored = is_mirrored
+    end select
+  end subroutine mirror_motion
 
   !> The forces under `key`, all of which act together.
   subroutine read_forces(s, key, forces, errors)

@@ -1,0 +1,341 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Forces at points of the flow, and the velocity of the flow at these points.
+!>
+!> Both use one filter Phi(k). The velocity at a point X is
+!>
+!>     (I u)(X) = sum_k Phi(k) u_k exp(i k.X),          |k| < K,
+!>
+!> and forces F_m at X_m for a time dt change the flow by its adjoint, projected,
+!>
+!>     u_k <- u_k + dt/V Phi(k) (1 - k k/k^2) sum_m F_m exp(-i k.X_m).
+!>
+!> K is the largest radius of a sphere inside the truncation, so that the response depends on distances only. With
+!> Phi^2 = 1 + (k/K)^2 a sheet of points acts as a wall without thickness: its effective half thickness is
+!> (1/pi) int (1 - Phi^2)/k^2 dk over 0 .. infinity, which vanishes, while Phi = 1 has 1/(pi K), 0.3 dx.
+!>
+!> The sums over modes are fast transforms to and from the grid, done only where the window about the points reaches
+!> (spectral_window).
+module fluid_point_forces
+  use base_constants, only: TWO_PI
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use parallel_block, only: block_t
+  use parallel_world, only: world_t
+  use spectral_grid, only: grid_t
+  use spectral_sticks, only: sticks_t, sphere_radius
+  use spectral_transform, only: kernels_t, transform_t
+  use spectral_window, only: window_transform, window_weights, WINDOW_WIDTH
+  implicit none
+  private
+  public :: point_forces_t
+
+  !> The window weights of the points on this rank's lines, sorted by line.
+  type :: stencils_t
+    integer, allocatable :: line_first(:)  !< (ny_local*nz_local + 1) first entry of a line
+    integer, allocatable :: point(:)       !< (entries) the point
+    real(rp), allocatable :: weight(:)     !< (entries) its weight across x
+    integer, allocatable :: x_first(:)     !< (points) 0-based
+    real(rp), allocatable :: x_weights(:, :) !< (W, points)
+    logical, allocatable :: lines(:, :)    !< (ny_local, nz_local) lines with an entry
+  end type stencils_t
+
+  type, extends(kernels_t) :: point_forces_t
+    private
+    type(world_t) :: world
+    type(grid_t) :: grid
+    type(block_t) :: block
+    type(sticks_t) :: sticks
+    integer :: n = 0, width_x = WINDOW_WIDTH
+    real(rp), public :: radius = 0                     !< K, 1/L
+    type(stencils_t) :: stencils
+    real(rp), allocatable :: inverse_xy(:), inverse_z(:) !< 1/transform of the window on sticks, along kz
+    real(rp), allocatable :: kappa_xy(:), kappa_z(:)     !< parts of (k/K)^2
+    real(rp), allocatable :: filter(:)                   !< (nkz) of one stick
+    real(rp), allocatable :: values(:, :)                !< (3, n) velocities or forces
+    real(rp) :: impulse = 0, mean_change(3) = 0
+    complex(rp), pointer, contiguous :: u(:, :, :) => null()
+  contains
+    procedure :: init => forces_init
+    procedure :: place => forces_place
+    procedure :: sample => forces_sample
+    procedure :: apply => forces_apply
+    procedure :: spectral_in => forces_spectral_in
+    procedure :: product => forces_product
+    procedure :: spectral_out => forces_spectral_out
+    procedure :: reduce => forces_reduce
+    procedure :: memory_bytes => forces_memory_bytes
+    procedure, private :: set_filter
+  end type point_forces_t
+
+contains
+
+  !> Room for up to `most` points in the flow on this block of the grid. The grid needs at least W points in each
+  !> direction, or one in x, and the truncation 'ellipsoid'.
+  subroutine forces_init(self, world, grid, block, sticks, most)
+    class(point_forces_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    type(block_t), intent(in) :: block
+    type(sticks_t), intent(in) :: sticks
+    integer, intent(in) :: most
+    integer :: n_lines
+    call require(all(grid%n >= WINDOW_WIDTH .or. [grid%is_2d, .false., .false.]), &
+                 'point_forces_t: the window needs more points in each direction')
+    call require(sticks%dealias == 'ellipsoid', 'point_forces_t: the window needs the ellipsoidal truncation')
+    self%world = world
+    self%grid = grid
+    self%block = block
+    self%sticks = sticks
+    self%radius = sphere_radius(grid)
+    self%width_x = merge(1, WINDOW_WIDTH, grid%is_2d)
+    n_lines = block%count(2)*block%count(3)
+    allocate (self%stencils%line_first(n_lines + 1), self%stencils%lines(block%count(2), block%count(3)))
+    allocate (self%stencils%point(WINDOW_WIDTH**2*most), self%stencils%weight(WINDOW_WIDTH**2*most))
+    allocate (self%stencils%x_first(most), self%stencils%x_weights(WINDOW_WIDTH, most))
+    allocate (self%values(3, most))
+    associate (h => grid%spacing, s => sticks)
+      self%inverse_xy = 1/window_transform(s%ky*h(2))
+      if (.not. grid%is_2d) self%inverse_xy = self%inverse_xy/window_transform(s%kx*h(1))
+      self%inverse_z = 1/window_transform(s%kz*h(3))
+      self%kappa_xy = (s%kx**2 + s%ky**2)/self%radius**2
+      self%kappa_z = s%kz**2/self%radius**2
+    end associate
+    allocate (self%filter(sticks%nkz))
+    self%stencils%line_first = 1
+    self%stencils%lines = .false.
+  end subroutine forces_init
+
+  !> From now on the points are x(3, n) [L], anywhere: the box is periodic.
+  subroutine forces_place(self, x)
+    class(point_forces_t), intent(inout) :: self
+    real(rp), intent(in) :: x(:, :)
+    integer :: first(3), i, j, k, y, z, line, pass, n_lines
+    real(rp) :: w(WINDOW_WIDTH, 3)
+    self%n = size(x, 2)
+    n_lines = size(self%stencils%line_first) - 1
+    call require(self%n <= size(self%values, 2), 'point_forces_t: more points than there is room for')
+    associate (s => self%stencils, block => self%block)
+      ! The first pass counts the entries of every line, the second puts them in their places.
+      s%line_first = 0
+      do pass = 1, 2
+        do i = 1, self%n
+          do j = merge(2, 1, self%grid%is_2d), 3
+            call window_weights(x(j, i)/self%grid%spacing(j), first(j), w(:, j))
+          end do
+          if (pass == 1) then
+            s%x_first(i) = merge(0, modulo(first(1), self%grid%n(1)), self%grid%is_2d)
+            s%x_weights(:, i) = w(:, 1)
+            if (self%grid%is_2d) s%x_weights(1, i) = 1
+          end if
+          do k = 0, WINDOW_WIDTH - 1
+            z = modulo(first(3) + k, self%grid%n(3)) - block%start(3) + 1
+            if (z < 1 .or. z > block%count(3)) cycle
+            do j = 0, WINDOW_WIDTH - 1
+              y = modulo(first(2) + j, self%grid%n(2)) - block%start(2) + 1
+              if (y < 1 .or. y > block%count(2)) cycle
+              line = y + block%count(2)*(z - 1)
+              if (pass == 2) then
+                s%point(s%line_first(line)) = i
+                s%weight(s%line_first(line)) = w(j + 1, 2)*w(k + 1, 3)
+              end if
+              s%line_first(line) = s%line_first(line) + 1
+            end do
+          end do
+        end do
+        if (pass == 1) then
+          s%lines = reshape(s%line_first(:n_lines) > 0, shape(s%lines))
+          call counts_to_starts(s%line_first)
+        end if
+      end do
+      ! Every start has moved to the end of its line, which is the start of the next one.
+      s%line_first(2:) = s%line_first(:n_lines)
+      s%line_first(1) = 1
+    end associate
+  end subroutine forces_place
+
+  !> Numbers of entries become the number of the first one.
+  pure subroutine counts_to_starts(counts)
+    integer, intent(inout) :: counts(:)
+    integer :: i, count, next
+    next = 1
+    do i = 1, size(counts)
+      count = counts(i)
+      counts(i) = next
+      next = next + count
+    end do
+  end subroutine counts_to_starts
+
+  !> The velocities (3, n) of the flow `u` (nkz, sticks, 3) at the points, the same on all ranks. Costs three inverse
+  !> transforms, of them only what leads to the points. Collective.
+  subroutine forces_sample(self, transform, u, velocities)
+    class(point_forces_t), intent(inout), target :: self
+    class(transform_t), intent(inout) :: transform
+    complex(rp), contiguous, target, intent(in) :: u(:, :, :)
+    real(rp), intent(inout) :: velocities(:, :)
+    call point_at(self, u)
+    self%n_in = 3
+    self%n_out = 0
+    self%values(:, :self%n) = 0
+    call transform%pipeline(self)
+    call sum_over_ranks(self%world, 3*self%n, self%values)
+    velocities(:, :self%n) = self%values(:, :self%n)
+    nullify (self%u)
+  end subroutine forces_sample
+
+  subroutine sum_over_ranks(world, n, values)
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: n
+    real(rp), intent(inout) :: values(n)
+    call world%sum_reals(values)
+  end subroutine sum_over_ranks
+
+  !> Changes the flow `u` by forces(3, n) [rho L^4/T^2] that act on it at the points for a time `dt` [T]. The mean flow
+  !> changes by dt times the total force times `mean_response` [1/(rho L^3)] of each direction: 1/V where it is free, 0
+  !> where it is prescribed. Costs three forward transforms, of them only what leads from the points. Collective.
+  subroutine forces_apply(self, transform, forces, dt, mean_response, u)
+    class(point_forces_t), intent(inout), target :: self
+    class(transform_t), intent(inout) :: transform
+    real(rp), intent(in) :: forces(:, :), dt, mean_response(3)
+    complex(rp), contiguous, target, intent(inout) :: u(:, :, :)
+    call point_at(self, u)
+    self%n_in = 0
+    self%n_out = 3
+    self%impulse = dt
+    self%mean_change = dt*mean_response*sum(forces(:, :self%n), 2)
+    self%values(:, :self%n) = forces(:, :self%n)
+    call transform%pipeline(self)
+    nullify (self%u)
+  end subroutine forces_apply
+
+  subroutine point_at(self, u)
+    type(point_forces_t), intent(inout), target :: self
+    complex(rp), contiguous, target, intent(in) :: u(:, :, :)
+    self%u => u
+    self%lines => self%stencils%lines
+  end subroutine point_at
+
+  !> Phi over the transform of the window on stick `s`, 0 outside the sphere.
+  subroutine set_filter(self, s)
+    class(point_forces_t), intent(inout) :: self
+    integer, intent(in) :: s
+    integer :: i
+    real(rp) :: kappa
+    do i = 1, self%sticks%nkz
+      kappa = self%kappa_xy(s) + self%kappa_z(i)
+      self%filter(i) = merge(sqrt(1 + kappa)*self%inverse_xy(s)*self%inverse_z(i), 0.0_rp, kappa < 1)
+    end do
+  end subroutine set_filter
+
+  !> See kernels_t.
+  subroutine forces_spectral_in(self, first, count, fields)
+    class(point_forces_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    integer :: i, c
+    do i = 1, count
+      call self%set_filter(first + i - 1)
+      do c = 1, 3
+        fields(:, i, c) = self%filter*self%u(:, first + i - 1, c)
+      end do
+    end do
+  end subroutine forces_spectral_in
+
+  !> See kernels_t: gathers values at the points, or spreads theirs.
+  subroutine forces_product(self, first, count, z, in, out)
+    class(point_forces_t), intent(inout) :: self
+    integer, intent(in) :: first, count, z
+    real(rp), contiguous, intent(in) :: in(:, :, :)
+    real(rp), contiguous, intent(inout) :: out(:, :, :)
+    integer :: i, line
+    if (self%n_out > 0) out(:, 1:count, :) = 0
+    do i = 1, count
+      line = first + i - 1 + self%block%count(2)*(z - 1)
+      if (self%n_out > 0) then
+        call spread_line(self, line, out(:, i, :))
+      else
+        call gather_line(self, line, in(:, i, :))
+      end if
+    end do
+  end subroutine forces_product
+
+  subroutine gather_line(self, line, in)
+    type(point_forces_t), intent(inout) :: self
+    integer, intent(in) :: line
+    real(rp), intent(in) :: in(:, :)
+    integer :: e, j, x
+    real(rp) :: sums(3)
+    associate (s => self%stencils)
+      do e = s%line_first(line), s%line_first(line + 1) - 1
+        associate (p => s%point(e))
+          sums = 0
+          x = s%x_first(p)
+          do j = 1, self%width_x
+            x = x + 1
+            if (x > self%grid%n(1)) x = 1
+            sums = sums + s%x_weights(j, p)*in(x, :)
+          end do
+          self%values(:, p) = self%values(:, p) + s%weight(e)*sums
+        end associate
+      end do
+    end associate
+  end subroutine gather_line
+
+  subroutine spread_line(self, line, out)
+    type(point_forces_t), intent(in) :: self
+    integer, intent(in) :: line
+    real(rp), intent(inout) :: out(:, :)
+    integer :: e, j, x
+    real(rp) :: force(3)
+    associate (s => self%stencils)
+      do e = s%line_first(line), s%line_first(line + 1) - 1
+        associate (p => s%point(e))
+          force = s%weight(e)/self%grid%cell_volume()*self%values(:, p)
+          x = s%x_first(p)
+          do j = 1, self%width_x
+            x = x + 1
+            if (x > self%grid%n(1)) x = 1
+            out(x, :) = out(x, :) + s%x_weights(j, p)*force
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine spread_line
+
+  !> See kernels_t: the projected forces change the flow.
+  subroutine forces_spectral_out(self, first, count, fields)
+    class(point_forces_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    complex(rp) :: along
+    real(rp) :: k(3)
+    integer :: i, j, s
+    do i = 1, count
+      s = first + i - 1
+      call self%set_filter(s)
+      k(1:2) = [self%sticks%kx(s), self%sticks%ky(s)]
+      do j = 1, self%sticks%nkz
+        k(3) = self%sticks%kz(j)
+        fields(j, i, :) = self%impulse*self%filter(j)*fields(j, i, :)
+        along = (k(1)*fields(j, i, 1) + k(2)*fields(j, i, 2) + k(3)*fields(j, i, 3))/max(sum(k**2), tiny(1.0_rp))
+        self%u(j, s, :) = self%u(j, s, :) + fields(j, i, :) - k*along
+      end do
+      ! The mean follows its own law, by the total force itself: no window comes between.
+      if (s == self%sticks%zero) self%u(1, s, :) = self%u(1, s, :) - fields(1, i, :) + self%mean_change
+    end do
+  end subroutine forces_spectral_out
+
+  !> See kernels_t: nothing is reduced in between.
+  subroutine forces_reduce(self)
+    class(point_forces_t), intent(inout) :: self
+    associate (nothing_to_reduce => self)
+    end associate
+  end subroutine forces_reduce
+
+  !> Bytes of its large arrays on this rank.
+  pure real(rp) function forces_memory_bytes(self) result(bytes)
+    class(point_forces_t), intent(in) :: self
+    bytes = 0
+    if (allocated(self%values)) bytes = 12*real(size(self%stencils%point), rp) + 8*real(size(self%inverse_xy), rp)*2 + &
+                                        4*real(size(self%stencils%line_first), rp)
+  end function forces_memory_bytes
+end module fluid_point_forces

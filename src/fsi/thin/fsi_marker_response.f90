@@ -1,0 +1,80 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What forces at the markers of a wing do to the velocities there, and which forces make given velocities.
+!>
+!> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the
+!> Green tensor of the differences of places (fsi_green). M is symmetric and positive definite as long as markers are
+!> about two grid spacings apart; 1e-8 of its mean diagonal is added to it. It depends on relative places only, so
+!> that it is made in the frame of the wing: once for a rigid one.
+module fsi_marker_response
+  use base_kinds, only: rp
+  use base_lapack, only: factorise, solve_factorised
+  use fsi_green, only: green_t
+  implicit none
+  private
+  public :: marker_response_t
+
+  type :: marker_response_t
+    real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle
+    real(rp), allocatable, private :: work(:)      !< (3n)
+  contains
+    procedure :: init => response_init
+    procedure :: build => response_build
+    procedure :: solve => response_solve
+    procedure :: memory_bytes => response_memory_bytes
+  end type marker_response_t
+
+contains
+
+  !> Room for n markers.
+  subroutine response_init(self, n)
+    class(marker_response_t), intent(inout) :: self
+    integer, intent(in) :: n
+    if (allocated(self%factor)) deallocate (self%factor, self%work)
+    allocate (self%factor(3*n, 3*n), self%work(3*n), source=0.0_rp)
+  end subroutine response_init
+
+  !> Makes and factorises M for markers at x(3, n) [L], in any frame that is at rest for the moment. It has no factor if
+  !> markers are too close to each other: then `solve` must not be called.
+  subroutine response_build(self, green, x, has_factor)
+    class(marker_response_t), intent(inout) :: self
+    type(green_t), intent(in) :: green
+    real(rp), intent(in) :: x(:, :)
+    logical, intent(out) :: has_factor
+    real(rp), parameter :: REGULARISATION = 1.0e-8_rp
+    real(rp) :: own(3, 3)
+    integer :: i, j, k
+    own = green%at([0.0_rp, 0.0_rp, 0.0_rp])
+    do k = 1, 3
+      own(k, k) = own(k, k)*(1 + REGULARISATION)
+    end do
+    do j = 1, size(x, 2)
+      do i = j + 1, size(x, 2)
+        self%factor(3*i - 2:3*i, 3*j - 2:3*j) = green%at(x(:, i) - x(:, j))
+      end do
+      self%factor(3*j - 2:3*j, 3*j - 2:3*j) = own
+    end do
+    call factorise(self%factor, has_factor)
+  end subroutine response_build
+
+  !> The forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made.
+  subroutine response_solve(self, v, f)
+    class(marker_response_t), intent(inout) :: self
+    real(rp), intent(in) :: v(:, :)
+    real(rp), intent(inout) :: f(:, :)
+    integer :: i
+    do i = 1, size(v, 2)
+      self%work(3*i - 2:3*i) = v(:, i)
+    end do
+    call solve_factorised(self%factor, self%work)
+    do i = 1, size(v, 2)
+      f(:, i) = self%work(3*i - 2:3*i)
+    end do
+  end subroutine response_solve
+
+  !> Bytes of the matrix.
+  pure real(rp) function response_memory_bytes(self) result(bytes)
+    class(marker_response_t), intent(in) :: self
+    bytes = 0
+    if (allocated(self%factor)) bytes = 8*real(size(self%factor), rp)
+  end function response_memory_bytes
+end module fsi_marker_response

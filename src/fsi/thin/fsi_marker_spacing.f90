@@ -1,0 +1,159 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Markers about a spacing h apart on a triangulated sheet, its free edges included.
+!>
+!> Wanted is that no two are closer than LEAST h and that no point of the sheet is farther than LEAST h from one; a set
+!> of points that none can be added to without breaking the first has the second (Eldar et al. 1997, DOI
+!> 10.1109/83.623193), whatever the shape. All distances are those in space, so that the lips of a slit are one line. The
+!> edges come first (fsi_marker_lines). The inside is filled from them as by a growing crystal, each marker next to two
+!> others; Lloyd's method then moves the inner markers to the centres of their Voronoi cells (Du, Faber & Gunzburger
+!> 1999, DOI 10.1137/S0036144599352836), and what is too close or missing after that is taken away or added.
+module fsi_marker_spacing
+  use base_kinds, only: rp
+  use fsi_free_edges, only: find_free_edges
+  use fsi_marker_cloud, only: cloud_t, FREE_EDGE, FRONT, GAP, place_on_edge, place_t
+  use fsi_marker_lines, only: line_place_t, place_on_lines
+  implicit none
+  private
+  public :: space_markers
+
+  real(rp), parameter :: LEAST = 0.75_rp         !< of h, least distance and largest gap
+  real(rp), parameter :: SAME = 1.0e-9_rp        !< of h, differences that are none
+  real(rp), parameter :: GROWTH = 0.95_rp        !< of h, distance of the growing front
+  integer, parameter :: ROUNDS = 6, SWEEPS = 20  !< of Lloyd's method, at most, and in a round
+  integer, parameter :: PLAIN = 5                !< the last sweeps of a round are not sped up
+  real(rp), parameter :: SPEED = 1.7_rp
+
+contains
+
+  !> Markers of a sheet; the first `n_edge` lie on free edges. `left_out` counts corners and other places of the outline
+  !> that would have been too close to others; `largest_gap` is that of sample points 0.1 h apart, in h. Deterministic.
+  !> Allocates.
+  subroutine space_markers(points, triangles, spacing, places, n_edge, left_out, largest_gap)
+    real(rp), intent(in) :: points(:, :)   !< (3, n) L
+    integer, intent(in) :: triangles(:, :) !< (3, m)
+    real(rp), intent(in) :: spacing        !< h [L]
+    type(place_t), allocatable, intent(out) :: places(:)
+    integer, intent(out) :: n_edge
+    integer, intent(out) :: left_out(2)
+    real(rp), intent(out) :: largest_gap
+    type(cloud_t) :: cloud
+    type(place_t), allocatable :: outline(:)
+    integer, allocatable :: edges(:, :), owners(:)
+    logical, allocatable :: is_corner(:), keep(:)
+    integer :: round, n
+    call find_free_edges(size(points, 2), triangles, edges, owners)
+    call cloud%init(points, triangles, edges, owners, spacing)
+    call place_outline(points, triangles, edges, owners, spacing, outline, is_corner)
+    keep = are_clear(outline, LEAST*spacing)
+    left_out = [count(is_corner .and. .not. keep), count(.not. (is_corner .or. keep))]
+    places = pack(outline, keep)
+    call cloud%forget()
+    do n = 1, size(places)
+      call cloud%add(places(n)%x)
+    end do
+    call complete(cloud, FREE_EDGE, LEAST*spacing, places)
+    n_edge = size(places)
+    call complete(cloud, FRONT, GROWTH*spacing, places)
+    do round = 1, ROUNDS
+      call relax(cloud, points, triangles, n_edge, places)
+      keep = are_clear(places, LEAST*spacing)
+      places = pack(places, keep)
+      call cloud%forget()
+      do n = 1, size(places)
+        call cloud%add(places(n)%x)
+      end do
+      n = size(places)
+      call complete(cloud, GAP, LEAST*spacing, places)
+      if (all(keep) .and. size(places) == n) exit
+    end do
+    largest_gap = maxval(cloud%distance)/spacing
+  end subroutine space_markers
+
+  !> The places wanted on the free edges, those on corners first.
+  subroutine place_outline(points, triangles, edges, owners, spacing, places, is_corner)
+    real(rp), intent(in) :: points(:, :), spacing
+    integer, intent(in) :: triangles(:, :), edges(:, :), owners(:)
+    type(place_t), allocatable, intent(out) :: places(:)
+    logical, allocatable, intent(out) :: is_corner(:)
+    type(line_place_t), allocatable :: on_line(:)
+    integer :: i
+    call place_on_lines(points, edges, spacing, on_line)
+    allocate (places(size(on_line)))
+    do i = 1, size(on_line)
+      associate (e => on_line(i)%link)
+        places(i) = place_on_edge(points, triangles(:, owners(e)), edges(:, e), on_line(i)%fraction)
+      end associate
+    end do
+    is_corner = on_line%is_corner
+  end subroutine place_outline
+
+  !> Which places are at least `limit` [L] from all earlier ones that are.
+  pure function are_clear(places, limit)
+    type(place_t), intent(in) :: places(:)
+    real(rp), intent(in) :: limit
+    logical :: are_clear(size(places))
+    real(rp) :: x(3, size(places))
+    integer :: i, n
+    n = 0
+    do i = 1, size(places)
+      are_clear(i) = is_clear(places(i)%x, x(:, :n), limit*(1 - SAME))
+      if (.not. are_clear(i)) cycle
+      n = n + 1
+      x(:, n) = places(i)%x
+    end do
+  end function are_clear
+
+  pure logical function is_clear(x, others, limit)
+    real(rp), intent(in) :: x(3), others(:, :), limit
+    integer :: i
+    is_clear = .false.
+    do i = 1, size(others, 2)
+      if ((others(1, i) - x(1))**2 + (others(2, i) - x(2))**2 + (others(3, i) - x(3))**2 < limit**2) return
+    end do
+    is_clear = .true.
+  end function is_clear
+
+  !> Adds what the cloud picks until there is nothing left.
+  subroutine complete(cloud, mode, limit, places)
+    type(cloud_t), intent(inout) :: cloud
+    integer, intent(in) :: mode
+    real(rp), intent(in) :: limit
+    type(place_t), allocatable, intent(inout) :: places(:)
+    type(place_t), allocatable :: larger(:)
+    type(place_t) :: place
+    logical :: found
+    integer :: n
+    n = size(places)
+    call cloud%look_for(mode, limit)
+    do
+      call cloud%pick(place, found)
+      if (.not. found) exit
+      if (n == size(places)) then
+        allocate (larger(2*n + 16))
+        larger(:n) = places
+        call move_alloc(larger, places)
+      end if
+      n = n + 1
+      places(n) = place
+      call cloud%add(place%x)
+    end do
+    places = places(:n)
+  end subroutine complete
+
+  !> A round of Lloyd's method for all markers but the first `n_fixed`.
+  subroutine relax(cloud, points, triangles, n_fixed, places)
+    type(cloud_t), intent(inout) :: cloud
+    real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: triangles(:, :), n_fixed
+    type(place_t), intent(inout) :: places(:)
+    real(rp) :: x(3, size(places))
+    integer :: i
+    do i = 1, size(places)
+      x(:, i) = places(i)%x
+    end do
+    do i = 1, SWEEPS
+      call cloud%relax(x, n_fixed, merge(SPEED, 1.0_rp, i <= SWEEPS - PLAIN))
+    end do
+    call cloud%project(points, triangles, x, n_fixed, places)
+  end subroutine relax
+end module fsi_marker_spacing

@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Wings without thickness: what they lose the flow receives, and all ranks know when markers are too close, although
+!> one rank alone owns the wing.
+program test_thin_wings
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_requests, only: request_t
+  use fluid_solver, only: fluid_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_thin_wings, only: thin_wings_t
+  use support_wings, only: make_wings, NL, wings_text, write_lines
+  use testkit, only: testkit_t
+  implicit none
+  type(testkit_t) :: kit
+
+  call kit%start(parallel=.true.)
+  call write_lines(kit%world, 'wing.ini', '[Wing]'//NL//'type=ellipse'//NL//'root=0.05'//NL//'length=0.75'//NL// &
+                   'mean_chord=0.3'//NL//'front=0.3')
+  call write_lines(kit%world, 'beat.ini', '[kinematics]'//NL//'type=fourier'//NL//'units=degree'//NL// &
+                   'nfft_phi=1'//NL//'a0_phi=20.0'//NL//'ai_phi=55.0'//NL//'bi_phi=8.0'//NL// &
+                   'nfft_alpha=1'//NL//'a0_alpha=-10.0'//NL//'ai_alpha=0.0'//NL//'bi_alpha=45.0'//NL// &
+                   'nfft_theta=1'//NL//'a0_theta=6.0'//NL//'ai_theta=3.0'//NL//'bi_theta=-9.0')
+  call check_momentum()
+  call check_close_markers()
+  call kit%finish()
+
+contains
+
+  function text() result(ini)
+    character(:), allocatable :: ini
+    ini = wings_text()//'surface=thin'//NL//'eta0=-50'//NL//'FlappingMotion_left=from_file::beat.ini'//NL// &
+          'FlappingMotion_right=from_file::beat.ini'//NL//'[Time]'//NL//'Tmax=1'//NL//'dt_max=0.005'//NL// &
+          '[MeanFlow]'//NL//'ux=0'//NL//'uy=0'//NL//'uz=0'//NL
+  end function text
+
+  !> The mean flow is free, and nothing but the wings changes it: V d(mean)/dt is minus the force on them, in every step.
+  subroutine check_momentum()
+    type(fluid_t) :: fluid
+    type(flapping_wings_t) :: wings
+    type(thin_wings_t) :: thin
+    type(request_t) :: nothing
+    type(failure_t) :: failure
+    real(rp) :: before(3), after(3), force(3), error
+    integer :: step
+    call make_wings(kit%world, text(), fluid, wings)
+    call thin%init(kit%world, wings, fluid, failure)
+    error = 0
+    before = mean_flow(fluid)
+    do step = 1, 5
+      call fluid%step(nothing, failure, wings)
+      call thin%advance_rigid(fluid, wings)
+      after = mean_flow(fluid)
+      force = wings%marker_loads(1)%force + wings%marker_loads(2)%force
+      ! The mean of u x omega is 0 but for the round-off of a sum over the grid.
+      error = max(error, maxval(abs((after - before)*fluid%transform%grid%volume()/fluid%dt + force))/norm2(force))
+      before = after
+    end do
+    call kit%check('the steps succeed', .not. failure%failed)
+    call kit%check_below('the flow receives the momentum that the wings lose', error, 1.0e-10_rp)
+    call fluid%free()
+  end subroutine check_momentum
+
+  function mean_flow(fluid) result(mean)
+    type(fluid_t), intent(in) :: fluid
+    real(rp) :: mean(3)
+    mean = 0
+    if (fluid%transform%sticks%zero > 0) mean = real(fluid%rhs%state%u(1, fluid%transform%sticks%zero, :))
+    call kit%world%sum_reals(mean)
+  end function mean_flow
+
+  !> Markers half a grid spacing apart have no response that can be inverted. The check holds on all ranks or fails.
+  subroutine check_close_markers()
+    type(fluid_t) :: fluid
+    type(flapping_wings_t) :: wings
+    type(thin_wings_t) :: thin
+    type(failure_t) :: failure
+    call make_wings(kit%world, text()//'[Insects]'//NL//'RightWing=no'//NL, fluid, wings)
+    wings%params%thin%spacing = 0.5_rp*fluid%transform%grid%max_spacing()
+    call thin%init(kit%world, wings, fluid, failure)
+    call kit%check('all ranks know that markers are too close', failure%failed)
+    call fluid%free()
+  end subroutine check_close_markers
+end program test_thin_wings
