@@ -9,8 +9,6 @@
 !> difference between passes that do and passes that do not, in turns. Every number is the median over the steps.
 program bench_coupling
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use app_flight_faults, only: check_flight
-  use app_settings, only: load_settings, settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -18,6 +16,8 @@ program bench_coupling
   use fluid_requests, only: request_t
   use fluid_restart, only: load_fluid
   use fluid_solver, only: fluid_t
+  use flusi_flight_faults, only: check_flight
+  use flusi_settings, only: load_settings, settings_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_restart, only: load_wings

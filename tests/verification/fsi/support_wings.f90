@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A fluid with flapping wings from ini text, as the program builds it, and the loads point by point.
 module support_wings
-  use app_settings, only: load_settings, settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use flusi_settings, only: load_settings, settings_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
   use fsi_wing_loads, only: wing_loads_t
