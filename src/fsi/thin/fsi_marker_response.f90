@@ -27,7 +27,8 @@ module fsi_marker_response
 
 contains
 
-  !> Room for n markers, in space or of a section.
+  !> Room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
+  !> axis is that across the plane.
   subroutine response_init(self, n, is_2d)
     class(marker_response_t), intent(inout) :: self
     integer, intent(in) :: n
