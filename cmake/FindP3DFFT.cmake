@@ -36,7 +36,8 @@ find_package_handle_standard_args(P3DFFT REQUIRED_VARS P3DFFT_LIBRARY P3DFFT_INC
   REASON_FAILURE_MESSAGE "if library and p3dfft.mod were found but P3DFFT_WORKS is not set, a small program with them \
 did not compile: see CMakeFiles/CMakeConfigureLog.yaml or CMakeError.log in the build folder")
 if(P3DFFT_FOUND AND NOT TARGET P3DFFT::P3DFFT)
-  add_library(P3DFFT::P3DFFT INTERFACE IMPORTED)
+  add_library(P3DFFT::P3DFFT UNKNOWN IMPORTED)
+  set_target_properties(P3DFFT::P3DFFT PROPERTIES IMPORTED_LOCATION ${P3DFFT_LIBRARY})
   target_include_directories(P3DFFT::P3DFFT INTERFACE ${P3DFFT_INCLUDE_DIR})
-  target_link_libraries(P3DFFT::P3DFFT INTERFACE ${P3DFFT_LIBRARY} PkgConfig::FFTW3 MPI::MPI_Fortran)
+  target_link_libraries(P3DFFT::P3DFFT INTERFACE PkgConfig::FFTW3 MPI::MPI_Fortran)
 endif()
