@@ -211,7 +211,8 @@ contains
     call report_timers(world, timers, whole, output_unit)
     exchange(1) = fluid%transform%exchange_seconds
     call world%max_reals(exchange)
-    if (world%is_root) write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
+    if (world%is_root .and. fluid%rhs%params%transform == 'builtin') &
+      write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
       exchange(1), ' s on a rank'
     if (.not. present(wings)) return
     busy = wings%seconds

@@ -30,7 +30,7 @@ contains
     case ('builtin')
       call make_builtin(transform, world, grid, dealias, wanted_rows, effort, max_in, max_out)
     case ('p3dfft')
-      call make_external(transform, world, grid, dealias, wanted_rows, effort, failure)
+      call make_external(transform, world, grid, dealias, wanted_rows, effort, max_in + max_out, failure)
     case default
       call require(.false., 'make_transform: builtin or p3dfft')
     end select

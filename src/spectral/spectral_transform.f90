@@ -44,7 +44,7 @@ module spectral_transform
     type(sticks_t) :: sticks !< retained modes; spectral arrays are (sticks%nkz, sticks%n, fields)
     type(block_t) :: block   !< this rank's box of points; physical arrays are (nx, ny_local, nz_local, fields)
     integer :: rows = 1, columns = 1 !< process grid
-    real(rp) :: exchange_seconds = 0 !< time spent in MPI exchanges so far
+    real(rp) :: exchange_seconds = 0 !< time spent in MPI exchanges so far, if the backend knows
     complex(rp), allocatable, private :: staged_spectral(:, :, :)
     real(rp), allocatable, private :: staged_physical(:, :, :, :)
     real(rp), allocatable, private :: staged_lines(:, :, :) !< (nx, lines, fields) one batch
@@ -53,6 +53,7 @@ module spectral_transform
     procedure(forward_i), deferred :: forward
     procedure(free_i), deferred :: free
     procedure(memory_bytes_i), deferred :: memory_bytes
+    procedure, non_overridable :: reserve => transform_reserve
     procedure, non_overridable :: staged_bytes => transform_staged_bytes
     procedure :: pipeline => transform_pipeline_staged
     procedure, non_overridable :: pipeline_staged => transform_pipeline_staged
@@ -123,7 +124,7 @@ module spectral_transform
 
 contains
 
-  !> Runs the kernels on whole arrays through `backward` and `forward`. The arrays are kept from call to call and grow
+  !> Runs the kernels on whole arrays through `backward` and `forward`. The arrays are those that were reserved, or grow
   !> to the largest need. Collective.
   subroutine transform_pipeline_staged(self, kernels)
     class(transform_t), intent(inout) :: self
@@ -135,19 +136,10 @@ contains
     n_in = kernels%n_in
     n_out = kernels%n_out
     n_fields = n_in + n_out
+    call self%reserve(n_fields)
     call move_alloc(self%staged_spectral, spectral)
     call move_alloc(self%staged_physical, physical)
     call move_alloc(self%staged_lines, lines)
-    if (allocated(spectral)) then
-      if (size(spectral, 3) < n_fields) deallocate (spectral, physical, lines)
-    end if
-    if (.not. allocated(spectral)) then
-      associate (n => self%block%count)
-        allocate (spectral(self%sticks%nkz, self%sticks%n, n_fields), physical(n(1), n(2), n(3), n_fields))
-        allocate (lines(n(1), max(1, min(n(2), BATCH_POINTS/n(1))), n_fields))
-      end associate
-      lines = 0
-    end if
 
     if (n_in > 0) then
       call kernels%spectral_in(1, self%sticks%n, spectral(:, :, 1:n_in))
@@ -163,6 +155,22 @@ contains
     call move_alloc(physical, self%staged_physical)
     call move_alloc(lines, self%staged_lines)
   end subroutine transform_pipeline_staged
+
+  !> Room for pipelines of up to `most` fields, in and out.
+  subroutine transform_reserve(self, most)
+    class(transform_t), intent(inout) :: self
+    integer, intent(in) :: most
+    if (allocated(self%staged_spectral)) then
+      if (size(self%staged_spectral, 3) >= most) return
+      deallocate (self%staged_spectral, self%staged_physical, self%staged_lines)
+    end if
+    associate (n => self%block%count)
+      allocate (self%staged_spectral(self%sticks%nkz, self%sticks%n, most))
+      allocate (self%staged_physical(n(1), n(2), n(3), most))
+      allocate (self%staged_lines(n(1), max(1, min(n(2), BATCH_POINTS/n(1))), most))
+    end associate
+    self%staged_lines = 0 ! a half-filled batch must not hold what no number is
+  end subroutine transform_reserve
 
   !> Products of all wanted lines: of the first n_in fields of `physical` into the n_out behind them, batch by batch
   !> through `in` and `out`.

@@ -14,16 +14,16 @@ module spectral_external
 contains
 
   !> Must not be called: whoever reads `HAS_P3DFFT` knows.
-  subroutine make_external(transform, world, grid, dealias, wanted_rows, effort, failure)
+  subroutine make_external(transform, world, grid, dealias, wanted_rows, effort, most, failure)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     character(*), intent(in) :: dealias, effort
-    integer, intent(in) :: wanted_rows
+    integer, intent(in) :: wanted_rows, most
     type(failure_t), intent(inout) :: failure
     call require(.false., 'make_external: this program was built without P3DFFT')
     associate (nothing => transform, there => world, to => grid, make => dealias, a => effort, field => wanted_rows, &
-               of => failure)
+               of => failure, that => most)
     end associate
   end subroutine make_external
 

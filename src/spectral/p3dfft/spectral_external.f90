@@ -15,16 +15,16 @@ module spectral_external
 contains
 
   !> A transform by P3DFFT; arguments and failures as in `spectral_p3dfft`. Collective.
-  subroutine make_external(transform, world, grid, dealias, wanted_rows, effort, failure)
+  subroutine make_external(transform, world, grid, dealias, wanted_rows, effort, most, failure)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     character(*), intent(in) :: dealias, effort
-    integer, intent(in) :: wanted_rows
+    integer, intent(in) :: wanted_rows, most
     type(failure_t), intent(inout) :: failure
     type(p3dfft_t), allocatable :: made
     allocate (made)
-    call made%init(world, grid, dealias, wanted_rows, effort, failure)
+    call made%init(world, grid, dealias, wanted_rows, effort, most, failure)
     call move_alloc(made, transform)
   end subroutine make_external
 

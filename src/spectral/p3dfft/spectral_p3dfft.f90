@@ -4,14 +4,14 @@
 !> P3DFFT transforms whole fields and shares them in blocks: points as boxes of y and z, modes as boxes of kx and ky
 !> with all kz of a pair side by side (its stride-1 arrays). So the lines of its boxes are sticks; those outside the
 !> truncation are dropped on the way out and zero on the way in. Nothing is pruned, and the pipeline is the staged one.
+!> How long P3DFFT's exchanges take is not known: its clock of the column exchange does not measure it.
 !>
 !> P3DFFT keeps its plans and buffers in variables of its own, for one grid per process.
 module spectral_p3dfft
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use p3dfft, only: get_timers, p3dfft_btran_c2r, p3dfft_clean, p3dfft_ftran_r2c, p3dfft_get_dims, p3dfft_setup, &
-                    proc_dims
+  use p3dfft, only: p3dfft_btran_c2r, p3dfft_clean, p3dfft_ftran_r2c, p3dfft_get_dims, p3dfft_setup, proc_dims
   use parallel_world, only: world_t
   use spectral_fftw, only: forget_wisdom, learn_wisdom, wisdom_text
   use spectral_grid, only: grid_t
@@ -42,13 +42,14 @@ contains
   !> Sets P3DFFT up for this grid and lets it transform one wave. Fails if P3DFFT already serves another transform, or
   !> if the wave does not come out where stride-1 arrays have it; such a transform has no use but to be freed. Requires a
   !> process grid that exists (`process_grid`, in blocks). Collective.
-  subroutine p3dfft_init(self, world, grid, dealias, wanted_rows, effort, failure)
+  subroutine p3dfft_init(self, world, grid, dealias, wanted_rows, effort, most, failure)
     class(p3dfft_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
     integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
     character(*), intent(in) :: effort  !< 'measure': all ranks agree on the plans that P3DFFT has measured
+    integer, intent(in) :: most         !< fields of a pipeline, in and out
     type(failure_t), intent(inout) :: failure
     logical :: possible
     self%world = world
@@ -66,6 +67,7 @@ contains
     if (effort == 'measure') call agree_on_plans(self)
     call check_wave(self, failure)
     call take_modes(self, dealias)
+    call self%reserve(most)
   end subroutine p3dfft_init
 
   !> A transform over the same points as `main`, which keeps all modes. It uses what P3DFFT keeps for `main`.
@@ -208,7 +210,6 @@ contains
       call modes_to_sticks(self%grid%n(3), self%sticks%nkz, size(self%stick_of), self%stick_of, self%modes, &
                            1/product(real(self%grid%n, rp)), spectral(:, :, f))
     end do
-    call read_clock(self)
   end subroutine p3dfft_forward
 
   !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
@@ -227,7 +228,6 @@ contains
         call p3dfft_btran_c2r(self%modes, physical(:, :, :, f), 'tff')
       end if
     end do
-    call read_clock(self)
   end subroutine p3dfft_backward
 
   !> Takes the retained kz of the lines that are sticks, multiplied by `scale`.
@@ -262,14 +262,6 @@ contains
       end if
     end do
   end subroutine sticks_to_modes
-
-  !> P3DFFT's clocks 1 to 4 are those of its exchanges.
-  subroutine read_clock(self)
-    type(p3dfft_t), intent(inout) :: self
-    real(rp) :: seconds(12)
-    call get_timers(seconds)
-    self%exchange_seconds = sum(seconds(1:4))
-  end subroutine read_clock
 
   !> Releases the buffers, and with those of the transform that set it up, what P3DFFT keeps. Collective.
   subroutine p3dfft_free(self)
