@@ -3,7 +3,7 @@
 module app_memory
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, SCHEME_RK4
-  use spectral_sticks, only: sticks_t, make_block_sticks, make_sticks, process_grid
+  use spectral_sticks, only: sticks_t, kept_columns, make_block_sticks, make_sticks, process_grid
   implicit none
   private
   public :: memory_t, estimate_memory
@@ -30,11 +30,16 @@ contains
     integer :: n_out, block(2)
     logical :: in_blocks
     in_blocks = p%transform == 'p3dfft'
-    call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible, in_blocks)
+    if (in_blocks) then
+      block = [kept_columns(p%grid, p%dealias), p%grid%n(2)]
+      call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible, block)
+    else
+      call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible)
+    end if
     if (.not. m%possible) return
     if (in_blocks) then
       ! The rank with the lowest modes has most sticks.
-      block = ceiling([p%grid%n(1)/2 + 1, p%grid%n(2)]/real([m%rows, m%columns], rp))
+      block = ceiling(block/real([m%rows, m%columns], rp))
       s = make_block_sticks(p%grid, p%dealias, [0, 0], block)
     else
       s = make_sticks(p%grid, p%dealias, m%rows, m%columns, 0, 0)
@@ -71,7 +76,7 @@ contains
     ! field, and the seven physical fields that the first step begins from.
     full = (p%grid%n(1)/2 + 1)*real(p%grid%n(2), rp)*p%grid%n(3)/ranks
     if (in_blocks) then
-      m%starting = m%running + 8*points*7 + 16*box*5
+      m%starting = m%running + 8*points*7 + 16*box*1.5_rp*8 ! the kept modes are two thirds of all along x
       return
     end if
     m%largest_buffer = max(m%largest_buffer, full)

@@ -9,6 +9,7 @@ module app_parameters
   use base_errors, only: message_list_t
   use io_shared_text, only: read_shared_text
   use parallel_world, only: world_t
+  use spectral_sticks, only: kept_columns
   implicit none
   private
   public :: read_parameters
@@ -64,8 +65,8 @@ contains
         ' ranks: an exchange buffer would exceed 2^31 '//trim(merge('bytes  ', 'numbers', &
                                                                     settings%fluid%transform == 'p3dfft'))
     else if (settings%fluid%transform == 'p3dfft') then
-      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, &
-        ' ranks: for P3DFFT columns must not exceed ny and nz, rows must divide the ranks and not exceed ny and nx/2+1'
+      write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny '// &
+        'and nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, settings%fluid%dealias)
     else
      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
         'rows must divide the ranks and not exceed ny'

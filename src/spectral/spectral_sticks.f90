@@ -19,7 +19,7 @@ module spectral_sticks
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: sticks_t, make_sticks, make_block_sticks, process_grid, sphere_radius
+  public :: sticks_t, make_sticks, make_block_sticks, kept_columns, process_grid, sphere_radius
 
   type :: sticks_t
     character(10) :: dealias = 'ellipsoid'
@@ -48,19 +48,19 @@ module spectral_sticks
 contains
 
   !> Chooses rows x columns = ranks: slabs (one row, a single exchange) while every column has a
-  !> plane, otherwise the fewest rows that leave no rank without work. `wanted` > 0 prescribes the rows. With `in_blocks`
-  !> every rank also gets a block of kx and ky.
-  pure subroutine process_grid(ranks, n, wanted_rows, rows, columns, possible, in_blocks)
+  !> plane, otherwise the fewest rows that leave no rank without work. `wanted` > 0 prescribes the rows. With `blocks`
+  !> every rank also gets one of so many kx (1) and one of so many ky (2).
+  pure subroutine process_grid(ranks, n, wanted_rows, rows, columns, possible, blocks)
     integer, intent(in) :: ranks, n(3), wanted_rows
     integer, intent(out) :: rows, columns
     logical, intent(out) :: possible
-    logical, intent(in), optional :: in_blocks
+    integer, intent(in), optional :: blocks(2)
     integer :: r, most_rows, most_columns
     most_rows = n(2)
     most_columns = n(3)
-    if (present(in_blocks)) then
-      if (in_blocks) most_rows = min(n(2), n(1)/2 + 1)
-      if (in_blocks) most_columns = min(n(3), n(2))
+    if (present(blocks)) then
+      most_rows = min(most_rows, blocks(1))
+      most_columns = min(most_columns, blocks(2))
     end if
     possible = .false.
     rows = 1
@@ -173,7 +173,7 @@ contains
       s%jz(i) = merge(i - 1, i - 1 - s%nkz, i - 1 <= s%kz_limit .and. 2*(i - 1) < max(s%nkz, 2))
     end do
     s%kz = TWO_PI/grid%length(3)*s%jz
-    s%n_jx = mode_limit(grid%n(1), dealias) + 1
+    s%n_jx = kept_columns(grid, dealias)
   end subroutine set_axes
 
   !> This rank's sticks are those with modes jx, jy, the largest kz `top`, and the increasing numbers `global` of
@@ -197,6 +197,13 @@ contains
     end do
     s%rows = runs_of(global, n_global)
   end subroutine take_sticks
+
+  !> Number of columns kx that the truncation keeps.
+  pure integer function kept_columns(grid, dealias)
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias
+    kept_columns = mode_limit(grid%n(1), dealias) + 1
+  end function kept_columns
 
   !> Zeroes the modes of local stick `s` that lie outside the truncation; `line` is (nkz).
   pure subroutine sticks_truncate(self, s, line)

@@ -3,7 +3,8 @@
 !>
 !> P3DFFT transforms whole fields and shares them in blocks: points as boxes of y and z, modes as boxes of kx and ky
 !> with all kz of a pair side by side (its stride-1 arrays). So the lines of its boxes are sticks; those outside the
-!> truncation are dropped on the way out and zero on the way in. Nothing is pruned, and the pipeline is the staged one.
+!> truncation are dropped on the way out and zero on the way in. Only columns kx that nobody keeps are left out by
+!> P3DFFT itself, and the pipeline is the staged one.
 !> How long P3DFFT's exchanges take is not known: its clock of the column exchange does not measure it.
 !>
 !> P3DFFT keeps its plans and buffers in variables of its own, for one grid per process.
@@ -15,7 +16,7 @@ module spectral_p3dfft
   use parallel_world, only: world_t
   use spectral_fftw, only: forget_wisdom, learn_wisdom, wisdom_text
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: make_block_sticks, process_grid
+  use spectral_sticks, only: kept_columns, make_block_sticks, process_grid
   use spectral_transform, only: transform_t
   implicit none
   private
@@ -25,9 +26,11 @@ module spectral_p3dfft
     complex(rp), allocatable, private :: modes(:, :, :) !< (nz, ky, kx) this rank's box of modes
     real(rp), allocatable, private :: points(:, :, :)   !< (nx, y, z) its box of points, where a copy is needed
     integer, allocatable, private :: stick_of(:, :)     !< (ky, kx) local stick of a line of modes, 0 if it has none
+    integer, private :: n_kx = 1                        !< columns kx that P3DFFT keeps
     integer, private :: first(2) = 0, count(2) = 0      !< block of kx and ky, 0-based
     integer, private :: n_kz = 0                        !< the first extent of P3DFFT's modes, nz if they are stride-1
     logical, private :: owns_library = .false.          !< frees what P3DFFT keeps
+    integer, private :: n_kx_after = 0                  !< of a full transform: columns to keep when it is freed
   contains
     procedure :: init => p3dfft_init
     procedure :: init_full => p3dfft_init_full
@@ -60,7 +63,8 @@ contains
       self%sticks = make_block_sticks(grid, dealias, self%first, self%count)
       return
     end if
-    call process_grid(world%size, grid%n, wanted_rows, self%rows, self%columns, possible, in_blocks=.true.)
+    self%n_kx = kept_columns(grid, dealias)
+    call process_grid(world%size, grid%n, wanted_rows, self%rows, self%columns, possible, [self%n_kx, grid%n(2)])
     call require(possible, 'p3dfft_t: no process grid for this number of ranks')
     self%owns_library = .true.
     call set_up(self)
@@ -70,17 +74,20 @@ contains
     call self%reserve(most)
   end subroutine p3dfft_init
 
-  !> A transform over the same points as `main`, which keeps all modes. It uses what P3DFFT keeps for `main`.
+  !> A transform over the same points as `main`, which keeps all modes. Until it is freed `main` must not be used, because
+  !> P3DFFT is set up for all modes. Collective.
   subroutine p3dfft_init_full(self, main)
     class(p3dfft_t), intent(inout) :: self
     class(p3dfft_t), intent(in) :: main
     self%world = main%world
     self%grid = main%grid
-    self%block = main%block
+    self%block%n = main%block%n
     self%rows = main%rows
     self%columns = main%columns
-    self%first = main%first
-    self%count = main%count
+    self%n_kx = kept_columns(self%grid, 'none')
+    self%n_kx_after = main%n_kx
+    call p3dfft_clean()
+    call set_up(self)
     call make_boxes(self)
     call take_modes(self, 'none')
   end subroutine p3dfft_init_full
@@ -91,7 +98,8 @@ contains
     integer :: first(3), last(3), extent(3)
     associate (n => self%grid%n)
       ! It may overwrite the modes that it is given: they are copies.
-      call p3dfft_setup([self%rows, self%columns], n(1), n(2), n(3), self%world%comm%mpi_val, overwrite=.true.)
+      call p3dfft_setup([self%rows, self%columns], n(1), n(2), n(3), self%world%comm%mpi_val, &
+                        nxcut=2*self%n_kx - 1, overwrite=.true.)
     end associate
     call p3dfft_get_dims(first, last, extent, 1)
     self%block%start = first - 1
@@ -146,13 +154,15 @@ contains
     end associate
   end subroutine take_modes
 
-  !> Transforms cos(2 pi (x/nx + y/ny - z/nz) + 0.3), without the x on one point, and compares all modes. Collective.
+  !> Transforms cos(2 pi (x/nx + y/ny - z/nz) + 0.3), without the x if no such kx is kept, and compares all modes.
+  !> Collective.
   subroutine check_wave(self, failure)
     type(p3dfft_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: PHASE = 0.3_rp, TOLERANCE = 1.0e-10_rp
     real(rp), allocatable :: wave(:, :, :)
     real(rp) :: along(3), points
+    integer :: jx
     integer :: x, y, z, is_wrong
     associate (n => self%grid%n, b => self%block)
       is_wrong = merge(0, 1, self%n_kz == n(3))
@@ -160,8 +170,8 @@ contains
       if (is_wrong == 0) then
         call make_boxes(self)
         allocate (wave(b%count(1), b%count(2), b%count(3)))
-        along = TWO_PI*[1, 1, -1]/n
-        if (self%grid%is_2d) along(1) = 0
+        jx = min(1, self%n_kx - 1)
+        along = TWO_PI*[jx, 1, -1]/n
         do z = 1, b%count(3)
           do y = 1, b%count(2)
             do x = 1, b%count(1)
@@ -171,8 +181,8 @@ contains
         end do
         call p3dfft_ftran_r2c(wave, self%modes, 'fft')
         points = product(real(n, rp))
-        call take_off(self, 1, -1, PHASE, points)
-        if (self%grid%is_2d) call take_off(self, -1, 1, -PHASE, points)
+        call take_off(self, [jx, 1, -1], PHASE, points)
+        if (jx == 0) call take_off(self, [0, -1, 1], -PHASE, points)
         is_wrong = merge(0, 1, all(abs(self%modes) < TOLERANCE*points))
         is_wrong = self%world%max_integer(is_wrong)
       end if
@@ -181,15 +191,15 @@ contains
                                          '--enable-stride1, or set [Parallel] transform = builtin')
   end subroutine check_wave
 
-  !> Subtracts half a wave from the mode (1 or, on one point in x, 0; jy; jz), if this rank has it.
-  subroutine take_off(self, jy, jz, phase, points)
+  !> Subtracts half a wave from mode j, if this rank has it.
+  subroutine take_off(self, j, phase, points)
     type(p3dfft_t), intent(inout) :: self
-    integer, intent(in) :: jy, jz
+    integer, intent(in) :: j(3)
     real(rp), intent(in) :: phase, points
     integer :: line(2)
-    line = [merge(0, 1, self%grid%is_2d), modulo(jy, self%grid%n(2))] - self%first + 1
+    line = [j(1), modulo(j(2), self%grid%n(2))] - self%first + 1
     if (any(line < 1 .or. line > self%count)) return
-    associate (mode => self%modes(modulo(jz, self%grid%n(3)) + 1, line(2), line(1)))
+    associate (mode => self%modes(modulo(j(3), self%grid%n(3)) + 1, line(2), line(1)))
       mode = mode - points*exp(cmplx(0, phase, rp))/2
     end associate
   end subroutine take_off
@@ -263,11 +273,17 @@ contains
     end do
   end subroutine sticks_to_modes
 
-  !> Releases the buffers, and with those of the transform that set it up, what P3DFFT keeps. Collective.
+  !> Releases the buffers and what P3DFFT keeps; a full transform gives P3DFFT back to the one that it was made from.
+  !> Collective.
   subroutine p3dfft_free(self)
     class(p3dfft_t), intent(inout) :: self
-    if (self%owns_library) call p3dfft_clean()
+    if (self%owns_library .or. self%n_kx_after > 0) call p3dfft_clean()
+    if (self%n_kx_after > 0) then
+      self%n_kx = self%n_kx_after
+      call set_up(self)
+    end if
     self%owns_library = .false.
+    self%n_kx_after = 0
     if (allocated(self%modes)) deallocate (self%modes)
     if (allocated(self%points)) deallocate (self%points)
     if (allocated(self%stick_of)) deallocate (self%stick_of)

@@ -5,8 +5,8 @@ program test_p3dfft
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use spectral_backends, only: HAS_P3DFFT, make_full_transform, make_transform
-  use spectral_grid, only: make_grid
-  use spectral_sticks, only: process_grid
+  use spectral_grid, only: grid_t, make_grid
+  use spectral_sticks, only: kept_columns, process_grid
   use spectral_transform, only: transform_t
   use test_transform_kernels, only: square_kernels_t
   use testkit, only: testkit_t
@@ -37,16 +37,16 @@ contains
     character(*), intent(in) :: dealias
     class(transform_t), allocatable :: builtin, foreign, full_builtin, full_foreign
     type(failure_t) :: failure
+    type(grid_t) :: grid
     character(60) :: name
     integer :: grid_rows, columns
     logical :: possible
-    call process_grid(test%world%size, n, rows, grid_rows, columns, possible, in_blocks=.true.)
+    grid = make_grid(n, [1.0_rp, 1.5_rp, 2.0_rp])
+    call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
     if (.not. possible) return
     write (name, '(3(i0,1x),a,a,i0)') n, dealias, ', rows ', rows
-    associate (grid => make_grid(n, [1.0_rp, 1.5_rp, 2.0_rp]))
-      call make_transform(builtin, 'builtin', test%world, grid, dealias, rows, 'estimate', 3, 2, failure)
-      call make_transform(foreign, 'p3dfft', test%world, grid, dealias, rows, 'measure', 3, 2, failure)
-    end associate
+    call make_transform(builtin, 'builtin', test%world, grid, dealias, rows, 'estimate', 3, 2, failure)
+    call make_transform(foreign, 'p3dfft', test%world, grid, dealias, rows, 'measure', 3, 2, failure)
     call test%check(trim(name)//': P3DFFT can be used', .not. failure%failed)
     if (failure%failed) return
     call compare_modes(trim(name), builtin, foreign)
