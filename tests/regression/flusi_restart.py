@@ -140,6 +140,20 @@ def test_other_ranks(case):
             close(whole.field(name), part.field(name), ROUND_OFF, name)
 
 
+def test_measured_plans(case):
+    """Plans that were measured are kept beside the backups, and the last step is the same to the bit."""
+    ini = merged(RICH, {"Resolution": {"ny": 18, "planner": "measure"}, "Saving": {"truntime": 1e-9}})
+    whole = reference(case.sub("whole"), ini, 8, 3)
+    check("fftw_wisdom" in whole.files(), "the plans are kept")
+    newest = whole.newest_checkpoint()
+    part = case.sub("part")
+    for name in whole.files():
+        if name != newest:
+            shutil.copy(whole.folder / name, part.folder)
+    check("step 7" in go_on(part, ini, 8, 3).out, "the run goes on from the backup before the last")
+    same_checkpoints(whole, newest, part, newest)
+
+
 def test_other_transform(case):
     """A backup made with one transform goes on with the other, on any number of ranks."""
     if not case.has_p3dfft():
