@@ -16,8 +16,8 @@ program test_p3dfft
   type(testkit_t) :: test
   integer :: rows
 
-  call test%start(parallel=.true.)
   if (.not. HAS_P3DFFT) call test%skip('this program was built without P3DFFT (P3DFFT_ROOT tells CMake where it is)')
+  call test%start(parallel=.true.)
   do rows = 1, test%world%size
     if (mod(test%world%size, rows) /= 0) cycle
     call compare([24, 20, 18], 'ellipsoid', rows)
