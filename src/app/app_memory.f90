@@ -52,7 +52,7 @@ contains
     state = 16*sticks*s%nkz*merge(9, 6, p%scheme == SCHEME_RK4)
     if (in_blocks) then
       box = product(real(block, rp))*p%grid%n(3)
-      buffers = 16*box*4 + (16*sticks*s%nkz + 8*points)*(7 + n_out)
+      buffers = 16*box + 48*max(box, (p%grid%n(1)/2 + 1)*lines*planes) + (16*sticks*s%nkz + 8*points)*(7 + n_out)
       m%largest_buffer = 16*box
     else
       buffers = 16*s%n_row_sticks*planes*(7 + n_out)
@@ -76,7 +76,7 @@ contains
     ! field, and the seven physical fields that the first step begins from.
     full = (p%grid%n(1)/2 + 1)*real(p%grid%n(2), rp)*p%grid%n(3)/ranks
     if (in_blocks) then
-      m%starting = m%running + 8*points*7 + 16*box*1.5_rp*8 ! the kept modes are two thirds of all along x
+      m%starting = m%running + 8*points*7 + 16*(p%grid%n(1)/2 + 1)*lines*planes*8
       return
     end if
     m%largest_buffer = max(m%largest_buffer, full)

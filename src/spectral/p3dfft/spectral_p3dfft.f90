@@ -24,7 +24,6 @@ module spectral_p3dfft
 
   type, extends(transform_t) :: p3dfft_t
     complex(rp), allocatable, private :: modes(:, :, :) !< (nz, ky, kx) this rank's box of modes
-    real(rp), allocatable, private :: points(:, :, :)   !< (nx, y, z) its box of points, where a copy is needed
     integer, allocatable, private :: stick_of(:, :)     !< (ky, kx) local stick of a line of modes, 0 if it has none
     integer, private :: n_kx = 1                        !< columns kx that P3DFFT keeps
     integer, private :: first(2) = 0, count(2) = 0      !< block of kx and ky, 0-based
@@ -88,7 +87,7 @@ contains
     self%n_kx_after = main%n_kx
     call p3dfft_clean()
     call set_up(self)
-    call make_boxes(self)
+    call make_box(self)
     call take_modes(self, 'none')
   end subroutine p3dfft_init_full
 
@@ -110,15 +109,12 @@ contains
     self%n_kz = extent(1)
   end subroutine set_up
 
-  subroutine make_boxes(self)
+  subroutine make_box(self)
     type(p3dfft_t), intent(inout) :: self
+    ! FFTW wants fields that begin where two numbers do. nx is even, or it is 1 and this rank has all of the even ny.
+    call require(any(mod(self%block%count, 2) == 0), 'p3dfft_t: every rank has an even number of points')
     allocate (self%modes(self%grid%n(3), self%count(2), self%count(1)))
-    ! FFTW wants fields that begin at multiples of two numbers, as the allocated ones do; behind an odd number of
-    ! points the next field does not.
-    associate (n => self%block%count)
-      if (mod(product(mod(n, 2)), 2) == 1) allocate (self%points(n(1), n(2), n(3)))
-    end associate
-  end subroutine make_boxes
+  end subroutine make_box
 
   !> Plans that P3DFFT measures depend on the moment. Ranks of the same shares must have the same, and the next run must
   !> find those of all shares in the wisdom of rank 0: the ranks at the corners of the process grid have all sorts of
@@ -162,13 +158,12 @@ contains
     real(rp), parameter :: PHASE = 0.3_rp, TOLERANCE = 1.0e-10_rp
     real(rp), allocatable :: wave(:, :, :)
     real(rp) :: along(3), points
-    integer :: jx
-    integer :: x, y, z, is_wrong
+    integer :: jx, x, y, z, is_wrong
     associate (n => self%grid%n, b => self%block)
       is_wrong = merge(0, 1, self%n_kz == n(3))
       is_wrong = self%world%max_integer(is_wrong)
       if (is_wrong == 0) then
-        call make_boxes(self)
+        call make_box(self)
         allocate (wave(b%count(1), b%count(2), b%count(3)))
         jx = min(1, self%n_kx - 1)
         along = TWO_PI*[jx, 1, -1]/n
@@ -179,7 +174,7 @@ contains
             end do
           end do
         end do
-        call p3dfft_ftran_r2c(wave, self%modes, 'fft')
+        call p3dfft_ftran_r2c(wave, self%modes, 'fft') ! f: Fourier, along x, y and z
         points = product(real(n, rp))
         call take_off(self, [jx, 1, -1], PHASE, points)
         if (jx == 0) call take_off(self, [0, -1, 1], -PHASE, points)
@@ -211,12 +206,7 @@ contains
     complex(rp), contiguous, target, intent(inout) :: spectral(:, :, :)
     integer :: f
     do f = 1, size(spectral, 3)
-      if (allocated(self%points)) then
-        self%points = physical(:, :, :, f)
-        call p3dfft_ftran_r2c(self%points, self%modes, 'fft')
-      else
-        call p3dfft_ftran_r2c(physical(:, :, :, f), self%modes, 'fft')
-      end if
+      call p3dfft_ftran_r2c(physical(:, :, :, f), self%modes, 'fft')
       call modes_to_sticks(self%grid%n(3), self%sticks%nkz, size(self%stick_of), self%stick_of, self%modes, &
                            1/product(real(self%grid%n, rp)), spectral(:, :, f))
     end do
@@ -231,12 +221,7 @@ contains
     do f = 1, size(spectral, 3)
       call sticks_to_modes(self%grid%n(3), self%sticks%nkz, size(self%stick_of), self%stick_of, spectral(:, :, f), &
                            self%modes)
-      if (allocated(self%points)) then
-        call p3dfft_btran_c2r(self%modes, self%points, 'tff')
-        physical(:, :, :, f) = self%points
-      else
-        call p3dfft_btran_c2r(self%modes, physical(:, :, :, f), 'tff')
-      end if
+      call p3dfft_btran_c2r(self%modes, physical(:, :, :, f), 'tff') ! t: Fourier back along z
     end do
   end subroutine p3dfft_backward
 
@@ -285,15 +270,16 @@ contains
     self%owns_library = .false.
     self%n_kx_after = 0
     if (allocated(self%modes)) deallocate (self%modes)
-    if (allocated(self%points)) deallocate (self%points)
     if (allocated(self%stick_of)) deallocate (self%stick_of)
   end subroutine p3dfft_free
 
-  !> Bytes of this rank's buffers, of which P3DFFT itself has three, each a box of modes.
+  !> Bytes of this rank's buffers, of which P3DFFT itself has three, each for all modes of its lines along x.
   pure real(rp) function p3dfft_memory_bytes(self) result(bytes)
     class(p3dfft_t), intent(in) :: self
     bytes = self%staged_bytes()
-    if (allocated(self%modes)) bytes = bytes + 16*real(size(self%modes), rp)*merge(4, 1, self%owns_library)
-    if (allocated(self%points)) bytes = bytes + 8*real(size(self%points), rp)
+    if (.not. allocated(self%modes)) return
+    bytes = bytes + 16*real(size(self%modes), rp)
+    if (self%owns_library) &
+      bytes = bytes + 48*max(real(size(self%modes), rp), (self%grid%n(1)/2 + 1)*product(real(self%block%count(2:3), rp)))
   end function p3dfft_memory_bytes
 end module spectral_p3dfft
