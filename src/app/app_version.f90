@@ -15,6 +15,6 @@ contains
     write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//')'
     write (unit, '(a)') 'compiler  '//BUILD_COMPILER//', '//BUILD_TYPE
     write (unit, '(a)') 'flags     '//BUILD_FLAGS
-    write (unit, '(a)') 'P3DFFT    '//merge('yes', 'no ', HAS_P3DFFT)
+    write (unit, '(a)') 'P3DFFT    '//trim(merge('yes', 'no ', HAS_P3DFFT))
   end subroutine print_version
 end module app_version
