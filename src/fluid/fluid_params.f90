@@ -4,6 +4,7 @@ module fluid_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use io_config, only: config_t
+  use spectral_backends, only: HAS_P3DFFT
   use spectral_grid, only: grid_t, make_grid, is_fft_friendly
   implicit none
   private
@@ -15,6 +16,7 @@ module fluid_params
     type(grid_t) :: grid
     integer :: process_rows = 0
     character(:), allocatable :: planner
+    character(8) :: transform = 'builtin'  !< or 'p3dfft'
     character(:), allocatable :: dealias   !< 'ellipsoid', 'box', 'none'
     real(rp) :: nu = 0                     !< kinematic viscosity
     logical :: even_end = .false.          !< the run ends with two equal steps, not with a short one
@@ -92,6 +94,9 @@ contains
                                    c%get_real('Geometry', 'zl')])
     p%process_rows = c%get_integer('Resolution', 'process_rows')
     p%planner = c%get_word('Resolution', 'planner')
+    p%transform = c%get_word('Parallel', 'transform')
+    if (p%transform == 'p3dfft' .and. .not. HAS_P3DFFT) call c%complain(errors, 'Parallel', 'transform', &
+      'this program was built without P3DFFT: set builtin, or build it again with P3DFFT_ROOT (docs/transforms.md)')
     select case (c%get_word('Dealiasing', 'iDealias'))
     case ('1', 'ellipsoid')
       p%dealias = 'ellipsoid'

@@ -9,6 +9,7 @@ module flusi_parameters
   use flusi_settings, only: settings_t, load_settings
   use io_shared_text, only: read_shared_text
   use parallel_world, only: world_t
+  use spectral_sticks, only: kept_columns
   implicit none
   private
   public :: read_parameters
@@ -55,13 +56,17 @@ contains
     type(settings_t), intent(in) :: settings
     type(message_list_t), intent(inout) :: errors
     type(memory_t) :: m
-    character(120) :: text
+    character(140) :: text
     m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), &
                         settings%needs_trials(), settings%flexible, world%size)
     if (m%possible .and. m%largest_buffer <= huge(1)) return
     if (m%possible) then
       write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &
-        ' ranks: an exchange buffer would exceed 2^31 numbers'
+        ' ranks: an exchange buffer would exceed 2^31 '//trim(merge('bytes  ', 'numbers', &
+                                                                    settings%fluid%transform == 'p3dfft'))
+    else if (settings%fluid%transform == 'p3dfft') then
+      write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny '// &
+        'and nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, settings%fluid%dealias)
     else
      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
         'rows must divide the ranks and not exceed ny'

@@ -39,8 +39,8 @@ contains
       write (unit, '(a)') 'method: Engels, Kolomenskiy, Schneider & Sesterhenn 2016, DOI 10.1137/15M1026006'
       write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
-      write (unit, '(a,i0,a,i0,a,i0,a,a,a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
-        ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
+      write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
+        ', transform ', trim(p%transform), ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
       if (present(thin)) call print_markers(unit, settings, thin)
@@ -213,7 +213,8 @@ contains
     call report_timers(world, timers, whole, output_unit)
     exchange(1) = fluid%transform%exchange_seconds
     call world%max_reals(exchange)
-    if (world%is_root) write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
+    if (world%is_root .and. fluid%rhs%params%transform == 'builtin') &
+      write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
       exchange(1), ' s on a rank'
     if (.not. present(wings)) return
     busy = wings%seconds
