@@ -25,7 +25,7 @@ module solid_statics
   type :: static_options_t
     real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
     real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
-    integer :: factorisation_limit = 900
+    integer :: factorisation_limit = 900  !< of one path; a shape may take a warm, a cold and a repeated one
     !> a warm start that fails, snaps, or does not go straight to its end is repeated from the
     !> unloaded state
     logical :: redo_cold = .true.
@@ -58,9 +58,9 @@ contains
   !> a warm start is trusted only if every tangent on its way is positive definite and every stage
   !> takes at most six factorisations. On success the last factorisation in `work` is that of the
   !> exact tangent, ready for sensitivities.
-  !> A cold path that loses its way, since a descent does not converge or its end is unstable, is followed once more
-  !> with finer settings (`is_fine` of `follow_path`). One that needs more factorisations than allowed is not: it would
-  !> need more still. Failure is a report with a reason; u is then the last equilibrium of the path.
+  !> A cold path that loses its way, since a descent does not converge or its end is unstable, is followed once more from
+  !> the unloaded state with finer settings (`is_fine` of `follow_path`). One that needs more factorisations than allowed
+  !> is not: it would need more still. Failure is a report with a reason; u is then the last equilibrium of the path.
   subroutine solve_static(work, model, load, is_warm, options, u, report)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -88,7 +88,7 @@ contains
       call follow_path(work, model, load, .false., .true., options, u, report, is_lost)
       report%was_repeated = .true.
       report%is_start = .false.
-      if (allocated(report%reason)) report%reason = report%reason//', also with finer settings'
+      if (allocated(report%reason)) report%reason = report%reason//' (second try, with finer settings)'
     end if
     report%was_redone_cold = was_redone_cold
     report%factorisations = work%cholesky%n_factorisations - begin
