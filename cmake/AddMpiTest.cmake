@@ -5,6 +5,11 @@ set(FLUSI_TEST_ENVIRONMENT
     OMPI_MCA_hwloc_base_binding_policy=none   # tests that run side by side must not share one core
     OMPI_MCA_mpi_yield_when_idle=1            # more ranks than cores must not starve each other
     OMPI_MCA_btl_vader_single_copy_mechanism=none  # containers forbid ptrace-like copies
+    # Open MPI 5 starts ranks by PRRTE and has other names for these; each version ignores those of the other.
+    PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
+    PRTE_MCA_hwloc_default_binding_policy=none
+    OMPI_MCA_smsc=^cma
+    OMPI_MCA_btl=^tcp                         # ranks share a machine; what Open MPI 5 says of its network disturbs tests
     OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1)
 string(REPLACE ";" "\n" FLUSI_TEST_ENVIRONMENT_LINES "${FLUSI_TEST_ENVIRONMENT}")
 file(WRITE ${CMAKE_BINARY_DIR}/test_environment "${FLUSI_TEST_ENVIRONMENT_LINES}\n")

@@ -65,9 +65,9 @@ program bench_static
     write (output_unit, '(a,f5.3,a,f5.3,a)') 'The loaded places move by ', minval(shapes%deflection)/radius, ' to ', &
       maxval(shapes%deflection)/radius, ' R'
     step_ms = bdf2_step_ms()
-    write (output_unit, '(a,i0,a,i0,a,f9.1,a,f9.1,a,f9.1,a)') '{"cases":', N_CASES, ',"converged":', &
-      count(shapes%cold .and. shapes%warm), ',"cold_ms_median":', median(shapes%cold_ms), &
-      ',"warm_ms_median":', median(shapes%warm_ms), ',"bdf2_ms":', step_ms, '}'
+    write (output_unit, '(3(a,i0),3(a,f9.1),a)') '{"cases":', N_CASES, ',"converged":', &
+      count(shapes%cold .and. shapes%warm), ',"repeated":', count(shapes%repeated), &
+      ',"cold_ms_median":', median(shapes%cold_ms), ',"warm_ms_median":', median(shapes%warm_ms), ',"bdf2_ms":', step_ms, '}'
   end select
 
 contains

@@ -17,6 +17,7 @@ module bench_shapes
   type :: shape_t
     logical :: cold = .false., warm = .false. !< converged to 1e-8 of the load, and stable
     logical :: redone = .false.               !< the warm start was repeated cold
+    logical :: repeated = .false.             !< the cold path was repeated with finer settings
     integer :: cold_factorisations = 0, warm_factorisations = 0, snaps = 0
     real(rp) :: cold_ms = 0, warm_ms = 0      !< CPU time
     real(rp) :: step_difference = 0           !< [m] largest difference when steps are half as long
@@ -88,6 +89,7 @@ contains
     shape%cold = report%converged
     shape%cold_factorisations = report%factorisations
     shape%snaps = report%snaps
+    shape%repeated = report%was_repeated
     shape%deflection = deflection(load, u)
 
     options%step_limit = options%step_limit/2

@@ -121,6 +121,7 @@ contains
     if (.not. experiment%bends_rest) return
     report%factorisations = report%factorisations + rest_report%factorisations
     report%snaps = report%snaps + rest_report%snaps
+    report%was_repeated = report%was_repeated .or. rest_report%was_repeated
     report%is_start = report%is_start .and. rest_report%is_start
     if (rest_report%converged) return
     report%converged = .false.

@@ -148,6 +148,7 @@ contains
       one%snaps = one%snaps + report%snaps
       one%stages = one%stages + report%stages
       one%was_redone_cold = one%was_redone_cold .or. report%was_redone_cold
+      one%was_repeated = one%was_repeated .or. report%was_repeated
       one%is_start = one%is_start .and. report%is_start
       report = one
     end do

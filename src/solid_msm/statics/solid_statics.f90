@@ -6,7 +6,8 @@
 !> the geometric stiffness and updated by their linearised law, while the residual is the true one.
 !> That keeps Newton's method quadratic without being thrown off by the stiff springs; near its end a
 !> factorisation serves several steps. Stages begin with the parabola through the last three. A tangent that
-!> is not positive definite marks a fold; there the wing falls to the next stable state (a snap).
+!> is not positive definite marks a fold; there the wing falls to the next stable state (a snap). A path that does not
+!> come to its end is followed once more with finer settings.
 module solid_statics
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -24,7 +25,7 @@ module solid_statics
   type :: static_options_t
     real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
     real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
-    integer :: factorisation_limit = 900
+    integer :: factorisation_limit = 900  !< of one path; a shape may take a warm, a cold and a repeated one
     !> a warm start that fails, snaps, or does not go straight to its end is repeated from the
     !> unloaded state
     logical :: redo_cold = .true.
@@ -40,8 +41,11 @@ module solid_statics
     integer :: stages = 0                 !< accepted steps of the path
     integer :: snaps = 0
     logical :: was_redone_cold = .false.
-    !> a start for warm solutions: converged without snaps, and no tangent that was not positive definite made the path
-    !> shorten its steps below the first one. Behind a fold, or close to one, another path may lead to another shape
+    !> the cold path lost its way and was followed once more with finer settings
+    logical :: was_repeated = .false.
+    !> a start for warm solutions: converged without snaps or repetition, and no tangent that was not positive definite
+    !> made the path shorten its steps below the first one. Behind a fold, or close to one, another path may lead to
+    !> another shape
     logical :: is_start = .false.
   end type static_report_t
 
@@ -53,7 +57,10 @@ contains
   !> leads. Newton's method may leap over a fold to another stable shape; it stumbles when it does, so
   !> a warm start is trusted only if every tangent on its way is positive definite and every stage
   !> takes at most six factorisations. On success the last factorisation in `work` is that of the
-  !> exact tangent, ready for sensitivities. Failure is a report with a reason; u is then the last equilibrium of the path.
+  !> exact tangent, ready for sensitivities.
+  !> A cold path that loses its way, since a descent does not converge or its end is unstable, is followed once more from
+  !> the unloaded state with finer settings (`is_fine` of `follow_path`). One that needs more factorisations than allowed
+  !> is not: it would need more still. Failure is a report with a reason; u is then the last equilibrium of the path.
   subroutine solve_static(work, model, load, is_warm, options, u, report)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -63,29 +70,42 @@ contains
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
     integer :: begin
+    logical :: is_lost, was_redone_cold
     begin = work%cholesky%n_factorisations
     if (size(model%triangles) > 0 .and. .not. model%stiffness%plate > 0) then
       report%reason = 'a membrane without bending stiffness D has no unique equilibrium'
       return
     end if
     if (.not. is_warm) u = 0
-    call follow_path(work, model, load, is_warm, options, u, report)
-    if (is_warm .and. options%redo_cold .and. .not. report%converged) then
+    call follow_path(work, model, load, is_warm, .false., options, u, report, is_lost)
+    was_redone_cold = is_warm .and. options%redo_cold .and. .not. report%converged
+    if (was_redone_cold) then
       u = 0
-      call follow_path(work, model, load, .false., options, u, report)
-      report%was_redone_cold = .true.
+      call follow_path(work, model, load, .false., .false., options, u, report, is_lost)
     end if
+    if (is_lost .and. (was_redone_cold .or. .not. is_warm)) then
+      u = 0
+      call follow_path(work, model, load, .false., .true., options, u, report, is_lost)
+      report%was_repeated = .true.
+      report%is_start = .false.
+      if (allocated(report%reason)) report%reason = report%reason//' (second try, with finer settings)'
+    end if
+    report%was_redone_cold = was_redone_cold
     report%factorisations = work%cholesky%n_factorisations - begin
   end subroutine solve_static
 
-  subroutine follow_path(work, model, load, is_warm, options, u, report)
+  !> Follows the path from u to its end, as `report` tells; it `is_lost` if a descent does not converge, or its end is
+  !> unstable.
+  subroutine follow_path(work, model, load, is_warm, is_fine, options, u, report, is_lost)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
     logical, intent(in) :: is_warm
+    logical, intent(in) :: is_fine !< stages begin on the straight line, and a factorisation serves one step only
     type(static_options_t), intent(in) :: options
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
+    logical, intent(out) :: is_lost
     real(rp), parameter :: COLD_STEP = 0.05_rp, SHRINK = 0.35_rp, SMALLEST = 0.01_rp, &
                            PATH_TOLERANCE = 1.0e-3_rp
     integer, parameter :: STRAIGHT = 6 ! factorisations of a stage that Newton's method takes in its stride
@@ -107,6 +127,7 @@ contains
     rejections = 0
     rejections_unstable = 0
     met_fold = .false.
+    is_lost = .false.
     t = 0
     dt = merge(1.0_rp, COLD_STEP, is_warm)
     do while (t < 1)
@@ -118,8 +139,8 @@ contains
       if (n_old >= 1) ahead(1) = (target - t)/(t - old_t)
       if (n_old >= 2) ahead(2) = (target - t)*(target - old_t)/(t - older_t)
       if (n_old >= 2) ahead(2:3) = ahead(2)/[t - old_t, old_t - older_t]
-      call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, t > 0, moved, &
-                   accepted, was_unstable, n_used)
+      call correct(work, model, load, ahead, tolerance, most_moved, merge(12, 8, target >= 1), u, t > 0, is_fine, &
+                   moved, accepted, was_unstable, n_used)
       if (is_warm .and. options%redo_cold) then
         if (was_unstable .or. accepted .and. n_used > STRAIGHT .or. dt < COLD_STEP) then
           report%reason = 'the warm start does not go straight to its end'
@@ -136,7 +157,7 @@ contains
         older_t = old_t
         old_t = t
         t = target
-        n_old = n_old + 1
+        n_old = merge(1, n_old + 1, is_fine)
         rejections = 0
         rejections_unstable = 0
         report%stages = report%stages + 1
@@ -153,7 +174,8 @@ contains
           tolerance = merge(max(options%tolerance, rounding(work, model, u)), PATH_TOLERANCE, target >= 1)
           call descend(work, model, load, tolerance, 300, u, accepted)
           report%snaps = report%snaps + 1
-          if (.not. accepted) then
+          is_lost = .not. accepted
+          if (is_lost) then
             report%reason = 'the descent from a fold of the path did not converge at '// &
                             number_text(real(nint(100*target), rp))//' % of the load'
             exit
@@ -173,7 +195,7 @@ contains
         exit
       end if
     end do
-    call conclude(work, model, load, options, u, report)
+    call conclude(work, model, load, options, u, report, is_lost)
     report%is_start = report%converged .and. report%snaps == 0 .and. .not. met_fold
   end subroutine follow_path
 
@@ -187,8 +209,8 @@ contains
 
   !> Newton iteration at the stage of `work`, from the path's last point u, extrapolated by `ahead`
   !> steps from the point before. If accepted, work%trial and work%axial are the new point.
-  subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, has_left, moved, accepted, &
-                     was_unstable, n_used)
+  subroutine correct(work, model, load, ahead, tolerance, most_moved, limit, u, has_left, is_fine, moved, &
+                     accepted, was_unstable, n_used)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
@@ -196,6 +218,7 @@ contains
     integer, intent(in) :: limit
     real(rp), intent(in) :: u(:, :)
     logical, intent(in) :: has_left !< u is no longer the start of the path
+    logical, intent(in) :: is_fine
     real(rp), intent(out) :: moved !< [m] largest movement from the last point
     logical, intent(out) :: accepted, was_unstable
     integer, intent(out) :: n_used !< factorisations, and one more if the last had to serve several steps
@@ -241,7 +264,7 @@ contains
       if (accepted) exit
       if (iteration > 1 .and. size_g > last_size) growths = growths + 1
       if (growths >= 2) exit
-      if (was_unstable .or. size_g > WORTH_REUSE*min(last_size, work%force_scale)) cycle
+      if (is_fine .or. was_unstable .or. size_g > WORTH_REUSE*min(last_size, work%force_scale)) cycle
       call reuse_factors(work, model, load, tolerance, u, size_g, moved, accepted)
       if (.not. accepted) cycle
       n_more = 1
@@ -301,20 +324,22 @@ contains
   !> spends up to three more steps on it, the first with the residual at u that `work` holds. Rounding u to its last
   !> bit alone changes the residual by k_e times that bit, up to 1e-8 of a small load; so what the first correction
   !> loses and all of the last two are kept apart from u.
-  subroutine conclude(work, model, load, options, u, report)
+  subroutine conclude(work, model, load, options, u, report, is_lost)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
     type(load_t), intent(in) :: load
     type(static_options_t), intent(in) :: options
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(inout) :: report
+    logical, intent(inout) :: is_lost
     real(rp) :: size_g
     integer :: refinement
     logical :: is_spd
     if (allocated(report%reason)) return
     call work%law_axial(model, u)
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
-    if (.not. is_spd) then
+    is_lost = .not. is_spd
+    if (is_lost) then
       report%reason = 'the path ends in an unstable equilibrium'
       return
     end if

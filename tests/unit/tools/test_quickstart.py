@@ -16,7 +16,9 @@ STUBS = {
              'if [ "$1" = --build ]; then seq_fail=${BUILD_FAILS:-}; [ -z "$seq_fail" ] || { echo "error: $seq_fail"; '
              'exit 3; }\n  mkdir -p build/release/bin; cp "$MACHINE/bin/flusi" build/release/bin/flusi; fi\n',
     "ctest": RECORD + 'echo "100% tests passed"; exit ${CTEST_EXIT:-0}\n',
-    "mpirun": RECORD + 'echo "as root: ${OMPI_ALLOW_RUN_AS_ROOT:-no}"; touch out.xmf; exit ${RUN_EXIT:-0}\n',
+    "mpirun": RECORD + 'echo "as root: ${OMPI_ALLOW_RUN_AS_ROOT:-no}"; '
+              'echo "more ranks than cores: $OMPI_MCA_rmaps_base_oversubscribe $PRTE_MCA_rmaps_default_mapping_policy"; '
+              'touch out.xmf; exit ${RUN_EXIT:-0}\n',
     "apt-get": RECORD + '[ -z "${APT_GIVES:-}" ] || case "$*" in *install*) for f in $APT_GIVES; do '
                         'cp "$MACHINE/bin/true" "$MACHINE/bin/$f"; done ;; esac\n',
     "sudo": 'exit 1\n',
@@ -144,6 +146,7 @@ class Quickstart(unittest.TestCase):
         self.assert_exit(done, 0)
         self.assertIn("out.xmf   open in ParaView", done.stdout)
         self.assertIn("as root: no", done.stdout)
+        self.assertIn("more ranks than cores: 1 :oversubscribe", done.stdout)  # Open MPI 4 and 5
         # The file in its place is run, because it may name others that lie beside it.
         self.assertEqual(self.calls("mpirun"), [f"-n 3 {self.tree}/build/release/bin/flusi {self.tree}/ini/wing.ini"])
         (self.tree / "runs/wing/mine").touch()
