@@ -201,5 +201,6 @@ def fly_all(flusi, cases, estimate, after_each):
             failed.append(case.name)
         else:
             print(f"{head}: done in {in_hours(case.state()['seconds'])}", flush=True)
-        after_each()
+        if number < len(cases):
+            after_each()
     return failed, False

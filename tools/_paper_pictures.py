@@ -61,7 +61,7 @@ def forces(cases, folder):
     plot_cycle.draw(runs, path)
     return ("Lift, drag and power over the beat",
             f"{cases[0].points} points; strong lines: the mean of the {plot_cycle.span(runs[0][1])}, thin ones: the beats. "
-            "Dotted: means; dashed: inertial power, of flexible wings with their own masses.", path)
+            "Dotted: means; dashed: inertial power.", path)
 
 
 def deformation(case, folder):
@@ -86,7 +86,9 @@ def deformation(case, folder):
         ax.set_ylabel(label)
         ax.set_xlim(0, 1)
     axes[0, 0].plot(MID_DOWN, TIP_DEFLECTION[0], "v", color="black", label="paper: 10 % of R")
-    axes[0, 0].legend(fontsize="small", loc="lower right")
+    axes[0, 0].legend(fontsize="small", loc="center right")
+    low, high = axes[0, 0].get_ylim()
+    axes[0, 0].set_ylim(low, high + 0.15 * (high - low))
     axes[0, 1].legend(fontsize="small")
     for ax in axes[1]:
         ax.set_xlabel("$t/T$")

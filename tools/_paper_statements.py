@@ -12,7 +12,8 @@ WORDS = {True: "agrees", False: "differs", None: "open"}
 
 
 def statement(topic, paper, here, agrees, sentence):
-    return {"topic": topic, "paper": paper, "here": here, "agrees": agrees, "sentence": sentence}
+    return {"topic": topic, "paper": paper, "here": here, "agrees": None if agrees is None else bool(agrees),
+            "sentence": sentence}
 
 
 def pairs_of(found):
@@ -36,6 +37,10 @@ def sign_statements(pairs):
         else:
             text = f"Bending {verb} {name} by {abs(here):.0f} %, in the paper it {'raises' if paper > 0 else 'lowers'} it " \
                    f"by {abs(paper):.0f} %: the sign is not the paper's"
+        if key == "lift_to_drag" and min(pairs[-1][kind]["drag_mN"] for kind in (RIGID, FLEXIBLE)) <= 0:
+            made.append(statement(f"change of {name} by bending", signed(paper), "no drag", None,
+                                  "The mean drag of one of the wings is not positive: lift to drag tells nothing."))
+            continue
         before = [grid["change_percent"][key] for grid in pairs[:-1]]
         if before:
             same = before[-1] * here > 0
@@ -66,9 +71,8 @@ def convergence_statement(pairs):
     worst = max(moved, key=moved.get)
     agrees = moved[worst] <= CONVERGED
     return statement("grid", "1024 points", f"{coarse['points']} and {fine['points']} points", agrees,
-                     f"From {coarse['points']} to {fine['points']} points no quantity of the table changes by more than "
-                     f"{moved[worst]:.1f} % ({worst}); " + ("that is converged for this comparison." if agrees else
-                                                            f"more than {CONVERGED:.0f} %, so not all are converged."))
+                     f"From {coarse['points']} to {fine['points']} points the largest change is {moved[worst]:.1f} %, in {worst}: "
+                     f"{'' if agrees else 'not '}converged to {CONVERGED:.0f} %.")
 
 
 def force_statements(pairs):
@@ -101,7 +105,7 @@ def shape_statements(grid):
     here = tip["middle_of_downstroke"]
     made = [statement(
         "tip in the middle of the downstroke", f"{low:.2f} R (text), 10° = {high:.2f} R (caption)", f"{here:+.3f} R",
-        0.5 * low <= here <= 1.5 * high,
+        (1 - NEAR / 100) * low <= here <= (1 + NEAR / 100) * high,
         f"In the middle of the downstroke the tip is bent by {abs(here):.3f} R toward the {'dorsal' if here > 0 else 'ventral'} "
         f"side; over the beat it goes from {tip['lowest']:+.3f} to {tip['highest']:+.3f} R. The paper's largest "
         f"deflection, {low:.2f} R in its text and 10 degrees, {high:.2f} R, in a caption, is at this moment.")]
