@@ -17,6 +17,7 @@ module fluid_params
     character(:), allocatable :: planner
     character(:), allocatable :: dealias   !< 'ellipsoid', 'box', 'none'
     real(rp) :: nu = 0                     !< kinematic viscosity
+    logical :: even_end = .false.          !< the run ends with two equal steps, not with a short one
     real(rp) :: vanishing_rate = 0         !< of spectral vanishing viscosity at the cut-off, AB2 only, 1/T
     integer :: scheme = SCHEME_AB2
     real(rp) :: t_max = 0, cfl = 0.1_rp, cfl_eta = 0.99_rp, dt_fixed = 0, dt_max = 0

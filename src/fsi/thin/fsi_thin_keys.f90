@@ -70,17 +70,22 @@ contains
 
   !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds
   !> to nu K^2 what is missing to c speed K. Reports settings that the method does not support.
-  subroutine prepare_thin_flow(config, params, speed, fluid, errors)
+  subroutine prepare_thin_flow(config, params, speed, fluid, errors, notices)
     type(config_t), intent(in) :: config
     type(thin_params_t), intent(in) :: params
     real(rp), intent(in) :: speed
     type(fluid_params_t), intent(inout) :: fluid
-    type(message_list_t), intent(inout) :: errors
+    type(message_list_t), intent(inout) :: errors, notices
+    real(rp), parameter :: LARGEST_CFL = 0.5_rp
     character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
     real(rp) :: k
     integer :: i
+    ! Forces are what a slip needs over dt: what a step leaves of the slip would be a force of its own in a tiny one.
+    fluid%even_end = .true.
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
+    if (fluid%cfl > LARGEST_CFL .and. fluid%dt_fixed <= 0) &
+      call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
     if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
     if (fluid%dealias /= 'ellipsoid') &

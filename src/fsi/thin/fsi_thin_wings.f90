@@ -16,6 +16,7 @@
 module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_process, only: wall_seconds
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_flow_reaction, only: flow_reaction_t
@@ -50,12 +51,20 @@ module fsi_thin_wings
     real(rp) :: received = 0 !< rho L^5/T^3 power of the forces at the velocities of the flow after the step
   end type slip_t
 
+  !> Wall time of this rank so far.
+  type :: thin_seconds_t
+    real(rp) :: meet = 0  !< looking at the flow
+    real(rp) :: renew = 0 !< making responses
+    real(rp) :: push = 0  !< giving the forces to the flow, and looking at it again
+  end type thin_seconds_t
+
   type :: thin_wings_t
     type(thin_wing_t), allocatable :: wings(:)
     real(rp), allocatable :: x(:, :), u(:, :)  !< (3, all markers) places [L] and velocities [L/T], in space
     real(rp), allocatable :: force(:, :)       !< (3, all markers) on the fluid, of the last step, rho L^4/T^2
     real(rp), allocatable :: flow(:, :)        !< (3, all markers) velocities of the flow there, L/T
     type(slip_t) :: slip
+    type(thin_seconds_t) :: seconds
     type(world_t) :: world
     type(green_t), private :: green
     real(rp), private :: extent = 0            !< L largest distance of markers for which `green` holds
@@ -134,6 +143,8 @@ contains
     class(thin_wings_t), intent(inout) :: self
     integer, intent(in) :: i
     logical, intent(out) :: has_factor
+    real(rp) :: begun
+    begun = wall_seconds()
     associate (wing => self%wings(i))
       has_factor = norm2(maxval(wing%shape, 2) - minval(wing%shape, 2)) <= self%extent
       if (wing%owner == self%world%rank .and. has_factor) then
@@ -145,14 +156,18 @@ contains
       ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
       has_factor = self%world%max_integer(merge(0, 1, has_factor)) == 0
     end associate
+    self%seconds%renew = self%seconds%renew + wall_seconds() - begun
   end subroutine thin_renew
 
   !> Looks at the flow, as it is without the wings, where the markers `x` are: sets `flow`. Collective.
   subroutine thin_meet(self, fluid)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
+    real(rp) :: begun
+    begun = wall_seconds()
     call fluid%points%place(self%x)
     call fluid%velocities_at_points(self%flow)
+    self%seconds%meet = self%seconds%meet + wall_seconds() - begun
   end subroutine thin_meet
 
   !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip` and the loads of the markers,
@@ -162,7 +177,9 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(inout) :: wings
     type(wing_pose_t), intent(in) :: poses(:)
+    real(rp) :: begun
     integer :: i
+    begun = wall_seconds()
     self%slip%before = largest(self%u - self%flow)
     self%slip%speed = largest(self%u)
     call fluid%push_at_points(self%force)
@@ -174,6 +191,7 @@ contains
         wings%marker_loads(i) = total_load(-self%force(:, a:z), self%x(:, a:z), self%u(:, a:z), poses(i)%hinge)
       end associate
     end do
+    self%seconds%push = self%seconds%push + wall_seconds() - begun
   end subroutine thin_push
 
   !> Lets rigid wings act on the step that `fluid` has just made: its end gets their forces; `slip` and the loads of the

@@ -83,6 +83,8 @@ contains
     call r%add_switch('Saving', 'iSaveMagVorticity', .false., 'save vorabs')
     call r%add_switch('Saving', 'iSaveMask', .false., 'save mask')
     call r%add_switch('Saving', 'iSaveSolidVelocity', .false., 'save usx usy usz')
+    call r%add_switch('Saving', 'iSaveWingSides', .false., 'save pressure and traction on both sides of the wings with '// &
+                      'their surfaces')
     call r%add_switch('Saving', 'iSaveSpectrae', .false., 'save spectra', unbuilt='writing of energy spectra')
     call r%add_word('Saving', 'field_precision', 'single', 'single|double', 'of the saved fields')
     call r%add_integer('Saving', 'striding', 1, 'save every so many-th point in each direction', min=1)

@@ -37,7 +37,7 @@ module flusi_settings
     real(rp) :: t_save = 0, t_save_first = 0, t_integral = 0
     integer :: it_integral = 0
     logical :: velocity = .false., pressure = .false., vorticity = .false., vorticity_magnitude = .false., &
-               mask = .false., solid_velocity = .false.
+               mask = .false., solid_velocity = .false., wing_sides = .false.
     logical :: single_precision = .true.
     integer :: stride = 1
     character(:), allocatable :: naming
@@ -108,6 +108,7 @@ contains
     p%vorticity_magnitude = c%get_switch('Saving', 'iSaveMagVorticity')
     p%mask = c%get_switch('Saving', 'iSaveMask') .and. fluid%penalized
     p%solid_velocity = c%get_switch('Saving', 'iSaveSolidVelocity') .and. fluid%penalized
+    p%wing_sides = c%get_switch('Saving', 'iSaveWingSides') .and. fluid%moving
     p%single_precision = c%get_word('Saving', 'field_precision') == 'single'
     p%stride = c%get_integer('Saving', 'striding')
     p%naming = c%get_word('Saving', 'naming')
@@ -144,6 +145,8 @@ contains
       if (.not. (p%penalized .or. s%flight%thin%is_thin) .and. (c%get_switch('Saving', 'iSaveMask') .or. &
                                    c%get_switch('Saving', 'iSaveSolidVelocity'))) &
         call notices%add('iPenalization = 0: there is no mask to save')
+      if (c%get_switch('Saving', 'iSaveWingSides') .and. .not. p%moving) &
+        call notices%add('[Saving] iSaveWingSides: there are no wings')
       if (p%penalized .and. any(p%mask == ['none ', 'empty']) .and. p%channel == 'no' .and. .not. p%cavity) &
         call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')
     end associate
@@ -185,7 +188,8 @@ contains
     if (s%flight%thin%is_thin) s%output%mask = .false.
     if (s%flight%thin%is_thin) s%output%solid_velocity = .false.
     if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
-      call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity), s%fluid, errors)
+      call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity), s%fluid, &
+                             errors, notices)
   end subroutine read_wings
 
   !> The SI values of the units; with input = SI all numbers of the file are read in SI units.
@@ -229,7 +233,7 @@ contains
   !> Whether any output needs velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)
     class(output_params_t), intent(in) :: self
-    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices
+    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices .or. self%wing_sides
   end function output_needs_fields
 
   !> Whether any pass will be asked for velocity or vorticity in physical space.
@@ -247,7 +251,7 @@ contains
   !> Whether any pass will be asked for the pressure.
   pure logical function settings_needs_pressure(self) result(needs)
     class(settings_t), intent(in) :: self
-    needs = self%output%pressure .or. self%looks_at_pressure()
+    needs = self%output%pressure .or. self%output%wing_sides .or. self%looks_at_pressure()
   end function settings_needs_pressure
 
   !> Whether the load that bends the wings is that of the pressure beside them.

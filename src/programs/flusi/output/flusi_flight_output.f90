@@ -5,7 +5,9 @@
 !> attributes time, hinge (3) and axis_x, axis_y, axis_z (3 each), the axes of the wing frame in space. Of flexible
 !> wings also displacement (n, 3) [L], from where the points were on the rigid wing, in space; load (n, 3)
 !> [rho L^2/T^2], the force on a point over its third of the triangles around it, in space; and pressure_jump (m)
-!> [rho L^2/T^2], pressure on the side to which axis_z points minus that on the other.
+!> [rho L^2/T^2], pressure on the side to which axis_z points minus that on the other. On request pressure_dorsal and
+!> pressure_ventral (m) and traction_dorsal and traction_ventral (m, 3) [rho L^2/T^2], in space, of the flow at
+!> `side_distance` [L] beside the triangles (fsi_wing_sides).
 module flusi_flight_output
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -13,6 +15,7 @@ module flusi_flight_output
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
   use fsi_surface, only: surface_t
+  use fsi_wing_sides, only: wing_sides_t
   use io_attributes, only: put_attribute
   use io_datasets, only: write_integers, write_slab
   use io_fields, only: field_file
@@ -52,39 +55,43 @@ contains
 
   !> Writes all wings under one label; of flexible ones, of which `coupler` knows, with what bends them. Root writes,
   !> all ranks share its verdict. Collective.
-  subroutine output_write(self, wings, label, note, failure, coupler)
+  subroutine output_write(self, wings, label, note, failure, coupler, sides)
     class(flight_output_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: label
     character(*), intent(in) :: note !< on the units, stored unless it is empty
     type(failure_t), intent(inout) :: failure
     type(coupler_t), intent(in), optional :: coupler !< having looked at the wings where they are
+    type(wing_sides_t), intent(in), optional :: sides !< as well
     character(:), allocatable :: path
     type(failure_t) :: writing
+    character(12), allocatable :: vectors(:)
+    character(16), allocatable :: cells(:)
     integer :: i
     do i = 1, size(wings%surfaces)
       if (failure%failed) return
       path = field_file('wing_'//trim(wings%params%wings(i)%side), label)
-      if (self%world%is_root) call write_surface(wings, i, path, note, writing, coupler)
+      if (self%world%is_root) call write_surface(wings, i, path, note, writing, coupler, sides)
       if (self%world%max_integer(merge(1, 0, writing%failed)) > 0) call failure%raise(path//': cannot be written')
       associate (n => size(wings%surfaces(i)%points, 2), m => size(wings%surfaces(i)%triangles, 2))
-        if (present(coupler)) then
-          call self%index(i)%add_surface(wings%time, label, path, n, m, [character(12) :: 'velocities', &
-                                                                         'displacement', 'load'], &
-                                         failure, ['pressure_jump'])
-        else
-          call self%index(i)%add_surface(wings%time, label, path, n, m, ['velocities'], failure)
-        end if
+        vectors = [character(12) :: 'velocities']
+        if (present(coupler)) vectors = [character(12) :: 'velocities', 'displacement', 'load']
+        allocate (cells(0))
+        if (present(coupler)) cells = [character(16) :: 'pressure_jump']
+        if (present(sides)) cells = [character(16) :: cells, 'pressure_dorsal', 'pressure_ventral']
+        call self%index(i)%add_surface(wings%time, label, path, n, m, vectors, failure, cells)
+        deallocate (cells)
       end associate
     end do
   end subroutine output_write
 
-  subroutine write_surface(wings, i, path, note, failure, coupler)
+  subroutine write_surface(wings, i, path, note, failure, coupler, sides)
     type(flapping_wings_t), intent(in) :: wings
     integer, intent(in) :: i
     character(*), intent(in) :: path, note
     type(failure_t), intent(inout) :: failure
     type(coupler_t), intent(in), optional :: coupler
+    type(wing_sides_t), intent(in), optional :: sides
     type(hdf5_file_t) :: file
     associate (surface => wings%surfaces(i), pose => wings%poses(i))
       call file%create_serial(path//'.part', failure)
@@ -92,6 +99,7 @@ contains
       call put_vectors('velocities', 'L/T', surface%velocities)
       call write_integers(file, 'triangles', int(shape(surface%triangles), i8), [surface%triangles - 1], failure)
       if (present(coupler)) call put_bending()
+      if (present(sides)) call put_sides()
       call put_attribute(file, '/', 'schema', 'flusi-msm wing surface', failure)
       if (note /= '') call put_attribute(file, '/', 'units', note, failure)
       call put_attribute(file, '/', 'time', wings%time, failure)
@@ -121,6 +129,25 @@ contains
       end associate
       call put_attribute(file, 'pressure_jump', 'units', 'rho L^2/T^2', failure)
     end subroutine put_bending
+
+    subroutine put_sides()
+      character(7), parameter :: NAMES(2) = [character(7) :: 'dorsal', 'ventral']
+      character(:), allocatable :: name
+      logical :: is_dorsal
+      integer :: side
+      is_dorsal = wings%params%wings(i)%mount%dorsal_sign() > 0
+      associate (loads => sides%wings(i))
+        do side = 1, 2
+          name = trim(NAMES(merge(side, 3 - side, is_dorsal)))
+          associate (p => loads%pressure(:, side))
+            call write_slab(file, 'pressure_'//name, shape(p, kind=i8), [0_i8], shape(p, kind=i8), p, .false., failure)
+            call put_attribute(file, 'pressure_'//name, 'units', 'rho L^2/T^2', failure)
+            call put_vectors('traction_'//name, 'rho L^2/T^2', loads%traction(:, :, side))
+          end associate
+        end do
+        call put_attribute(file, '/', 'side_distance', sides%distance, failure)
+      end associate
+    end subroutine put_sides
 
     subroutine put_vectors(name, units, values)
       character(*), intent(in) :: name, units

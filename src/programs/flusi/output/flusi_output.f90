@@ -11,6 +11,7 @@ module flusi_output
   use fluid_timestep, only: is_due
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_wing_sides, only: wing_sides_t
   use io_fields, only: field_meta_t, write_field, write_slice, field_label, finest_naming, PRECISION_SINGLE, &
                        PRECISION_DOUBLE
   use io_xdmf, only: xdmf_index_t
@@ -27,6 +28,7 @@ module flusi_output
     logical, private :: last = .false., saves_wings = .false.
     type(xdmf_index_t), private :: index
     type(flight_output_t), private :: wings
+    type(wing_sides_t), private :: sides
     real(rp), allocatable, private :: scratch(:, :, :, :)
   contains
     procedure :: init => output_init
@@ -53,6 +55,7 @@ contains
     self%params = params
     self%note = note
     if (present(wings)) call self%wings%init(world, wings, name, failure, restart_time)
+    if (present(wings) .and. params%wing_sides) call self%sides%init(world, fluid, wings)
     self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
       if (params%needs_fields() .or. params%pressure .or. params%mask .or. params%solid_velocity) &
@@ -78,7 +81,7 @@ contains
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
       request%integrals = self%integrals_due
       request%fields = (self%fields_due .and. p%needs_fields()) .or. self%slices_due
-      request%pressure = self%fields_due .and. p%pressure
+      request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
     end associate
   end subroutine output_look_ahead
 
@@ -125,7 +128,12 @@ contains
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
-        if (present(wings)) call self%wings%write(wings, label, self%note, failure, coupler)
+        if (present(wings) .and. p%wing_sides) then
+          call self%sides%look(fluid, wings)
+          call self%wings%write(wings, label, self%note, failure, coupler, self%sides)
+        else if (present(wings)) then
+          call self%wings%write(wings, label, self%note, failure, coupler)
+        end if
         if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
                                              meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
       end if

@@ -56,7 +56,7 @@ contains
       if (failure%failed) return
       text = text//thin_slip_text(settings, series, period, n)
       beat = beat_statistics(series(1, :), series(5, :), period, n)
-      text = text//balance_text(beats(POWER, n)%mean, beat%mean, 0.98_rp, 'set a smaller CFL')
+      text = text//balance_text(beats(POWER, n)%mean, beat, 0.98_rp, 'set a smaller CFL')
     else
       call read_series('u_residual.t', SLIP_COLUMNS, series, failure)
       if (failure%failed) return
@@ -68,7 +68,7 @@ contains
         beat = beat_statistics(series(1, :), series(8, :), period, n)
         lost = lost + beat%mean
       end do
-      if (settings%flexible) text = text//balance_text(lost, beats(POWER, n)%mean, 0.8_rp, &
+      if (settings%flexible) text = text//balance_text(lost, beats(POWER, n), 0.8_rp, &
                                      'use wings without thickness, [Insects] surface = thin, or a finer grid')
     end if
     write (output_unit, '(a)') '', text
@@ -171,16 +171,19 @@ contains
     if (share > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
   end function thin_slip_text
 
-  !> Whether the flow receives the power that the wings lose, means of the last beat.
+  !> Whether the flow receives the power that the wings lose, means of the last beat. Nothing of wings that give and take
+  !> power in turns and none in the mean.
   function balance_text(lost, received, least, advice) result(text)
-    real(rp), intent(in) :: lost, received, least
+    real(rp), intent(in) :: lost, least
+    type(beat_t), intent(in) :: received
     character(*), intent(in) :: advice
     character(:), allocatable :: text
     character(160) :: line
+    real(rp), parameter :: LITTLE = 0.05_rp
     real(rp) :: ratio
     text = ''
-    if (.not. abs(received) > 0) return
-    ratio = lost/received
+    if (.not. abs(received%mean) > LITTLE*abs(received%largest)) return
+    ratio = lost/received%mean
     write (line, '(a,f0.3,a)') 'balance     the power that the wings lose is ', ratio, &
       ' of the power that the flow receives (last beat)'
     text = trim(line)//NL
