@@ -72,7 +72,8 @@ class Case:
                   "Time": {"Tmax": f"{self.beats * beat:.12g}"},
                   "Saving": {"tsave": f"{beat / 4:.12g}", "tsave_first": f"{(self.beats - 0.9) * beat:.12g}",
                              "tintegral": f"{beat / 100:.12g}", "iSaveVelocity": 0, "iSavePress": 0, "iSaveMagVorticity": 0,
-                             "iSaveVorticity": 0 if self.kind == INDIVIDUAL else 1, "truntime": 0.25}}
+                             "iSaveVorticity": int(self.kind != INDIVIDUAL),
+                             "iSaveWingSides": int(self.kind != INDIVIDUAL), "truntime": 0.25}}
         if sponge:
             values["Sponge"] = {"sponge_thickness": max(2, round(sponge * scale))}
         if self.kind != INDIVIDUAL:
