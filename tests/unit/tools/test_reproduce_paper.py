@@ -2,7 +2,7 @@
 """tools/reproduce-paper: tables and sentences of stored series whose means are known, and flights on tiny grids, which are
 interrupted, go on, are not repeated, and are refused with another input.
 
-usage: test_reproduce_paper.py [FLUSI]
+usage: test_reproduce_paper.py [FLUSI [TESTS]]
 """
 import contextlib
 import io
