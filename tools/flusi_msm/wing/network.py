@@ -76,10 +76,6 @@ class _Attachments:
         self.parent[max(a, b)] = min(a, b)
 
 
-def _mm(p: np.ndarray) -> str:
-    return f"({1e3 * p[0]:.3g}, {1e3 * p[1]:.3g}) mm"
-
-
 class _Builder:
     def __init__(self, trace: Trace, snap: float, problems: Problems) -> None:
         self.trace, self.snap, self.problems = trace, snap, problems
@@ -88,6 +84,12 @@ class _Builder:
         self.carriers: List[_Piece] = []
         self.att = _Attachments()
         self.lost: set = set()                       # veins that are left out after a mistake
+
+    def length_text(self, length: float) -> str:
+        return f"{1e3 * length:.3g} {self.trace.unit}"
+
+    def place_text(self, p: np.ndarray) -> str:
+        return f"({1e3 * p[0]:.3g}, {1e3 * p[1]:.3g}) {self.trace.unit}"
 
     # ---- veins as pieces
 
@@ -108,6 +110,11 @@ class _Builder:
             found.append(_Piece(k, Polyline(piece), start, stop))
 
         for i, j in runs(distance < self.snap):
+            on_it = 0.02 * self.snap                                     # where it meets the margin, or leaves it
+            while 0 < i < j and distance[i] > on_it and distance[i + 1] < distance[i]:
+                i += 1
+            while i < j < len(s) - 1 and distance[j] > on_it and distance[j - 1] < distance[j]:
+                j -= 1
             turn = np.diff(on[i:j + 1])
             turn = turn - self.outline.length * np.round(turn / self.outline.length)
             travelled = float(turn.sum())
@@ -129,7 +136,7 @@ class _Builder:
         far = out & (distance > self.snap)
         if far.any():
             worst = int(np.where(far, distance, 0).argmax())
-            self.problems.error(f"{vein.where}: leaves the wing by {1e3 * distance[worst]:.3g} mm at {_mm(points[worst])}: "
+            self.problems.error(f"{vein.where}: leaves the wing by {self.length_text(distance[worst])} at {self.place_text(points[worst])}: "
                                 "draw it inside the outline, or move the outline")
         return not far.any()
 
@@ -207,14 +214,14 @@ class _Builder:
                 if distance <= max(1.5 * least, 0.1 * self.snap):
                     self.att.join(k, self.place(carrier, on))
         elif not vein.free_end:
-            self.problems.error(f"{vein.where}: ends in the air at {_mm(p)}, {1e3 * nearest[0]:.3g} mm from {nearest[1]}: "
+            self.problems.error(f"{vein.where}: ends in the air at {self.place_text(p)}, {self.length_text(nearest[0])} from {nearest[1]}: "
                                 f"draw it to there, or allow it with --free-end {vein.name}")
 
     def attach_crossings(self) -> None:
         for a in self.carriers:
             for s, r in a.line.crossings(self.outline):
                 if min(s, a.line.length - s) > self.snap:
-                    self.problems.error(f"{self.trace.veins[a.vein].where}: touches the outline at {_mm(a.line.at(s))} and goes "
+                    self.problems.error(f"{self.trace.veins[a.vein].where}: touches the outline at {self.place_text(a.line.at(s))} and goes "
                                         "on: keep it inside, or let it end there")
             for b in self.carriers[a.number + 1:]:
                 for s, r in a.line.crossings(b.line):
@@ -226,7 +233,7 @@ class _Builder:
                     if min(s, a.line.length - s) > self.snap and min(r, b.line.length - r) > self.snap:
                         names = [self.trace.veins[c.vein].name for c in (a, b)]
                         self.problems.notice(f"{self.trace.source}: veins '{names[0]}' and '{names[1]}' cross at "
-                                             f"{_mm(a.line.at(s))}: they are joined there")
+                                             f"{self.place_text(a.line.at(s))}: they are joined there")
 
     def check_overlaps(self) -> None:
         for a in self.carriers:
@@ -236,7 +243,7 @@ class _Builder:
                 for i, j in runs(distance < self.snap / 3):
                     if s[j] - s[i] > OVERLAP * self.snap:
                         self.problems.error(f"{self.trace.veins[a.vein].where}: runs along vein '{self.trace.veins[b.vein].name}' "
-                                            f"from {_mm(points[i])} to {_mm(points[j])}: draw what they share in one of them")
+                                            f"from {self.place_text(points[i])} to {self.place_text(points[j])}: draw what they share in one of them")
 
     def attach_corners(self) -> None:
         for number, line in [(OUTLINE, self.outline)] + [(p.number, p.line) for p in self.carriers]:
@@ -262,12 +269,12 @@ class _Builder:
             return self.stretch_where(Polyline(root.points, closed=True).contains(points[:-1]), s[:-1], root.where)
         distance, on = self.outline.project(Polyline(root.points).samples(self.snap)[0])
         if distance.max() > 2 * self.snap:
-            self.problems.error(f"{root.where}: is {1e3 * distance.max():.3g} mm off the outline: draw it along the outline")
+            self.problems.error(f"{root.where}: is {self.length_text(distance.max())} off the outline: draw it along the outline")
             return None
         turn = np.diff(on)
         travelled = float((turn - self.outline.length * np.round(turn / self.outline.length)).sum())
         if abs(travelled) < 1.2 * self.snap:
-            self.problems.error(f"{root.where}: holds only {1e3 * abs(travelled):.3g} mm of the outline: draw it longer (its ends "
+            self.problems.error(f"{root.where}: holds only {self.length_text(abs(travelled))} of the outline: draw it longer (its ends "
                                 "must not meet)")
             return None
         return (float(on[0]), float(on[-1])) if travelled > 0 else (float(on[-1]), float(on[0]))
@@ -320,7 +327,7 @@ class _Builder:
                 reach = max(reach, max(d for _, d in self.trace.veins[best[3]].diameters) / 2)
             if best[0] > reach:
                 name = f"vein '{self.trace.veins[best[3]].name}'" if best[3] >= 0 else "any vein"
-                told = f"{1e3 * best[0]:.3g} mm from {name}" if best[3] >= 0 else "not on a vein"
+                told = f"{self.length_text(best[0])} from {name}" if best[3] >= 0 else "not on a vein"
                 if not any(v in self.lost for v in joint.veins):
                     self.problems.error(f"{joint.where}: is off its vein, {told}: move it onto the vein")
                 continue
@@ -343,7 +350,7 @@ class _Builder:
             if vein.closed:
                 self.problems.error(f"{vein.where}: is closed: open it at one node (a vein has two ends)")
             elif Polyline(vein.points).length < 2 * self.snap:
-                self.problems.error(f"{vein.where}: is shorter than twice the snapping distance of {1e3 * self.snap:.3g} mm: "
+                self.problems.error(f"{vein.where}: is shorter than twice the snapping distance of {self.length_text(self.snap)}: "
                                     "delete it, or choose --snap smaller")
             elif self.check_inside(vein):
                 self.parts[k] = self.split(k, vein)
@@ -355,7 +362,7 @@ class _Builder:
         for piece in self.carriers:
             crossed = piece.line.crosses_itself()
             if crossed:
-                self.problems.error(f"{self.trace.veins[piece.vein].where}: crosses itself at {_mm(crossed[0])}: split it")
+                self.problems.error(f"{self.trace.veins[piece.vein].where}: crosses itself at {self.place_text(crossed[0])}: split it")
         for piece in self.carriers:
             self.trim(piece)
 
@@ -417,7 +424,7 @@ class _Builder:
     def build(self) -> Optional[Network]:
         crossed = self.outline.crosses_itself()
         if crossed:
-            self.problems.error(f"{self.trace.outline_where}: the outline crosses itself at {_mm(crossed[0])}: move its nodes apart")
+            self.problems.error(f"{self.trace.outline_where}: the outline crosses itself at {self.place_text(crossed[0])}: move its nodes apart")
             return None
         self.lines()
         self.check_margin()
@@ -467,7 +474,7 @@ class _Builder:
             passed = [(branches[k].first if forward else branches[k].last) for k, forward in chain]
             if len(set(passed)) < len(passed) or not chain:
                 self.problems.error(f"{vein.where}: comes back to a place where it has been, within the snapping distance of "
-                                    f"{1e3 * self.snap:.3g} mm: choose --snap smaller, or redraw it")
+                                    f"{self.length_text(self.snap)}: choose --snap smaller, or redraw it")
         root = stretch(*(node_of[k] for k in held_at))
         net = Network(nodes, branches, outline, veins, {}, root)
         for k, at in joints:

@@ -45,7 +45,7 @@ def _place_names(axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[st
             here, ahead = (np.array([np.interp(min(max(part + shift, 0), 1) * s[-1], s, line[:, i]) for i in (0, 1)])
                            for shift in (-0.02, 0.02))
             middle, along = (here + ahead) / 2, (ahead - here) / (np.linalg.norm(ahead - here) or 1)
-            along = along if along[0] >= 0 else -along
+            along = along if along[0] > 0.2 or (along[0] > -0.2 and along[1] > 0) else -along
             is_steep = s[-1] < 3 * half              # too short to be named along its direction
             for side in (1, -1):
                 normal = side * np.array([-along[1], along[0]])

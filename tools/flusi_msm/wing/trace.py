@@ -76,6 +76,7 @@ class Trace:
     length: float                              # extent in x
     faces_viewer: bool                         # +z points to who looks at the drawing
     z_side: str = ""
+    unit: str = "mm"                           # of lengths in messages, which are 1e3 times those here
 
 
 def polygon_area(points: np.ndarray) -> float:
@@ -110,7 +111,7 @@ def _scale_of(sketch: Sketch, problems: Problems) -> float:
     if not sketch.scales:
         problems.error(f"{sketch.source}: no scale: draw a line as long as a known length and call it for instance 'scale "
                        "1 mm', or give --metres-per-unit, or --true-size if the page is as large as the wing")
-        return float("nan")
+        return 1e-3                             # for the messages of the checks that follow
     values = [value for value, _ in sketch.scales]
     if max(values) > 1.01 * min(values):
         problems.error(f"{sketch.source}: the scales disagree: " + ", ".join(f"{who} gives {value:.4g} m per unit"
@@ -197,10 +198,11 @@ def _check_diameters(vein: Line, length: float, problems: Problems) -> None:
 
 
 def trace_of(sketch: Sketch, problems: Problems) -> Optional[Trace]:
-    """The sketch in metres in the wing frame; mistakes go to `problems`. None if there is no scale or no outline."""
+    """The sketch in metres in the wing frame; mistakes go to `problems`. None if there is no outline."""
     for text in sketch.notices:
         problems.notice(text)
     metres = _scale_of(sketch, problems)
+    unit = "mm" if sketch.scales else "units"
     outline = _one("outline", sketch.outlines, sketch.source, "draw the margin of the wing as one closed path and call it "
                    "'outline'", problems)
     root = None
@@ -211,10 +213,9 @@ def trace_of(sketch: Sketch, problems: Problems) -> Optional[Trace]:
     _check_names("joint", sketch.joints, problems)
     if outline is not None and not outline.closed:
         gap = float(np.linalg.norm(outline.points[-1] - outline.points[0]))
-        told = f"its ends are {1e3 * gap * metres:.3g} mm apart" if np.isfinite(metres) else "its ends do not meet"
-        problems.error(f"{outline.where}: the outline is open, {told}: close the path (in Inkscape: select both end nodes, "
+        problems.error(f"{outline.where}: is open, its ends are {1e3 * gap * metres:.3g} {unit} apart: close the path (in Inkscape: select both end nodes, "
                        "then 'Join selected nodes')")
-    if outline is None or not np.isfinite(metres) or len(outline.points) < 3:
+    if outline is None or len(outline.points) < 3:
         return None
     n_notices = len(sketch.notices)
     origin, axes, faces_viewer = _frame(sketch, outline, root, problems)
@@ -229,7 +230,7 @@ def trace_of(sketch: Sketch, problems: Problems) -> Optional[Trace]:
         line = line[:-1]
     line = line if polygon_area(line) > 0 else line[::-1].copy()
     length = float(np.ptp(line[:, 0]))
-    if not SMALLEST_WING < length < LARGEST_WING:
+    if sketch.scales and not SMALLEST_WING < length < LARGEST_WING:
         problems.error(f"{sketch.source}: the wing would be {length:.3g} m long: is the scale right "
                        f"({', '.join(f'{who} gives {value:.4g} m per unit' for value, who in sketch.scales)})?")
     veins = []
@@ -243,4 +244,4 @@ def trace_of(sketch: Sketch, problems: Problems) -> Optional[Trace]:
     if root is not None:
         root = Line(root.name, placed(root.points), root.where, root.closed)
     return Trace(sketch.title, sketch.source, line, outline.where, veins, joints, root, sketch.root_part, length, faces_viewer,
-                 sketch.z_side)
+                 sketch.z_side, unit)
