@@ -19,6 +19,7 @@ from flusi_msm.wing.triangulate import Triangulation
 POINTS = 1000          # of a wing whose edge length nobody has chosen
 MOST_POINTS = 20000    # more is a mistake in the edge length
 SMALLEST = 0.25        # edges between lines that are close, by the edge length wanted
+SHAKE, SHAKES = 1e-7, 5  # of the wing's size; how often
 GROWTH = 0.35          # of the edge length per distance from such places
 Size = Callable[[np.ndarray], np.ndarray]
 
@@ -130,14 +131,19 @@ def fill_without_gmsh(points: np.ndarray, segments: List[Tuple[int, int]], size:
             known[cell] = float(size((np.array([cell]) + 0.5) / 400 * scale)[0]) / scale
         return known[cell]
 
-    try:
-        mesh = Triangulation([tuple(p) for p in (points / scale).tolist()], segments)
-        mesh.refine(cached)
-        mesh.smooth(cached, 24)
-    except (ValueError, KeyError, StopIteration, ZeroDivisionError) as error:
-        raise InputError(f"the wing could not be filled with triangles ({error}): install gmsh, or choose another --edge") \
-            from None
-    return np.array(mesh.points) * scale, np.array(mesh.triangles())
+    # Points of straight lines and of circles are degenerate for a triangulation: they are shaken while it is made.
+    for seed in range(SHAKES):
+        shaken = points / scale + SHAKE * np.random.RandomState(seed).uniform(-1, 1, points.shape)
+        try:
+            mesh = Triangulation([tuple(p) for p in shaken.tolist()], segments)
+            mesh.refine(cached)
+            mesh.points[:len(points)] = [tuple(p) for p in (points / scale).tolist()]
+            mesh.smooth(cached, 24)
+        except (ValueError, KeyError, StopIteration, ZeroDivisionError) as error:
+            why = str(error)
+        else:
+            return np.array(mesh.points) * scale, np.array(mesh.triangles())
+    raise InputError(f"the wing could not be filled with triangles ({why}): install gmsh, or choose another --edge")
 
 
 def load_gmsh(problems: Problems):
@@ -157,6 +163,9 @@ def load_gmsh(problems: Problems):
 
 def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Problems) -> Wing:
     """The wing with edges of about `edge` [m]. `mesher`: gmsh, own, or auto, which takes gmsh where it can be loaded."""
+    estimate = abs(_area(net)) / (edge**2 * np.sqrt(3) / 2)
+    if estimate > MOST_POINTS:
+        raise InputError(f"an edge length of {1e3 * edge:.3g} mm would give about {estimate:.0f} points: choose --edge larger")
     size = size_field(net, edge)
     lines = [divide(branch.points, size) for branch in net.branches]
     ends: Dict[Tuple[int, int], List[int]] = {}
@@ -166,9 +175,6 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
     for twins in ends.values():                       # two straight edges between the same nodes would be one
         for k in sorted(twins, key=lambda k: len(net.branches[k].points))[1:]:
             lines[k] = divide(net.branches[k].points, size, 2)
-    estimate = sum(map(len, lines)) + abs(float(np.sum([polygon for polygon in [_area(net)]]))) / (edge**2 * np.sqrt(3) / 2)
-    if estimate > MOST_POINTS:
-        raise InputError(f"an edge length of {1e3 * edge:.3g} mm would give about {estimate:.0f} points: choose --edge larger")
     points = [p for p in net.nodes]
     numbers = []
     for branch, line in zip(net.branches, lines):

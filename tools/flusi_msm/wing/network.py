@@ -83,7 +83,7 @@ class _Builder:
         self.parts: List[List[_Piece]] = []
         self.carriers: List[_Piece] = []
         self.att = _Attachments()
-        self.lost: set = set()                       # veins that are left out after a mistake
+        self.lost: Dict[str, Polyline] = {}          # veins that are left out after a mistake
 
     def length_text(self, length: float) -> str:
         return f"{1e3 * length:.3g} {self.trace.unit}"
@@ -213,9 +213,13 @@ class _Builder:
             for distance, carrier, on in near:
                 if distance <= max(1.5 * least, 0.1 * self.snap):
                     self.att.join(k, self.place(carrier, on))
-        elif not vein.free_end:
+        elif not vein.free_end and not self.is_at_lost(p, self.snap):
             self.problems.error(f"{vein.where}: ends in the air at {self.place_text(p)}, {self.length_text(nearest[0])} from {nearest[1]}: "
                                 f"draw it to there, or allow it with --free-end {vein.name}")
+
+    def is_at_lost(self, p: np.ndarray, reach: float) -> bool:
+        """Whether a vein passes there that was left out: what hangs on it is no other mistake."""
+        return any(line.project(p)[0][0] <= reach for line in self.lost.values())
 
     def attach_crossings(self) -> None:
         for a in self.carriers:
@@ -245,14 +249,14 @@ class _Builder:
                         self.problems.error(f"{self.trace.veins[a.vein].where}: runs along vein '{self.trace.veins[b.vein].name}' "
                                             f"from {self.place_text(points[i])} to {self.place_text(points[j])}: draw what they share in one of them")
 
-    def attach_corners(self) -> None:
-        for number, line in [(OUTLINE, self.outline)] + [(p.number, p.line) for p in self.carriers]:
+    def attach_corners(self, lines: List[Tuple[int, Polyline]]) -> None:
+        for number, line in lines:
+            turns = []
             for s in line.s[(0 if line.closed else 1):-1]:
-                before = line.at(s) - line.at(s - self.snap)
-                after = line.at(s + self.snap) - line.at(s)
-                size = np.linalg.norm(before) * np.linalg.norm(after)
-                if size > 0 and before @ after < np.cos(np.radians(CORNER)) * size:
-                    self.place(number, float(s), self.snap)
+                if line.cosine(s, self.snap) < np.cos(np.radians(CORNER)):
+                    turns.append((line.cosine(s, self.snap / 10), float(s)))
+            for _, s in sorted(turns):                   # the sharpest first; those beside it are the same corner
+                self.place(number, s, self.snap)
 
     # ---- root
 
@@ -328,7 +332,7 @@ class _Builder:
             if best[0] > reach:
                 name = f"vein '{self.trace.veins[best[3]].name}'" if best[3] >= 0 else "any vein"
                 told = f"{self.length_text(best[0])} from {name}" if best[3] >= 0 else "not on a vein"
-                if not any(v in self.lost for v in joint.veins):
+                if not any(v in self.lost for v in joint.veins) and not self.is_at_lost(joint.place, reach):
                     self.problems.error(f"{joint.where}: is off its vein, {told}: move it onto the vein")
                 continue
             found.append((k, self.place(best[1], best[2], self.snap)))
@@ -355,7 +359,7 @@ class _Builder:
             elif self.check_inside(vein):
                 self.parts[k] = self.split(k, vein)
             if not self.parts[k]:
-                self.lost.add(vein.name)
+                self.lost[vein.name] = Polyline(vein.points)
         for piece in (p for parts in self.parts for p in parts if p.line is not None):
             piece.number = len(self.carriers)
             self.carriers.append(piece)
@@ -429,13 +433,15 @@ class _Builder:
         self.lines()
         self.check_margin()
         self.check_overlaps()
-        margin = [(p, [self.place(OUTLINE, s) for s in (p.start, p.stop)]) for parts in self.parts for p in parts if p.line is None]
+        self.attach_corners([(OUTLINE, self.outline)])
         held = self.root_stretch()
-        held_at = [self.place(OUTLINE, s) for s in held] if held else []
+        held_at = [self.place(OUTLINE, s, self.snap) for s in held] if held else []
+        margin = [(p, [self.place(OUTLINE, s, self.snap) for s in (p.start, p.stop)])
+                  for parts in self.parts for p in parts if p.line is None]
         self.attach_ends()
         self.attach_crossings()
         joints = self.attach_joints()
-        self.attach_corners()
+        self.attach_corners([(piece.number, piece.line) for piece in self.carriers])
         if self.problems.errors or not held:
             return None
         while sum(c == OUTLINE for c in self.att.carrier) < 3:

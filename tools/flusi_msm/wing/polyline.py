@@ -23,6 +23,12 @@ class Polyline:
         s = s % self.length if self.closed else min(max(s, 0.0), self.length)
         return np.array([np.interp(s, self.s, self.corners[:, k]) for k in (0, 1)])
 
+    def cosine(self, s: float, reach: float) -> float:
+        """Of the angle by which the line turns at `s`, seen over `reach` before and after."""
+        before, after = self.at(s) - self.at(s - reach), self.at(s + reach) - self.at(s)
+        size = float(np.linalg.norm(before) * np.linalg.norm(after))
+        return float(before @ after) / size if size > 0 else 1.0
+
     def project(self, points: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Distance (m,) and arc length (m,) of the nearest points of the line to `points` (m, 2)."""
         points = np.atleast_2d(points)

@@ -23,6 +23,12 @@ WORD = re.compile(r"([A-Za-z]+)(?:[\s:_-]+(.*))?", re.S)
 ROUND = {"circle", "ellipse"}
 
 
+def _layer_role(text: str) -> str:
+    """The word by which a layer says what is in it, or ''."""
+    name = text.lower().strip()
+    return name if name in ROLES or name in IGNORED else "scale" if re.match(r"scale\b", name) else ""
+
+
 def _role_of(shape: Shape) -> Tuple[str, str]:
     """What the shape is, and its name without the word that says so. Roles are those of ROLES, 'ignored', or ''."""
     found = WORD.fullmatch(shape.label)
@@ -31,12 +37,12 @@ def _role_of(shape: Shape) -> Tuple[str, str]:
         return "ignored", ""
     if word in ("scale", "outline", "axis", "leading") or (word == "root" and not rest.strip("0123456789")):
         return ROLES[word], rest
-    layer = next((name for name in (text.lower().strip() for text in shape.layers) if name in ROLES or name in IGNORED), "")
+    layer = next((name for name in map(_layer_role, shape.layers) if name), "")
     if layer in IGNORED:
         return "ignored", ""
     if word in ("joint", "vein") and rest:
         return word, rest
-    named = shape.label or next((text for text in shape.layers if text.lower().strip() not in ROLES), "")
+    named = shape.label or next((text for text in shape.layers if not _layer_role(text)), "")
     if layer:
         return ROLES[layer], named
     if shape.tag in ROUND:

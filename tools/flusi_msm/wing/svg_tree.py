@@ -279,7 +279,9 @@ class _Reader:
     def ignore(self, what: str) -> None:
         self.ignored[what] = self.ignored.get(what, 0) + 1
 
-    def visit(self, node: Node, matrix: np.ndarray, inherited: Dict[str, str], layers: List[str], clones: int = 0) -> None:
+    def visit(self, node: Node, matrix: np.ndarray, inherited: Dict[str, str], layers: List[str], clones: int = 0,
+              called: str = "") -> None:
+        """`called`: what a clone of this node is called."""
         style = self.style(node, inherited)
         if node.tag in INVISIBLE:
             return
@@ -290,7 +292,7 @@ class _Reader:
         if node.tag in CONTAINERS:
             if node.tag == "svg":
                 matrix = matrix @ self.view_box(node)
-            name = self.label(node) if node is not self.root else ""
+            name = called or (self.label(node) if node is not self.root else "")
             for child in node.children:
                 self.visit(child, matrix, style, [name, *layers] if name else layers, clones)
         elif node.tag == "use":
@@ -300,17 +302,16 @@ class _Reader:
                                           "contains itself: unlink the clone")
             move = np.eye(3)
             move[:2, 2] = self.length(node, "x"), self.length(node, "y")
-            name = self.label(node)
-            self.visit(target, matrix @ move, style, [name, *layers] if name else layers, clones + 1)
+            self.visit(target, matrix @ move, style, layers, clones + 1, called or self.label(node))
         elif node.tag in ("path", "line", "polyline", "polygon", "rect", "circle", "ellipse"):
             if style.get("visibility") in ("hidden", "collapse"):
                 self.ignore("hidden item")
             else:
-                self.add_shape(node, matrix, style, layers)
+                self.add_shape(node, matrix, style, layers, called or self.label(node))
         else:
             self.ignore(node.tag)
 
-    def add_shape(self, node: Node, matrix: np.ndarray, style: Dict[str, str], layers: List[str]) -> None:
+    def add_shape(self, node: Node, matrix: np.ndarray, style: Dict[str, str], layers: List[str], label: str) -> None:
         subpaths = self.curves(node)
         for path in subpaths:
             path.curves = [curve @ matrix[:2, :2].T + matrix[:2, 2] for curve in path.curves]
@@ -323,7 +324,7 @@ class _Reader:
                 raise self.complain(node, f"stroke-width = '{text}' is not a length") from None
         note = " ".join(filter(None, (node.child_text("desc"), node.attributes.get("data-diameters", "") and
                                       "diameters " + node.attributes["data-diameters"])))
-        self.shapes.append(Shape(node.tag, self.label(node), layers, node.line, subpaths, width, note))
+        self.shapes.append(Shape(node.tag, label, layers, node.line, subpaths, width, note))
 
     def read(self) -> SvgDrawing:
         matrix = self.view_box(self.root)
