@@ -367,14 +367,14 @@ def test_hinges(tmp_path):
     ({"front": '<path id="front" stroke="#000" d="M 0 10 L 50 -0.5 L 100 10"/>'}, "vein 'front': touches the outline"),
     ({"front": '<path id="front" d="M 0 10 H 100"/>'}, "vein 'front': has no diameter"),
     ({"front": PARTS["front"].replace("0.8", "40")}, "vein 'front': a diameter of 4000 um is 40 % of the wing's length"),
-    ({"front": PARTS["front"].replace("/>", "><desc>diameters thin</desc></path>")}, None),  # words are words
     ({"front": PARTS["front"].replace("/>", "><desc>diameters 1:2:3</desc></path>")}, "its diameters '1:2:3' are not a table"),
     ({"front": PARTS["front"].replace("/>", "><desc>diameters 0.5:20 0.1:9</desc></path>")}, "must rise from 0 to 1"),
     ({"front": PARTS["front"].replace("H 100", "H 100 M 0 12 H 3")}, "vein 'front': has 2 pieces"),
     ({"front": '<path id="front" stroke="#000" d="M 10 5 H 20 V 15 H 10"/>', "cross": None, "rear": None, "joint": None},
      "vein 'front': ends in the air"),
     ({"front": '<path id="front" stroke="#000" d="M 0 10 H 50 V 20 H 40 V 5 H 100"/>'}, "vein 'front': crosses itself at (4, 1) mm"),
-    ({"front": '<path id="front" stroke="#000" d="M 10 10 H 50 V 20 Z"/>', "cross": None}, None),  # see below
+    ({"front": '<path id="front" stroke="#000" d="M 10 10 H 50 V 20 Z"/>'}, "closed shape 'front': is no outline"),
+    ({"front": '<g inkscape:label="veins"><path id="front" stroke="#000" d="M 10 10 H 50 V 20 Z"/></g>'}, "vein 'front': is closed"),
     ({"twin": PARTS["front"].replace("M 0 10", "M 0 10.1").replace('id="front"', 'id="twin"')},
      "vein 'front': runs along vein 'twin' from (0, 1) mm to (10, 1) mm"),
     ({"second": PARTS["front"].replace("10 H", "18 H")}, "another vein has this name"),
@@ -385,15 +385,11 @@ def test_hinges(tmp_path):
     ({"joint": '<circle id="elbow" cx="0" cy="30" r="1"/>'}, "lies at the end of vein 'rear', where there is nothing to bend"),
     ({"thing": '<rect id="thing" width="9" height="9"/>'}, "closed shape 'thing': is no outline"),
     ({"axis": '<path id="axis" d="M 0 0 V 9"/>'}, "mark the side of its leading edge"),
-    ({"outline": PARTS["outline"].replace("H 100", "H wide")}, None),
+    ({"front": PARTS["front"].replace("H 100", "C 3 4")}, "its path data cannot be understood"),
 ])
 def test_mistakes_are_named(tmp_path, changed, words):
     text = mistakes(tmp_path, svg(**changed))
-    if words is not None:
-        assert words in text, text
-    assert (words is None) == (text == "") or words is None
-    if words:
-        assert str(tmp_path) in text
+    assert words in text and str(tmp_path) in text, text
 
 
 def test_all_mistakes_at_once(tmp_path):
@@ -503,10 +499,10 @@ def test_fourier_outline(tmp_path):
     assert points[:, 1].max() == pytest.approx(-0.1 + 0.25, abs=0.02)   # cos(pi): the leading edge is nearer to the centre
     assert points[:, 1].min() == pytest.approx(-0.1 - 0.35, abs=0.02)
     scale = 5 * MM / points[:, 0].max()
-    wing = traced_wing(sketch, problems, 0.1 * MM, mesher="own")
+    wing = traced_wing(sketch, problems, 0.15 * MM, mesher="own")
     assert sound(wing) == []
     exact = np.pi * (0.3**2 + (0.05**2 + 0.02**2) / 2) * scale**2
-    assert wing.areas().sum() == pytest.approx(exact, rel=2e-3)          # h^2/(6 R^2) = 7e-4
+    assert wing.areas().sum() == pytest.approx(exact, rel=2e-3)          # h^2/(6 R^2) = 1e-3
     assert wing.points[:, 0].max() == pytest.approx(5 * MM, rel=1e-3)
     assert wing.points[wing.root, 0].max() <= wing.points[:, 0].min() + 0.06 * np.ptp(wing.points[:, 0])
     assert_read(wing, tmp_path)

@@ -59,6 +59,7 @@ class _Attachments:
     carrier: List[int] = field(default_factory=list)
     s: List[float] = field(default_factory=list)
     parent: List[int] = field(default_factory=list)
+    soft: set = field(default_factory=set)           # round corners: they give way to an end that is near
 
     def add(self, carrier: int, s: float) -> int:
         self.carrier.append(carrier)
@@ -166,8 +167,8 @@ class _Builder:
 
     # ---- places where lines meet
 
-    def place(self, carrier: int, s: float, merge: Optional[float] = None) -> int:
-        """The attachment of a carrier at `s`, or near it, made if there is none."""
+    def place(self, carrier: int, s: float, merge: Optional[float] = None, is_soft: bool = False) -> int:
+        """The attachment of a carrier at `s`, or near it, made if there is none; soft ones give way to others."""
         merge = self.snap / 2 if merge is None else merge
         best, found = merge, -1
         for k, (c, t) in enumerate(zip(self.att.carrier, self.att.s)):
@@ -176,7 +177,14 @@ class _Builder:
                 gap = min(gap, self.outline.length - gap) if carrier == OUTLINE else gap
                 if gap <= best:
                     best, found = gap, k
-        return found if found >= 0 else self.att.add(carrier, s)
+        if found < 0:
+            found = self.att.add(carrier, s)
+            if is_soft:
+                self.att.soft.add(found)
+        elif found in self.att.soft and not is_soft:
+            self.att.soft.remove(found)
+            self.att.s[found] = s
+        return found
 
     def half_width(self, piece: _Piece) -> float:
         return max(d for _, d in self.trace.veins[piece.vein].diameters) / 2
@@ -255,8 +263,8 @@ class _Builder:
             for s in line.s[(0 if line.closed else 1):-1]:
                 if line.cosine(s, self.snap) < np.cos(np.radians(CORNER)):
                     turns.append((line.cosine(s, self.snap / 10), float(s)))
-            for _, s in sorted(turns):                   # the sharpest first; those beside it are the same corner
-                self.place(number, s, self.snap)
+            for cosine, s in sorted(turns):              # the sharpest first; those beside it are the same corner
+                self.place(number, s, self.snap, is_soft=bool(cosine > np.cos(np.radians(CORNER))))
 
     # ---- root
 
