@@ -318,6 +318,24 @@ def test_vein_along_the_margin(tmp_path):
     assert_read(wing, tmp_path)
 
 
+def test_lines_that_the_mesh_would_cross(tmp_path):
+    """A bow around the end of a vein: with long edges its chord passes through the vein, with short ones it does not."""
+    text = svg(front='<path id="front" stroke="#000" stroke-width="0.1" d="M 0 20 C 40 20 43 20 47 16 S 49 12 50 12 S 51 12 53 16 '
+               'S 60 20 100 20"/>', rear=None, joint=None,
+               cross='<path id="cross" stroke="#000" stroke-width="0.1" d="M 50 13 V 40"/>')
+
+    def made(edge):
+        problems = Problems()
+        sketch = read_svg(write(tmp_path, text), problems)
+        sketch.veins[1].free_end = True
+        return traced_wing(sketch, problems, edge, 0.02 * MM, "own")
+    with pytest.raises(InputError) as stop:
+        made(5 * MM)
+    assert "veins 'cross' and 'front' would cross in the mesh near (" in str(stop.value)
+    assert "choose --edge smaller" in str(stop.value)
+    assert sound(made(0.5 * MM)) == []
+
+
 def test_free_end(tmp_path):
     short = svg(front=PARTS["front"].replace("H 100", "H 80"))
     assert "ends in the air" in mistakes(tmp_path, short)
@@ -364,7 +382,7 @@ def test_hinges(tmp_path):
     ({"front": '<path id="front" stroke="#000" d="M 0 10 H 108"/>'}, "vein 'front': leaves the wing by 0.8 mm at (10.8, 1) mm"),
     ({"front": '<path id="front" stroke="#000" d="M 0 10 H 70"/>'}, "vein 'front': ends in the air at (7, 1) mm, 1 mm from the outline: "
      "draw it to there, or allow it with --free-end front"),
-    ({"front": '<path id="front" stroke="#000" d="M 0 10 L 50 -0.5 L 100 10"/>'}, "vein 'front': touches the outline"),
+    ({"front": '<path id="front" stroke="#000" d="M 0 10 H 45 L 50 -0.5 L 55 10 H 100"/>'}, "vein 'front': touches the outline"),
     ({"front": '<path id="front" d="M 0 10 H 100"/>'}, "vein 'front': has no diameter"),
     ({"front": PARTS["front"].replace("0.8", "40")}, "vein 'front': a diameter of 4000 um is 40 % of the wing's length"),
     ({"front": PARTS["front"].replace("/>", "><desc>diameters 1:2:3</desc></path>")}, "its diameters '1:2:3' are not a table"),

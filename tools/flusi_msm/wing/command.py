@@ -16,6 +16,7 @@ from flusi_msm.wing.shapes import make_calliphora, make_plate, make_strip
 from flusi_msm.wing.trace import Sketch, Trace, polygon_area, trace_of
 
 MM = 1e-3
+SMALL_ANGLE = 8.0  # degrees; what is smaller is told
 KINDS = ("calliphora", "plate", "strip")
 USAGE = """make_wing DRAWING.svg [-o wing.h5]        outline and veins traced in Inkscape (docs/make-wing.md)
        make_wing WING.toml [-o wing.h5]          the same in a table, or a table that adds to a drawing
@@ -41,8 +42,16 @@ def traced_wing(sketch: Sketch, problems: Problems, edge: Optional[float] = None
         raise InputError(f"{trace.source}: z_side = '{trace.z_side}' must be one of {', '.join(Z_SIDES)}")
     edge = edge or sketch.edge or default_edge(abs(polygon_area(trace.outline)))
     wing = mesh_wing(trace, net, edge, mesher, problems)
-    if missing_edges(wing):
-        raise InputError(f"{missing_edges(wing)} segments of veins are no edges of the mesh: choose another --edge or --mesher")
+    angle = wing.smallest_angle()
+    if angle < SMALL_ANGLE:
+        x, y = 1e3 * quality_of(wing).worst
+        problems.notice(f"{trace.source}: a triangle at ({x:.3g}, {y:.3g}) mm has an angle of {angle:.1f} degrees: lines are very close "
+                        "there; join them, or draw them further apart")
+    for name, place in missing_edges(wing):
+        x, y = 1e3 * place
+        problems.error(f"{trace.source}: vein '{name}': its line at ({x:.3g}, {y:.3g}) mm could not be kept in the mesh, because another "
+                       "one is too close: choose --edge smaller or --snap larger, or draw them further apart")
+    problems.stop_if_any()
     if not sketch.is_in_frame:
         problems.notice(f"+z of the wing points {'to' if trace.faces_viewer else 'away from'} who looks at the drawing "
                         "(x from root to tip, y toward the leading edge)")

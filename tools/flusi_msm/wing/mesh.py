@@ -188,6 +188,8 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
     if len(used) < len(points):
         raise AssertionError("a node belongs to no line")
     array = np.array(points)
+    _check_crossings(trace, net, array, numbers, problems)
+    problems.stop_if_any()
     gmsh = load_gmsh(problems) if mesher in ("auto", "gmsh") else None
     if gmsh is None and mesher == "gmsh":
         raise InputError(problems.notices.pop())
@@ -212,6 +214,32 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
     return sorted_wing(Wing(space, triangles, veins, joints, root, trace.title, trace.z_side))
 
 
+def _check_crossings(trace: Trace, net: Network, points: np.ndarray, numbers: List[List[int]], problems: Problems) -> None:
+    """Straight edges can cross where the curves that they stand for do not."""
+    owner = {k: f"vein '{name}'" for name, chain in net.veins.items() for k, _ in chain}
+    pairs = np.array([pair for chain in numbers for pair in zip(chain, chain[1:])])
+    line = np.array([k for k, chain in enumerate(numbers) for _ in chain[1:]])
+    a, b = points[pairs[:, 0]], points[pairs[:, 1]]
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    near = ((low[:, None] <= high) & (low <= high[:, None])).all(2)
+    i, j = np.nonzero(np.triu(near, 1))
+    apart = (pairs[i][:, :, None] != pairs[j][:, None, :]).all((1, 2))
+    i, j = i[apart], j[apart]
+
+    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
+        return (q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0])
+
+    cross = (side(a[i], b[i], a[j]) * side(a[i], b[i], b[j]) <= 0) & (side(a[j], b[j], a[i]) * side(a[j], b[j], b[i]) <= 0)
+    for p, q in zip(i[cross], j[cross]):
+        names = sorted({owner.get(int(line[k]), "the outline") for k in (p, q)})
+        told = " and ".join(names) if len(names) == 2 else f"two pieces of {names[0]}"
+        told = told.replace("' and vein '", "' and '").replace("vein", "veins", 1) if told.count("vein") == 2 else told
+        x, y = 1e3 * (a[p] + b[p]) / 2
+        problems.error(f"{trace.source}: {told} would cross in the mesh near ({x:.3g}, {y:.3g}) mm: choose --edge smaller, or draw "
+                       "them further apart")
+        break
+
+
 def _neighbour(nodes: List[int], node: int, is_after: bool) -> int:
     """The point of a vein before or after one of its points; the other one where the vein ends."""
     i = nodes.index(node)
@@ -231,7 +259,8 @@ def _signed_areas(xy: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 
 
-def missing_edges(wing: Wing) -> int:
-    """How many segments of veins are no edges of triangles; 0 in a good mesh."""
+def missing_edges(wing: Wing) -> List[Tuple[str, np.ndarray]]:
+    """Segments of veins that are no edges of triangles, as vein and place [m]; none in a good mesh."""
     mesh = {tuple(e) for e in wing.edges()[0].tolist()}
-    return sum(tuple(sorted(pair)) not in mesh for nodes, _ in wing.veins.values() for pair in zip(nodes, nodes[1:]))
+    return [(name, wing.points[list(pair), :2].mean(0)) for name, (nodes, _) in wing.veins.items()
+            for pair in zip(nodes, nodes[1:]) if tuple(sorted(pair)) not in mesh]

@@ -17,8 +17,9 @@ from flusi_msm.wing.polyline import Polyline, runs
 from flusi_msm.wing.trace import Line, Trace, diameter_at
 
 SNAP = 0.01          # snapping distance by the length of the wing
-ALONG_MARGIN = 10.0  # a vein that is at the margin for that many snapping distances runs along it
+ALONG_MARGIN = 4.0   # a vein that is at the margin for that many snapping distances runs along it
 TAIL = 3.0           # an overshoot is at most that many snapping distances long
+LEAVING = 0.2        # slope at which it leaves the margin, whatever its distance
 OVERLAP = 6.0        # two veins that are closer than a third of the snapping distance for that many of them are one
 CORNER = 40.0        # degrees; a sharper turn is a corner that the mesh keeps
 OUTLINE = -1         # number of the outline among the carriers
@@ -111,15 +112,15 @@ class _Builder:
             found.append(_Piece(k, Polyline(piece), start, stop))
 
         for i, j in runs(distance < self.snap):
-            on_it = 0.02 * self.snap                                     # where it meets the margin, or leaves it
-            while 0 < i < j and distance[i] > on_it and distance[i + 1] < distance[i]:
+            while 0 < i < j and self.leaves(distance[i + 1], distance[i], s[i + 1] - s[i]):
                 i += 1
-            while i < j < len(s) - 1 and distance[j] > on_it and distance[j - 1] < distance[j]:
+            while i < j < len(s) - 1 and self.leaves(distance[j - 1], distance[j], s[j] - s[j - 1]):
                 j -= 1
             turn = np.diff(on[i:j + 1])
             turn = turn - self.outline.length * np.round(turn / self.outline.length)
             travelled = float(turn.sum())
-            if s[j] - s[i] < ALONG_MARGIN * self.snap or abs(travelled) < 0.6 * (s[j] - s[i]):
+            if s[j] - s[i] < ALONG_MARGIN * self.snap or abs(travelled) < 0.6 * (s[j] - s[i]) \
+                    or distance[i:j + 1].mean() > self.snap / 2:
                 continue
             if s[i] - done > self.snap:
                 own(done, s[i], fixed, float(on[i]))
@@ -129,6 +130,10 @@ class _Builder:
         if line.length - done > (self.snap if found else 0.0):
             own(done, line.length, fixed, None)
         return found
+
+    def leaves(self, near: float, far: float, step: float) -> bool:
+        """Whether a vein is leaving the margin between two of its points, `step` apart, at these distances from it."""
+        return far > near and (far > self.snap / 4 or far - near > LEAVING * step)
 
     def check_inside(self, vein: Line) -> bool:
         points, _ = Polyline(vein.points).samples(self.snap)
@@ -169,7 +174,7 @@ class _Builder:
 
     def place(self, carrier: int, s: float, merge: Optional[float] = None, is_soft: bool = False) -> int:
         """The attachment of a carrier at `s`, or near it, made if there is none; soft ones give way to others."""
-        merge = self.snap / 2 if merge is None else merge
+        merge = self.snap if merge is None else merge
         best, found = merge, -1
         for k, (c, t) in enumerate(zip(self.att.carrier, self.att.s)):
             if c == carrier:
@@ -264,7 +269,7 @@ class _Builder:
                 if line.cosine(s, self.snap) < np.cos(np.radians(CORNER)):
                     turns.append((line.cosine(s, self.snap / 10), float(s)))
             for cosine, s in sorted(turns):              # the sharpest first; those beside it are the same corner
-                self.place(number, s, self.snap, is_soft=bool(cosine > np.cos(np.radians(CORNER))))
+                self.place(number, s, is_soft=bool(cosine > np.cos(np.radians(CORNER))))
 
     # ---- root
 
@@ -343,7 +348,7 @@ class _Builder:
                 if not any(v in self.lost for v in joint.veins) and not self.is_at_lost(joint.place, reach):
                     self.problems.error(f"{joint.where}: is off its vein, {told}: move it onto the vein")
                 continue
-            found.append((k, self.place(best[1], best[2], self.snap)))
+            found.append((k, self.place(best[1], best[2])))
         return found
 
     def along(self, piece: _Piece, s: float) -> float:
@@ -379,16 +384,20 @@ class _Builder:
             self.trim(piece)
 
     def check_margin(self) -> None:
+        """Two veins cannot be the same stretch of the margin."""
+        whole = self.outline.length
         margin = [p for parts in self.parts for p in parts if p.line is None]
-        for i, a in enumerate(margin):
-            for b in margin[i + 1:]:
-                s = a.start + (0.5 if a.forward else -0.5) * (((a.stop - a.start) * (1 if a.forward else -1)) % self.outline.length)
-                inside = [self.along(b, t % self.outline.length) for t in (s, a.start, a.stop)]
-                reverse = [self.along(a, t) for t in (b.start, b.stop)]
-                edge = 2 * self.snap / self.outline.length
-                if any(edge < t < 1 - edge for t in inside + reverse):
-                    self.problems.error(f"{self.trace.veins[a.vein].where}: runs along the margin where vein "
-                                        f"'{self.trace.veins[b.vein].name}' does, too: draw what they share in one of them")
+        spans = [((p.start, p.stop) if p.forward else (p.stop, p.start)) for p in margin]
+        spans = [(a, a + (b - a) % whole) for a, b in spans]
+        for i, (a0, a1) in enumerate(spans):
+            for j, (b0, b1) in enumerate(spans[i + 1:], i + 1):
+                shared = sum(max(0.0, min(a1, b1 + k * whole) - max(a0, b0 + k * whole)) for k in (-1, 0, 1))
+                if shared > 2 * self.snap:
+                    self.share_margin(self.trace.veins[margin[i].vein], self.trace.veins[margin[j].vein])
+
+    def share_margin(self, one: Line, other: Line) -> None:
+        self.problems.error(f"{one.where}: runs along the margin where vein '{other.name}' does, too: draw what they share in one "
+                            "of them")
 
     def node_positions(self) -> Tuple[np.ndarray, Dict[int, int]]:
         """Position of every node; number of the node of every top attachment."""
@@ -443,8 +452,8 @@ class _Builder:
         self.check_overlaps()
         self.attach_corners([(OUTLINE, self.outline)])
         held = self.root_stretch()
-        held_at = [self.place(OUTLINE, s, self.snap) for s in held] if held else []
-        margin = [(p, [self.place(OUTLINE, s, self.snap) for s in (p.start, p.stop)])
+        held_at = [self.place(OUTLINE, s) for s in held] if held else []
+        margin = [(p, [self.place(OUTLINE, s) for s in (p.start, p.stop)])
                   for parts in self.parts for p in parts if p.line is None]
         self.attach_ends()
         self.attach_crossings()
@@ -489,6 +498,11 @@ class _Builder:
             if len(set(passed)) < len(passed) or not chain:
                 self.problems.error(f"{vein.where}: comes back to a place where it has been, within the snapping distance of "
                                     f"{self.length_text(self.snap)}: choose --snap smaller, or redraw it")
+        owner: Dict[int, Line] = {}
+        for vein in self.trace.veins:
+            for k, _ in veins[vein.name]:
+                if owner.setdefault(k, vein) is not vein:
+                    self.share_margin(vein, owner[k])
         root = stretch(*(node_of[k] for k in held_at))
         net = Network(nodes, branches, outline, veins, {}, root)
         for k, at in joints:
