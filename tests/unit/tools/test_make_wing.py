@@ -5,6 +5,7 @@ usage: pytest test_make_wing.py     WING_READER in the environment: the program 
 """
 import builtins
 import os
+import re
 import subprocess
 import sys
 
@@ -584,3 +585,20 @@ def test_package_lists_its_modules():
     done = subprocess.run([sys.executable, "-B", "-m", "flusi_msm.wing.command", "--help"], capture_output=True, text=True,
                           cwd=SOURCE / "tools")
     assert done.returncode == 0 and "DRAWING.svg" in done.stdout, done.stderr
+
+
+def test_examples_of_the_document(tmp_path, monkeypatch):
+    """The table and the Python of docs/make-wing.md do what they say, and the options that it names exist."""
+    text = (SOURCE / "docs/make-wing.md").read_text(encoding="utf-8")
+    problems = Problems()
+    table = text.split("```toml\n")[1].split("```")[0]
+    wing = traced_wing(read_toml(write(tmp_path, table, "wing.toml"), problems), problems, mesher="own")
+    assert sound(wing) == [] and sorted(wing.veins) == ["C", "M"] and wing.joints["C_break"][0] == "C"
+    assert_read(wing, tmp_path)
+    code = text.split("```python\n")[1].split("```")[0].replace("wings/bee.svg", str(SOURCE / "wings/bee.svg"))
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})  # the document of this project
+    assert len(read_wing(tmp_path / "bee.h5").veins) == 13
+    told = run_tool("make_wing", "--help").stdout
+    for option in set(re.findall(r"--[a-z][a-z-]+", text)):
+        assert option in told, option
