@@ -4,7 +4,8 @@ module app_settings
   use app_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use app_flight_faults, only: foresee_flight
   use app_keys, only: register_all_keys
-  use app_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_frequency
+  use app_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_flow, &
+                                notice_frequency
   use app_wing_settings, only: wing_settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -178,6 +179,7 @@ contains
     if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
                                                              s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
+    if (errors%count() == errors_before) call notice_flow(s%config, s%fluid, s%flight, notices)
     s%fluid%centre = s%flight%body%centre
     if (s%flight%thin%is_thin .and. s%flexible) call s%config%complain(errors, 'Insects', 'surface', 'thin is for '// &
                                                 'wings = rigid; valid with flexible wings: penalized')

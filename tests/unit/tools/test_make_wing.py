@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from synthetic import SOURCE, run_tool
 
 from flusi_msm.errors import InputError, Problems
 from flusi_msm.wing.command import traced_wing
-from flusi_msm.wing.file import read_wing, write_wing
+from flusi_msm.wing.file import WingMass, read_wing, write_wing
 from flusi_msm.wing.mesh import load_gmsh
 from flusi_msm.wing.picture import draw_wing
 from flusi_msm.wing.report import quality_of, report
@@ -150,8 +151,9 @@ def test_numbers_of_the_plain_wing(plain, tmp_path):
     assert_read(plain, tmp_path)
 
 
-def test_mass_and_centre(plain):
-    quality = quality_of(plain, membrane_mass=100e-9)
+def test_mass_and_centre(plain, tmp_path):
+    weighed = replace(plain, mass=WingMass("uniform", 100e-9, "a balance"))
+    quality = quality_of(weighed)
     cylinder = {"front": 10 * 0.08**2, "rear": 10 * 0.05**2, "cross": 2 * 0.04**2}  # length d^2 [mm^3]
     mass = {name: 1300 * np.pi / 4 * v * MM**3 for name, v in cylinder.items()}
     for name, expected in mass.items():
@@ -160,7 +162,15 @@ def test_mass_and_centre(plain):
     x = (5 * (mass["front"] + mass["rear"] + 100e-9) + 6 * mass["cross"]) / whole
     y = (mass["front"] - mass["rear"]) / whole
     np.testing.assert_allclose(quality.centre, (x * MM, y * MM), rtol=1e-9)
-    text = "\n".join(report(plain, quality))
+    text = "\n".join(report(weighed, quality))
+    assert "uniform membrane, as stated by: a balance" in text
+    # 1 + x/10 mm: two thirds of 10 mm more than half of it lies behind the middle.
+    bare = replace(plain, veins={}, joints={}, mass=WingMass("bilinear", 100e-9, "a balance", (1.0, 100.0, 0.0), 1200.0))
+    np.testing.assert_allclose(quality_of(bare).centre, ((1 / 2 + 1 / 3) / (3 / 2) * 10 * MM, 0), rtol=1e-9, atol=1e-12)
+    for wing in (weighed, bare):
+        write_wing(tmp_path / "mass.h5", wing)
+        assert read_wing(tmp_path / "mass.h5").mass == wing.mass
+    assert_read(weighed, tmp_path)
     assert f"veins of 1300 kg/m^3: {1e9 * sum(mass.values()):.4g} ug, membrane 100 ug (2.5 g/m^2)" in text
     assert "of which veins" in text and "front" in text
     assert "--membrane-mass" in "\n".join(report(plain, quality_of(plain)))
@@ -205,6 +215,8 @@ def test_diameters():
     {"front": '<path id="front" stroke="#000" stroke-width="0.8" d="M 0 10 Q 20 10 50 10 T 100 10"/>'},
     {"joint": '<g inkscape:label="joints"><rect id="elbow" x="29" y="29" width="2" height="2"/></g>'},
     {"joint": '<defs><circle id="mark" r="1"/></defs><use inkscape:label="joint elbow" xlink:href="#mark" x="30" y="30"/>'},
+    {"joint": '<defs><circle id="mark" r="1"/><use id="use1" xlink:href="#mark"/></defs>'
+     '<use inkscape:label="joint elbow" xlink:href="#use1" x="30" y="30"/>'},
     {"joint": '<ellipse inkscape:label="elbow @ rear" cx="30" cy="30" rx="1" ry="2"/>'},
     {"scale": '<g inkscape:label="scale 0,2 cm"><rect x="5" y="50" width="20" height="1"/></g>'},
     {"scale": '<line id="scale_2000_um" x1="5" y1="50" x2="5" y2="70"/>'},
@@ -224,6 +236,7 @@ def test_many_ways_to_draw_the_same(plain, tmp_path, changed):
     ('viewBox="-10 -10 120 80"', {"metres": 1e-4}),
     ('viewBox="-10 -10 120 80" width="999px"', {"metres": 1e-4}),
     ('viewBox="-10 -10 120 80" width="12mm" height="8mm"', {"true_size": True}),
+    ('viewBox="-10 -10 120 80" width="12mm" height="9mm"', {"true_size": True}),    # the wing is as large as the narrower side allows
 ])
 def test_pages_and_scales(plain, tmp_path, head, options):
     wing, _ = make(tmp_path, svg(head, scale=None if options else PARTS["scale"]), **options)
@@ -446,6 +459,7 @@ TOML = """title = "the same in a table"
 unit = "mm"
 edge_mm = 0.83
 membrane_mass_ug = 90
+mass_source = "a balance"
 z_side = "right dorsal"
 [outline]
 shape = "polygon"
@@ -472,7 +486,7 @@ def test_table(plain, tmp_path):
     wing = traced_wing(sketch, problems, mesher="own")
     same(wing, plain)
     assert (wing.z_side, wing.title) == ("right dorsal", "the same in a table")
-    assert sketch.membrane_mass == pytest.approx(90e-9)
+    assert (wing.mass.law, wing.mass.source) == ("uniform", "a balance") and wing.mass.membrane == pytest.approx(90e-9)
 
 
 def test_table_beside_a_drawing(plain, tmp_path):
@@ -568,7 +582,7 @@ def test_command(tmp_path):
 def test_picture_names_everything(plain):
     import matplotlib
     matplotlib.use("Agg")
-    figure = draw_wing(plain, quality_of(plain, 100e-9))
+    figure = draw_wing(plain, quality_of(replace(plain, mass=WingMass("uniform", 100e-9, "a balance"))))
     words = [text.get_text() for text in figure.axes[0].texts] + [text.get_text() for text in figure.texts]
     for word in ("front", "rear", "cross", "centre of mass", "root", "2 mm", " 1  elbow"):
         assert word in words, words

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import List, Optional
 
 from flusi_msm.errors import InputError, Problems, run_command
-from flusi_msm.wing.file import Wing, Z_SIDES, add_z_side, write_wing
+from flusi_msm.wing.file import Wing, WingMass, Z_SIDES, add_z_side, write_wing
 from flusi_msm.wing.mesh import default_edge, mesh_wing, missing_edges
 from flusi_msm.wing.network import SNAP, build_network
 from flusi_msm.wing.report import Quality, quality_of, report
@@ -42,6 +42,8 @@ def traced_wing(sketch: Sketch, problems: Problems, edge: Optional[float] = None
         raise InputError(f"{trace.source}: z_side = '{trace.z_side}' must be one of {', '.join(Z_SIDES)}")
     edge = edge or sketch.edge or default_edge(abs(polygon_area(trace.outline)))
     wing = mesh_wing(trace, net, edge, mesher, problems)
+    if sketch.membrane_mass:
+        wing.mass = WingMass("uniform", sketch.membrane_mass, sketch.mass_source or "who made the wing with make_wing")
     angle = wing.smallest_angle()
     if angle < SMALL_ANGLE:
         x, y = 1e3 * quality_of(wing).worst
@@ -89,6 +91,9 @@ def read_sketch(path: str, problems: Problems, options: argparse.Namespace) -> S
             problems.error(f"--free-end {name}: there is no such vein; there are {', '.join(names)}")
     if options.z_side:
         sketch.z_side = options.z_side
+    if options.membrane_mass:
+        sketch.membrane_mass = options.membrane_mass * 1e-9
+    sketch.mass_source = options.mass_source or sketch.mass_source
     return sketch
 
 
@@ -114,7 +119,8 @@ def _drawing_parser() -> argparse.ArgumentParser:
     parser.add_argument("--root-part", type=float, default=0.03, metavar="PART", help="of the length that is held, for an .ini file "
                         "(default: 0.03)")
     parser.add_argument("--free-end", action="append", default=[], metavar="VEIN", help="a vein that may end in the membrane")
-    parser.add_argument("--membrane-mass", type=float, metavar="UG", help="of the membrane, for the report and the picture")
+    parser.add_argument("--membrane-mass", type=float, metavar="UG", help="of the membrane, which is spread evenly")
+    parser.add_argument("--mass-source", metavar="TEXT", help="where the mass of the membrane comes from, for the wing file")
     parser.add_argument("--mesher", choices=("auto", "gmsh", "own"), default="auto", help="what makes the triangles (auto: gmsh "
                         "where it can be loaded)")
     parser.add_argument("--picture", metavar="PNG", help="picture to write (default: as the wing file, with .png)")
@@ -135,7 +141,7 @@ def make_from_drawing(arguments: List[str]) -> None:
     wing = traced_wing(sketch, problems, options.edge and options.edge * MM, options.snap and options.snap * MM, options.mesher)
     output = Path(options.output or Path(options.drawing).with_suffix(".h5"))
     write_wing(output, wing)
-    quality = quality_of(wing, options.membrane_mass * 1e-9 if options.membrane_mass else sketch.membrane_mass)
+    quality = quality_of(wing)
     for text in problems.notices:
         print(f"notice    {text}")
     print("\n".join(report(wing, quality)))

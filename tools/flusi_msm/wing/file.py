@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Wings in memory and in wing files (docs/wing-format.md). Points are counted from 0 here, from 1 in files."""
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from math import pi
+from typing import Optional, Tuple
 
 import h5py
 import numpy as np
@@ -10,6 +13,19 @@ from flusi_msm.errors import InputError
 
 SCHEMA, VERSION = "flusi-msm wing", 1
 Z_SIDES = ("left ventral", "right dorsal", "left dorsal", "right ventral")
+
+
+LAWS = ("uniform", "bilinear")
+
+
+@dataclass
+class WingMass:
+    """What is known of the mass of this very wing."""
+    law: str                                         # of the membrane, of LAWS
+    membrane: float                                  # mass of the membrane [kg]
+    source: str                                      # where this comes from, for people
+    weights: Tuple[float, float, float] = (1.0, 0.0, 0.0)  # bilinear: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
+    vein_density: float = 1300.0                     # [kg/m^3]
 
 
 @dataclass
@@ -21,6 +37,7 @@ class Wing:
     root: list = field(default_factory=list)
     title: str = ""
     z_side: str = ""                                 # which side of which wing +z points to, of Z_SIDES; "": not stated
+    mass: Optional[WingMass] = None                  # None: not stated
 
     def areas(self):
         """Area of every triangle in the x, y plane [m^2], negative if clockwise."""
@@ -97,7 +114,7 @@ def sorted_wing(wing):
               for k, j in wing.joints.items()}
     return Wing(wing.points[order], triangles,
                 {k: ([int(number[i]) for i in nodes], d) for k, (nodes, d) in wing.veins.items()}, joints,
-                sorted(int(number[i]) for i in wing.root), wing.title, wing.z_side)
+                sorted(int(number[i]) for i in wing.root), wing.title, wing.z_side, wing.mass)
 
 
 def write_wing(path, wing):
@@ -117,6 +134,13 @@ def write_wing(path, wing):
                 file.attrs["title"] = np.bytes_(wing.title)
             if wing.z_side:
                 file.attrs["z_side"] = np.bytes_(wing.z_side)
+            if wing.mass:
+                file.attrs["membrane_law"] = np.bytes_(wing.mass.law)
+                file.attrs["membrane_mass"] = np.float64(wing.mass.membrane)
+                if wing.mass.law == "bilinear":
+                    file.attrs["membrane_weights"] = np.array(wing.mass.weights, "<f8")
+                file.attrs["vein_density"] = np.float64(wing.mass.vein_density)
+                file.attrs["mass_source"] = np.bytes_(wing.mass.source.encode())
             dataset(file, "points", wing.points, "<f8", "m")
             dataset(file, "triangles", np.reshape(wing.triangles, (-1, 3)) + 1, "<i4")
             for name, (nodes, diameters) in sorted(wing.veins.items()):
@@ -152,10 +176,16 @@ def read_wing(path):
                 nodes = tuple(int(i) - base for i in made[:])
                 joints[name] = (text(made.attrs["vein"]), nodes[0]) if "vein" in made.attrs else nodes
             root = (file["root/nodes"][:] - base).tolist()
+            mass = None
+            if "membrane_law" in file.attrs:
+                weights = file.attrs.get("membrane_weights", (1.0, 0.0, 0.0))
+                mass = WingMass(text(file.attrs["membrane_law"]), float(file.attrs["membrane_mass"]),
+                                text(file.attrs["mass_source"]), tuple(float(w) for w in weights),
+                                float(file.attrs.get("vein_density", 1300.0)))
             title, z_side = (text(file.attrs.get(name, "")) for name in ("title", "z_side"))
     except (OSError, KeyError, AttributeError, TypeError) as error:
         raise InputError(f"{path}: not a readable wing file: {error}") from None
     every = [i for nodes, _ in veins.values() for i in nodes] + [int(i) for i in triangles.ravel()] + root
     if every and not 0 <= min(every) <= max(every) < len(points):
         raise InputError(f"{path}: names points that do not exist")
-    return Wing(points, triangles, veins, joints, root, title, z_side)
+    return Wing(points, triangles, veins, joints, root, title, z_side, mass)

@@ -29,6 +29,7 @@ class Quality:
     worst: np.ndarray              # (2,) m, middle of the triangle with the smallest angle
     veins: Dict[str, VeinFacts]
     area: float                    # m^2
+    vein_density: float            # kg/m^3
     membrane_mass: Optional[float]  # kg
     centre: np.ndarray             # (2,) m, of mass; of the veins alone if the mass of the membrane is not known
 
@@ -48,8 +49,9 @@ def triangle_angles(wing: Wing) -> np.ndarray:
     return np.stack(found, axis=1)
 
 
-def quality_of(wing: Wing, membrane_mass: Optional[float] = None, density: float = VEIN_DENSITY) -> Quality:
-    """Angles, edges, masses. `membrane_mass` [kg] is spread evenly over the area."""
+def quality_of(wing: Wing) -> Quality:
+    """Angles, edges, and the masses that the wing states, veins of VEIN_DENSITY if it states nothing."""
+    density = wing.mass.vein_density if wing.mass else VEIN_DENSITY
     veins, moment, weight = {}, np.zeros(2), 0.0
     for name, (nodes, diameters) in wing.veins.items():
         p, d = wing.points[list(nodes), :2], np.asarray(diameters)
@@ -60,14 +62,19 @@ def quality_of(wing: Wing, membrane_mass: Optional[float] = None, density: float
         moment, weight = moment + mass @ place, weight + float(mass.sum())
         veins[name] = VeinFacts(len(nodes), float(step.sum()), (float(d.min()), float(d.max())), float(mass.sum()))
     areas = wing.areas()
-    middles = wing.points[wing.triangles, :2].mean(1)
+    corners = wing.points[wing.triangles, :2]
+    middles = corners.mean(1)
     area = float(areas.sum())
-    if membrane_mass or not veins:
-        share = membrane_mass or 1.0
-        moment, weight = moment + share * (areas @ middles) / area, weight + share
+    if wing.mass or not veins:
+        share, law = (wing.mass.membrane, wing.mass.weights) if wing.mass else (1.0, (1.0, 0.0, 0.0))
+        w = law[0] + corners @ np.array(law[1:])     # at the corners; linear in between, so that the integrals are exact
+        whole = areas @ w.mean(1)
+        moment = moment + share * np.einsum("t,tk,tki->i", areas / 12, w + w.sum(1, keepdims=True), corners) / whole
+        weight += share
     angles = triangle_angles(wing)
     edges = np.linalg.norm(np.diff(wing.points[wing.edges()[0]], axis=1)[:, 0], axis=1)
-    return Quality(angles, edges, middles[angles.min(1).argmin()], veins, area, membrane_mass, moment / weight)
+    return Quality(angles, edges, middles[angles.min(1).argmin()], veins, area, density,
+                   wing.mass.membrane if wing.mass else None, moment / weight)
 
 
 def report(wing: Wing, quality: Quality) -> List[str]:
@@ -87,11 +94,13 @@ def report(wing: Wing, quality: Quality) -> List[str]:
         for name, v in sorted(q.veins.items()):
             lines.append(f"{name:{width}}  {v.nodes:6d}  {mm * v.length:11.3f}  {1e6 * v.diameters[0]:6.1f} to {1e6 * v.diameters[1]:5.1f}"
                          f"  {1e9 * v.mass:9.4g}")
-    lines.append(f"mass      veins of {VEIN_DENSITY:.0f} kg/m^3: {1e9 * q.vein_mass:.4g} ug")
+    lines.append(f"mass      veins of {q.vein_density:.0f} kg/m^3: {1e9 * q.vein_mass:.4g} ug")
     if q.membrane_mass:
         whole = q.vein_mass + q.membrane_mass
         lines[-1] += (f", membrane {1e9 * q.membrane_mass:.4g} ug ({1e3 * q.membrane_mass / q.area:.3g} g/m^2), together "
                       f"{1e9 * whole:.4g} ug, of which veins {100 * q.vein_mass / whole:.1f} %")
+        if wing.mass:
+            lines.append(f"          {wing.mass.law} membrane, as stated by: {wing.mass.source}")
     else:
         lines[-1] += "; the mass of the membrane is not known (--membrane-mass UG)"
     lines.append(f"centre    of {'mass' if q.membrane_mass else 'the veins' if q.veins else 'the area'} at ({mm * q.centre[0]:.3f}, "

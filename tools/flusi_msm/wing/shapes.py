@@ -37,7 +37,7 @@ def make_calliphora(edge: float) -> Wing:
     space = np.zeros((len(points), 3))
     space[:, :2] = points
     return sorted_wing(Wing(space * MM, np.array(triangles), veins, joints, root,
-                            "Blowfly wing (Calliphora), synthetic"))
+                            "Blowfly wing (Calliphora), synthetic", mass=calliphora.MASS))
 
 
 def make_plate(length: float, chord: float, edge: float, spars: int, diameters: Sequence[float]) -> Wing:

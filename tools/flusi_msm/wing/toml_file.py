@@ -15,7 +15,8 @@ from flusi_msm.wing.svg import read_svg
 from flusi_msm.wing.trace import JointMark, Line, Sketch, parse_diameters
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
-TOP = {"title", "drawing", "metres_per_unit", "true_size", "unit", "edge_mm", "snap_mm", "z_side", "membrane_mass_ug", "outline",
+TOP = {"title", "drawing", "metres_per_unit", "true_size", "unit", "edge_mm", "snap_mm", "z_side", "membrane_mass_ug", "mass_source",
+       "outline",
        "veins", "joints", "root"}
 KEYS = {"outline": {"points", "shape", "fourier", "length"}, "veins": {"points", "shape", "diameters_um", "free_end"},
         "joints": {"at", "veins"}, "root": {"points", "part"}}
@@ -204,6 +205,7 @@ class _Table:
         sketch = self.base()
         sketch.title = str(data.get("title", sketch.title))
         sketch.z_side = str(data.get("z_side", ""))
+        sketch.mass_source = str(data.get("mass_source", ""))
         for key, name, unit in (("edge_mm", "edge", 1e-3), ("snap_mm", "snap", 1e-3), ("membrane_mass_ug", "membrane_mass", 1e-9)):
             value = self.number("top", data, key)
             if value is not None:

@@ -59,6 +59,7 @@ class Sketch:
     edge: Optional[float] = None               # edge length wanted [m]
     snap: Optional[float] = None               # how far off lines may be that are meant to meet [m]
     membrane_mass: Optional[float] = None      # [kg]
+    mass_source: str = ""                      # where it comes from
     notices: List[str] = field(default_factory=list)
 
 
