@@ -13,7 +13,7 @@ module app_setting_checks
   public :: check_units_together, check_si_numbers, check_wing_use, notice_flow, notice_frequency
 
   real(rp), parameter :: REYNOLDS(2) = [0.1_rp, 1.0e6_rp] !< insects and models of them, with a decade of room
-  real(rp), parameter :: DAMPED(2) = [1.0e-8_rp, 0.3_rp]  !< time in which a wing stops the fluid inside, in beats
+  real(rp), parameter :: DAMPED(2) = [1.0e-6_rp, 0.3_rp]  !< time in which a wing stops the fluid inside, in beats
 
 contains
 

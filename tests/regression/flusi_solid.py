@@ -345,7 +345,7 @@ def test_mistakes(case):
 def test_doubts(case):
     """What is assumed is told, and so are numbers with units mixed up; a wing file that states its mass needs no key."""
     def told(wing_file, **sections):
-        known = {"Wing": {"file": SOURCE / "wings" / wing_file, "E": 1e10, "D": 1e-8}}
+        known = {"Wing": {"file": SOURCE / "wings" / wing_file, "E": 1e10, "D": 2.1e-7}}
         done = run(case, merged(merged(wing(), known), sections), "--check")
         return [line for line in (done.out + done.err).splitlines() if line.startswith("notice: ")]
     notices = told("plate.h5", Wing={"E": None, "D": None})

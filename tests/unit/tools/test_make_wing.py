@@ -300,6 +300,14 @@ def test_loose_ends_are_joined(plain, tmp_path):
     same(make(tmp_path, svg(cross=PARTS["cross"].replace("M 60 10", "M 60 11.3")), snap=0.14 * MM)[0], plain)
 
 
+def test_overshoot_at_a_small_angle(tmp_path):
+    """A vein that crosses its goal and goes on for 0.17 mm beside it, 0.07 mm away: it ends where it crosses."""
+    wing, _ = make(tmp_path, svg(cross='<path id="cross" stroke="#000" d="M 20 30 L 50 16 L 64.7 9.3"/>'))
+    assert sound(wing) == []
+    x = 50 + 14.7 * (16 - 10) / (16 - 9.3)
+    np.testing.assert_allclose(wing.points[wing.veins["cross"][0][-1]], (x / 10 * MM, 1 * MM, 0), atol=1e-9)
+
+
 def test_ends_that_meet(tmp_path):
     """A vein in two pieces whose ends are 0.05 mm apart: one point, and the joint there is the hinge between them."""
     wing, _ = make(tmp_path, svg(front='<g stroke="#000"><path id="a" d="M 0 10 L 50 10"/><path id="b" d="M 100 10 L '
