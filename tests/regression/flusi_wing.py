@@ -194,6 +194,17 @@ def test_notices(case):
     check("wing_frequency is" not in case.run("run.ini", "--check", ranks=0).err, "one beat in T is all right")
 
 
+def test_magnitudes(case):
+    """Units that were mixed up: nu in mm^2/s, eps in ms."""
+    units = {"length": 9e-3, "frequency": 158, "density": 1.225}
+    for change, sentence in (({"ReynoldsNumber": {"nu": 1e3}}, r"\[ReynoldsNumber\] nu: makes a Reynolds number .* is too small"),
+                             ({"Penalization": {"eps": 5.0}}, r"\[Penalization\] eps: 5.0 beats is too large .*; .*5.0e-3 would be")):
+        noticed(case, merged(merged(WING, {"units": units}), change), sentence)
+    case.write("run.ini", merged(WING, {"units": units}))
+    told = case.run("run.ini", "--check", ranks=0).err
+    check("is too" not in told, f"usual numbers are not doubted:\n{told}")
+
+
 def mistakes(case, ini, *sentences):
     """All of these and nothing else, in one report, by --check and by a run on two ranks."""
     case.write("beat.ini", BEAT)

@@ -60,7 +60,8 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
     call r%add_section('Mass', 'what the wing weighs')
     call r%add_real('Mass', 'vein_density', 1300.0_rp, 'of the veins'' cuticle', unit='kg/m^3', above=0.0_rp)
     call r%add_word('Mass', 'membrane_law', 'bilinear', 'bilinear|uniform', &
-                    'areal density of the membrane: 1.75 - 147 x + 101 y scaled to membrane_mass, or areal_density')
+                    'areal density of the membrane: 1.75 - 147 x + 101 y scaled to membrane_mass, or areal_density; '// &
+                    'what the wing file says counts if none of these keys is given')
     call r%add_real('Mass', 'membrane_mass', 81.475e-9_rp, 'for bilinear', unit='kg', above=0.0_rp)
     call r%add_real('Mass', 'areal_density', 3.0e-3_rp, 'for uniform', unit='kg/m^2', above=0.0_rp)
   end subroutine register_mass

@@ -2,6 +2,7 @@
 !> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
 !> and its mass. Whatever a user can do wrong is found here. SI units.
 module common_wing_settings
+  use common_wing_doubts, only: notice_assumptions, notice_magnitudes
   use common_wing_effects, only: read_effect_places, unplaced_effect
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -57,6 +58,8 @@ contains
     call scale_wing(config, s)
     call read_material(config, s, errors, notices)
     call read_mass(config, needs_mass, s, errors, notices)
+    call notice_assumptions(config, s%wing, needs_mass, notices)
+    if (s%has_mass) call notice_magnitudes(config, s%wing, s%asked, s%material, s%mass, notices)
     call s%model%init(s%wing, s%asked, failure)
     if (failure%failed) then
       call errors%add(s%path//': '//failure%reason)
@@ -168,10 +171,21 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(message_list_t) :: messages
     integer :: i
+    logical :: is_stated
     s%material%vein_density = c%get_real('Mass', 'vein_density')
+    if (.not. c%is_given('Mass', 'vein_density') .and. s%wing%mass%vein_density > 0) &
+      s%material%vein_density = s%wing%mass%vein_density
+    is_stated = c%is_given('Mass', 'membrane_law') .or. c%is_given('Mass', 'membrane_mass') .or. &
+                c%is_given('Mass', 'areal_density')
   s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, c%get_word('Mass', 'membrane_law') == 'bilinear')
     s%material%membrane_mass = c%get_real('Mass', 'membrane_mass')
     s%material%areal_density = c%get_real('Mass', 'areal_density')
+    if (.not. is_stated .and. s%wing%mass%law /= '') then ! what the file says of this very wing
+      s%material%membrane_law = MEMBRANE_BILINEAR
+      s%material%membrane_mass = s%wing%mass%membrane
+      s%material%weights = [1.0_rp, 0.0_rp, 0.0_rp]
+      if (s%wing%mass%law == 'bilinear') s%material%weights = s%wing%mass%weights
+    end if
     s%material%weights(2:) = s%material%weights(2:)/s%scale ! the law belongs to the unscaled wing
     call lump_mass(s%wing, s%material, s%mass, messages)
     s%has_mass = messages%count() == 0

@@ -3,12 +3,17 @@
 module flusi_setting_checks
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_magnitude, only: magnitude_doubt
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t
+  use fsi_flight_params, only: flight_params_t
   use io_config, only: config_t
   implicit none
   private
-  public :: check_units_together, check_si_numbers, check_wing_use, notice_frequency
+  public :: check_units_together, check_si_numbers, check_wing_use, notice_flow, notice_frequency
+
+  real(rp), parameter :: REYNOLDS(2) = [0.1_rp, 1.0e6_rp] !< insects and models of them, with a decade of room
+  real(rp), parameter :: DAMPED(2) = [1.0e-6_rp, 0.3_rp]  !< time in which a wing stops the fluid inside, in beats
 
 contains
 
@@ -78,6 +83,27 @@ contains
       is_wrong = c%line_of('Penalization', key) > 0 .and. .not. c%is_given('Penalization', key)
     end function is_wrong
   end subroutine check_wing_use
+
+  !> Names a viscosity and a penalization that flapping wings do not have, as where their unit is another one.
+  subroutine notice_flow(c, fluid, flight, notices)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: fluid
+    type(flight_params_t), intent(in) :: flight
+    type(message_list_t), intent(inout) :: notices
+    real(rp) :: number
+    character(:), allocatable :: text
+    if (size(flight%wings) == 0) return
+    if (size(flight%wings(1)%points) == 0) return
+    if (fluid%nu > 0) then
+      number = (flight%tip_speed() + norm2(fluid%mean_velocity))*flight%wings(1)%mean_chord()/fluid%nu
+      text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
+      if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes a Reynolds number that '// &
+                                                       'insects do not have: '//text)
+    end if
+    number = fluid%c_eta*flight%frequency()
+    text = magnitude_doubt(number, DAMPED(1), DAMPED(2), 'beats', 'wings that hold the fluid', .false.)
+    if (fluid%penalized .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)
+  end subroutine notice_flow
 
   !> The wing beat was probably meant in 1/s. `frequency` is 1/T in 1/s.
   subroutine notice_frequency(c, frequency, notices)

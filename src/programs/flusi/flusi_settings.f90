@@ -7,7 +7,8 @@ module flusi_settings
   use flusi_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use flusi_flight_faults, only: foresee_flight
   use flusi_keys, only: register_all_keys
-  use flusi_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_frequency
+  use flusi_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_flow, &
+                                  notice_frequency
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
@@ -182,6 +183,7 @@ contains
     if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
                                                              s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
+    if (errors%count() == errors_before) call notice_flow(s%config, s%fluid, s%flight, notices)
     s%fluid%centre = s%flight%body%centre
     if (s%config%get_word('Insects', 'surface') == 'auto') call s%config%settle('Insects', 'surface', &
       trim(merge('thin     ', 'penalized', s%flight%thin%is_thin)), 'auto')

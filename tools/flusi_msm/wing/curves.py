@@ -5,7 +5,7 @@ Wing frame: x from root to tip, y toward the leading edge, z their right-handed 
 """
 from math import sqrt
 
-from _triangulate import Triangulation, distance
+from flusi_msm.wing.triangulate import Triangulation, distance
 
 DENSE = 40  # pieces of a curve between two of its control points, when it is measured
 
