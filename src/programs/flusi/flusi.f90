@@ -19,6 +19,7 @@ program flusi
   use flusi_solid, only: check_solid, run_solid
   use flusi_static, only: run_static
   use parallel_world, only: world_t
+  use spectral_backends, only: HAS_P3DFFT
   implicit none
   type(command_t) :: command
   type(message_list_t) :: errors
@@ -43,7 +44,7 @@ program flusi
   case (ACTION_HELP)
     call print_usage(output_unit)
   case (ACTION_VERSION)
-    call print_version(output_unit)
+    call print_version(output_unit, HAS_P3DFFT)
   case (ACTION_PARAMETERS)
     call write_reference(output_unit)
   case (ACTION_KEYVALUES)
