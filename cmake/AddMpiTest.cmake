@@ -52,6 +52,27 @@ function(add_mpi_test name)
   endif()
 endfunction()
 
+# add_p3dfft_test(<name> RANKS ... LABEL l [TIMEOUT s]): the test <name> of add_mpi_test once more, with the transform of
+# P3DFFT, if there is one.
+function(add_p3dfft_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "RANKS" ${ARGN})
+  if(NOT P3DFFT_FOUND)
+    return()
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  foreach(ranks ${ARG_RANKS})
+    set(workdir ${CMAKE_BINARY_DIR}/tests/runs/${name}_p3dfft_${ranks})
+    file(MAKE_DIRECTORY ${workdir})
+    add_test(NAME ${name}_p3dfft_${ranks}
+      COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} ${MPIEXEC_PREFLAGS} $<TARGET_FILE:${name}> p3dfft
+      WORKING_DIRECTORY ${workdir})
+    set_tests_properties(${name}_p3dfft_${ranks} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
+      ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${ranks})
+  endforeach()
+endfunction()
+
 # add_script_test(<name> LABEL l COMMAND ... [TIMEOUT s] [PROCESSORS n] [COST s]): whole-program tests
 # driven by a script; they get the same environment and a working directory of their own. PROCESSORS: what they keep busy on
 # average. It is 1 for scripts that start short runs of two ranks: these wait for their start, for each other and for what

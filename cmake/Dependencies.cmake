@@ -1,4 +1,4 @@
-# MPI (mpi_f08), FFTW3, parallel HDF5, LAPACK; every one of them is in Debian.
+# MPI (mpi_f08), FFTW3, parallel HDF5, LAPACK; every one of them is in Debian. P3DFFT is not, and need not be there.
 find_package(MPI REQUIRED COMPONENTS C Fortran)
 if(NOT MPI_Fortran_HAVE_F08_MODULE)
   message(FATAL_ERROR "This MPI has no Fortran 2008 module mpi_f08 for ${CMAKE_Fortran_COMPILER}")
@@ -7,6 +7,13 @@ endif()
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(FFTW3 REQUIRED IMPORTED_TARGET fftw3)
 find_path(FFTW3_FORTRAN_INCLUDE fftw3.f03 HINTS ${FFTW3_INCLUDE_DIRS} ${FFTW3_INCLUDEDIR} REQUIRED)
+
+# A second transform. Whoever says where it is wants it; otherwise it may be anywhere or nowhere.
+if(P3DFFT_ROOT OR DEFINED ENV{P3DFFT_ROOT})
+  find_package(P3DFFT REQUIRED)
+else()
+  find_package(P3DFFT QUIET)
+endif()
 
 # Debian ships serial and parallel HDF5 side by side; only the parallel one will do.
 set(HDF5_PREFER_PARALLEL ON)

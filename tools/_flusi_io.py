@@ -9,10 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from _project_python import PACKAGES, stop_without
-
-
-class InputError(Exception):
-    """A mistake in what the user gave; its text is all the user needs to see."""
+from flusi_msm.errors import InputError
 
 
 def run_tool(name, main):

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 EVERYWHERE = ("numpy", "h5py", "matplotlib")
-PACKAGES = (*EVERYWHERE, "scipy")  # those of requirements.txt; the last is for what bends wings
+PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last ones bend wings and read drawings of them
 ROOT = Path(__file__).resolve().parent.parent
 BEGUN = "FLUSI_MSM_BEGUN_AGAIN"  # in the environment of a tool that has been
 

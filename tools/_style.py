@@ -1,28 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The look of all figures."""
-import matplotlib
-import matplotlib.pyplot as plt
-
-from _flusi_io import InputError
-
-# Distinguishable also with colour-blind eyes and in grey.
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C6D31"]
-
-
-def use_style():
-    matplotlib.rcParams.update({
-        "font.size": 10, "axes.titlesize": 10, "legend.fontsize": 9, "legend.frameon": False,
-        "axes.linewidth": 0.8, "lines.linewidth": 1.3, "xtick.direction": "in", "ytick.direction": "in",
-        "axes.spines.top": False, "axes.spines.right": False, "mathtext.fontset": "dejavusans",
-        "savefig.dpi": 150, "axes.formatter.limits": (-3, 4), "axes.formatter.use_mathtext": True,
-    })
-
-
-def save(figure, path):
-    """Writes the figure and says where."""
-    try:
-        figure.savefig(path, bbox_inches="tight", pad_inches=0.05)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot write the picture: {error}") from None
-    plt.close(figure)
-    print(path)
+"""The look of all figures, under the name by which the scripts of this folder know it."""
+from flusi_msm.style import COLOURS, plt, save, use_style  # noqa: F401

@@ -7,7 +7,7 @@ module bench_floor
   use fluid_kernels, only: line_product
   use spectral_fftw, only: plan_t, plan_lines, plan_columns, plan_c2r, plan_r2c, execute_complex, execute_c2r, &
                            execute_r2c, free_plan, alloc_complex, alloc_real, free_buffer, effort_flag
-  use spectral_pencil, only: pencil_t
+  use spectral_transform, only: transform_t
   implicit none
   private
   public :: floor_seconds
@@ -18,7 +18,7 @@ contains
 
   !> CPU seconds of one step of this rank's share, n_in fields backward and n_out forward.
   real(rp) function floor_seconds(transform, n_in, n_out) result(seconds)
-    type(pencil_t), intent(in) :: transform
+    class(transform_t), intent(in) :: transform
     integer, intent(in) :: n_in, n_out
     integer, parameter :: BATCH = 8
     real(rp) :: lines, planes, sticks, points, modes, traffic, rate

@@ -2,15 +2,14 @@
 !> Times the parts of the coupled steps of a run with flexible wings, after some steps that begin it, from rest or from
 !> a backup of flusi. Prints one JSON object on its last line. Called through bench/coupling/run.
 !>
-!> mask: placing and drawing the wings. load: keeping the pressure in the fluid's one pass, finding the lines on which it
+!> Wings in the mask. mask: placing and drawing the wings. load: keeping the pressure in the fluid's one pass, finding the lines on which it
 !> is wanted, the inverse transform and the sampling. solid: all wings over the step. checks: gaps between the wings and
-!> their place in the box. Each part of a step is the wall time of the slowest rank, measured where it is done; the step
+!> their place in the box. Wings without thickness. meet: looking at the flow at the markers; solid: all wings over the
+!> step; renew: making responses of the markers; push: their forces on the flow, and the slip after it. Each part of a step is the wall time of the slowest rank, measured where it is done; the step
 !> is their sum and what remains of the fluid's pass. Keeping the pressure is spread over the whole pass: it is the
 !> difference between passes that do and passes that do not, in turns. Every number is the median over the steps.
 program bench_coupling
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use app_flight_faults, only: check_flight
-  use app_settings, only: load_settings, settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -18,19 +17,25 @@ program bench_coupling
   use fluid_requests, only: request_t
   use fluid_restart, only: load_fluid
   use fluid_solver, only: fluid_t
+  use flusi_flight_faults, only: check_flight
+  use flusi_settings, only: load_settings, settings_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_restart, only: load_wings
+  use fsi_thin_restart, only: load_thin_wings
+  use fsi_thin_wings, only: thin_wings_t
   use io_checkpoint, only: checkpoint_reader_t
   use io_shared_text, only: read_shared_text
   use parallel_world, only: world_t
   implicit none
-  integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8
+  integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8, &
+                        MEET = 9, RENEW = 10, PUSH = 11
   type(world_t) :: world
   type(settings_t) :: settings
   type(fluid_t) :: fluid
   type(flapping_wings_t) :: wings
   type(coupler_t) :: coupler
+  type(thin_wings_t) :: thin
   type(message_list_t) :: errors, notices
   type(failure_t) :: failure
   type(checkpoint_reader_t) :: backup
@@ -50,15 +55,20 @@ program bench_coupling
   if (allocated(problem)) error stop 'bench_coupling: the input file cannot be read'
   call load_settings(text, trim(argument), .false., settings, errors, notices, world)
   if (errors%count() > 0 .or. .not. settings%flexible) error stop 'bench_coupling: flexible wings are expected'
-  call fluid%init(world, settings%fluid, settings%coupler%needs_fields(), failure, .true., &
-                  settings%coupler%needs_trials())
+  call fluid%init(world, settings%fluid, settings%needs_fields(), failure, settings%needs_pressure(), &
+                  settings%needs_trials())
   call wings%init(settings%flight, settings%fluid%grid, fluid%transform%block)
   call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
+  if (coupler%is_thin) then
+    call thin%init(world, wings, fluid, failure)
+    call thin%soften(settings%coupler%model%points, settings%coupler%units)
+  end if
   if (command_argument_count() > 3) then
     call get_command_argument(4, argument)
     call backup%open(world, trim(argument), failure)
     call load_fluid(backup, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
     if (.not. failure%failed) call load_wings(backup, wings, coupler, failure)
+    if (coupler%is_thin .and. .not. failure%failed) call load_thin_wings(backup, wings, thin, failure)
     call backup%close(failure)
     if (failure%failed) then
       if (world%is_root) write (output_unit, '(a)') 'bench_coupling: '//failure%reason
@@ -67,18 +77,20 @@ program bench_coupling
   else
     call fluid%start(failure)
   end if
-  allocate (times(8, steps))
+  allocate (times(11, steps))
   do i = 1, begin_with
     call one_step(times(:, 1))
   end do
   do i = 1, steps
     call one_step(times(:, i))
   end do
-  keep = keeping_seconds()
+  keep = 0
+  if (.not. coupler%is_thin) keep = keeping_seconds()
   least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge))
   call world%max_reals(least)
   if (failure%failed) error stop 'bench_coupling: the flow has failed'
-  if (world%is_root) call report()
+  if (world%is_root .and. coupler%is_thin) call report_thin()
+  if (world%is_root .and. .not. coupler%is_thin) call report()
   call coupler%free()
   call fluid%free()
   call world%stop()
@@ -105,10 +117,12 @@ contains
     call check_flight(wings, settings%fluid%grid, failure)
     call stop_watch(t(CHECKS))
     own = -coupler%solver_seconds
+    t([MEET, RENEW, PUSH]) = -[thin%seconds%meet, thin%seconds%renew, thin%seconds%push]
     call start_watch(t(SOLID))
-    call coupler%advance(fluid%dt, wings, failure)
+    call coupler%advance(fluid%dt, wings, failure, fluid, thin)
     call stop_watch(t(SOLID))
     own = own + coupler%solver_seconds
+    t([MEET, RENEW, PUSH]) = t([MEET, RENEW, PUSH]) + [thin%seconds%meet, thin%seconds%renew, thin%seconds%push]
     t(WAIT) = -own(1)
     call world%max_reals(own)
     t(WAIT) = own(1) + t(WAIT)
@@ -176,6 +190,32 @@ contains
       ',"keep":', number(median(keep/step)), ',"wait":', number(median(times(WAIT, :)/step)), &
       ',"factorisations":', number(maxval(times(FACTORS, :))), ',"fluid_to_floor":', number(ratio), '}'
   end subroutine report
+
+  !> Wings without thickness: the step over that of the fluid alone, and its parts.
+  subroutine report_thin()
+    real(rp), parameter :: MS = 1.0e3_rp
+    real(rp), dimension(size(times, 2)) :: step, bending
+    real(rp) :: alone, points
+    integer :: n
+    step = times(FLOW, :) + times(LOOK, :) + times(SOLID, :) + times(CHECKS, :)
+    bending = times(SOLID, :) - times(MEET, :) - times(RENEW, :) - times(PUSH, :)
+    alone = median(times(FLOW, :) - times(MASK, :))
+    n = size(thin%x, 2)
+    points = product(real(settings%fluid%grid%n, rp))
+    write (output_unit, '(a,3(i0,1x),3(a,i0),a,f0.4)') 'flexible wings without thickness on ', settings%fluid%grid%n, &
+      'points, ', world%size, ' ranks, ', n, ' markers, ', steps, ' steps until t = ', fluid%rhs%state%time
+    write (output_unit, '(a,6(f0.1,a))') 'a step takes ', MS*median(step), ' ms: fluid ', MS*alone, ' ms, meet ', &
+      MS*median(times(MEET, :)), ' ms, solid ', MS*median(bending), ' ms, renew ', MS*sum(times(RENEW, :))/steps, &
+      ' ms (mean), push ', MS*median(times(PUSH, :)), ' ms'
+    write (output_unit, '(a,i0,a,f0.2)') 'at most ', nint(maxval(times(FACTORS, :))), &
+      ' factorisations per wing and step, on average ', sum(times(FACTORS, :))/steps
+    write (output_unit, '(a,f0.2,a,f0.2,a)') 'the fluid takes ', alone/least(1), ' times its floor; responses take ', &
+      thin%memory_bytes()/8/points, ' doubles per point of the grid on rank 0'
+    write (output_unit, '(20a)') '{"step_to_fluid":', number(sum(step)/steps/alone), ',"meet":', &
+      number(median(times(MEET, :))/alone), ',"solid":', number(median(bending)/alone), ',"renew":', &
+      number(sum(times(RENEW, :))/steps/alone), ',"push":', number(median(times(PUSH, :))/alone), ',"solid_ms":', &
+      number(MS*median(bending)), ',"markers":', number(real(n, rp)), ',"fluid_to_floor":', number(alone/least(1)), '}'
+  end subroutine report_thin
 
   pure real(rp) function median(x)
     real(rp), intent(in) :: x(:)

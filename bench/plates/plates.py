@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 # Bodies of unit size: the disk's diameter, the plate's chord (span 2). Box, Re and end time in these units and U.
-# name: body, Re, points per unit, thickness in points, C_eta, box, end time
+# name: body, Re, points per unit, thickness in points (0: a surface without thickness), C_eta, box, end time
 CASES = {
     "disk-100-16": ("disk", 100, 16, 4.0, 1e-2, (6, 4, 4), 12),
     "disk-100-16-wide": ("disk", 100, 16, 4.0, 1e-2, (6, 6, 6), 8),
@@ -35,6 +35,16 @@ CASES = {
     "plate-30-24": ("plate30", 100, 24, 4.0, 1e-2, (6, 5, 4), 8),
     "plate-30-24-thin-stiff": ("plate30", 100, 24, 2.0, 2.5e-3, (6, 5, 4), 5),
     "plate-30-24-thin": ("plate30", 100, 24, 2.0, 1e-2, (6, 5, 4), 8),
+    "plate-30-12-sheet": ("plate30", 100, 12, 0.0, 1e-2, (6, 5, 4), 15),
+    "plate-30-16-sheet": ("plate30", 100, 16, 0.0, 1e-2, (6, 5, 4), 15),
+    "plate-30-16-sheet-wide": ("plate30", 100, 16, 0.0, 1e-2, (10, 7, 7), 15),
+    "plate-30-24-sheet": ("plate30", 100, 24, 0.0, 1e-2, (6, 5, 4), 15),
+    "plate-90-16-sheet": ("plate90", 100, 16, 0.0, 1e-2, (6, 5, 4), 15),
+    "disk-100-12-sheet": ("disk", 100, 12, 0.0, 1e-2, (6, 4, 4), 12),
+    "disk-100-16-sheet": ("disk", 100, 16, 0.0, 1e-2, (6, 4, 4), 12),
+    "disk-100-16-sheet-wide": ("disk", 100, 16, 0.0, 1e-2, (6, 6, 6), 12),
+    "disk-20-16-sheet": ("disk", 20, 16, 0.0, 1e-2, (6, 4, 4), 8),
+    "disk-20-16-sheet-wide": ("disk", 20, 16, 0.0, 1e-2, (6, 6, 6), 8),
 }
 # C_D and C_L of the plate (aspect ratio 2, Re = 100) over its incidence in degrees.
 TAIRA = {30: (0.639, 0.758), 90: (1.527, 0.0)}
@@ -50,7 +60,7 @@ yl = {yl}
 zl = {zl}
 [Time]
 Tmax = {end}
-CFL = 0.5
+CFL = {cfl}
 [ReynoldsNumber]
 nu = {nu}
 [InitialCondition]
@@ -61,7 +71,7 @@ iMask = Insect
 eps = {eps}
 [Insects]
 WingShape = from_file::planform.ini
-WingThickness = {thickness}
+{surface}
 RightWing = no
 x0 = 2.0 {yc} {zc}
 ; The wing at rest stands at 45 degrees in the stroke plane: eta0 turns it to the wanted incidence.
@@ -100,7 +110,8 @@ def write(folder, body, re, points, cells, c_eta, box, end):
     (folder / "planform.ini").write_text(planform(body, thickness))
     (folder / "run.ini").write_text(INI.format(
         nx=box[0] * points, ny=box[1] * points, nz=box[2] * points, xl=float(box[0]), yl=float(box[1]),
-        zl=float(box[2]), end=float(end), nu=1 / re, eps=c_eta, thickness=repr(thickness), yc=box[1] / 2, zc=box[2] / 2,
+        zl=float(box[2]), end=float(end), nu=1 / re, eps=c_eta, cfl=0.5 if cells else 0.45,
+        surface=f"WingThickness = {thickness!r}" if cells else "surface = thin", yc=box[1] / 2, zc=box[2] / 2,
         eta=incidence - 45, points=points))
 
 
@@ -154,9 +165,9 @@ def row(root, name):
     """A line of the table: force, the same without blockage per hydrodynamic area, what is expected."""
     body, re, points, cells, c_eta, box, _ = CASES[name]
     time, force, before = last_force(root / name / "forces.t")
-    size = 1 + 2 * wall_shift(1 / re, c_eta, 1 / points)
+    size = 1 + 2 * wall_shift(1 / re, c_eta, 1 / points) if cells else 1.0
     text = (f"{name:23s}{re:4d} {points:5d} {cells:6.1f} {cells / points:7.4f} {c_eta:8.1e} {box[1]}x{box[2]} {size:8.4f}  ")
-    first = f"disk-{re}-16" if body == "disk" else f"plate-{body[5:]}-16"
+    first = (f"disk-{re}-16" if body == "disk" else f"plate-{body[5:]}-16") + ("" if cells else "-sheet")
     for component in (0, 2) if body == "plate30" else (0,):
         raw = force[component] / (math.pi / 8 if body == "disk" else 1)
         area = size**2 if body == "disk" else size * (size + 1) / 2

@@ -8,12 +8,12 @@ module bench_coverage
   use base_kinds, only: i8, rp
   use base_random, only: random_stream_t
   use bench_twin, only: N_UNKNOWNS, twin_t
+  use least_squares_fit, only: fit, fit_options_t, fit_report_t
+  use least_squares_posterior, only: find_posterior, posterior_t
+  use least_squares_problem, only: unknowns_t
+  use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
   use measurement_experiment, only: experiment_t
-  use measurement_fit, only: fit, fit_options_t, fit_report_t
-  use measurement_least_squares, only: unknowns_t
-  use measurement_posterior, only: find_posterior, posterior_t
   use measurement_problem, only: ONE_DECADE, wing_problem_t, wing_unknowns
-  use measurement_profile, only: interval_t, profile_interval, THRESHOLD_90
   use solid_params, only: parameter_t
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none

@@ -7,12 +7,12 @@ module bench_validation
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
   use cmaes_stop, only: RUNNING
-  use measurement_continuation, only: fit_by_continuation
+  use least_squares_continuation, only: fit_by_continuation
+  use least_squares_fit, only: fit_options_t, fit_report_t
+  use least_squares_posterior, only: find_posterior, posterior_t
+  use least_squares_problem, only: unknowns_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_fit, only: fit_options_t, fit_report_t
-  use measurement_least_squares, only: unknowns_t
-  use measurement_posterior, only: find_posterior, posterior_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
   use solid_params, only: parameter_t
   use, intrinsic :: iso_fortran_env, only: output_unit

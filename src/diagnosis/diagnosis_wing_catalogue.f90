@@ -3,12 +3,12 @@
 !> the parameters that it releases, the positions at which it is tried, and what data it needs to show.
 module diagnosis_wing_catalogue
   use base_kinds, only: rp
-  use diagnosis_simulator, only: quantity_t, variant_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_named, millimetres, percent
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: needs_holds, needs_levels, needs_mass, needs_membrane, needs_sides, &
                                   needs_small_deflections, needs_springs_both_ways
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
+  use inference_simulator, only: quantity_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: CREEP, DRIFT, DRIFT_RATE, FORCE_GAIN, FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, &
                                     GRAVITY_X, GRAVITY_Y, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, LOAD_SHIFT_Y, &

@@ -4,8 +4,8 @@
 module diagnosis_wing_entries
   use base_kinds, only: rp
   use base_text, only: number_text
-  use diagnosis_simulator, only: effect_t, quantity_t, variant_t
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER
+  use inference_simulator, only: effect_t, quantity_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: missing_for
   use solid_params, only: parameter_t

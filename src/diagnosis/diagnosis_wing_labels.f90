@@ -2,8 +2,8 @@
 !> To which load, location and repeat of a measurement of a wing every observation belongs.
 module diagnosis_wing_labels
   use base_kinds, only: rp
-  use diagnosis_simulator, only: labels_t
   use diagnosis_wing_bins, only: bin_rows, bins_t
+  use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   implicit none
   private

@@ -10,12 +10,12 @@
 !>     end if
 module diagnosis_wing_simulator
   use base_kinds, only: rp
-  use diagnosis_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
   use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
                                  TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
+  use inference_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t

@@ -12,7 +12,8 @@ module fluid_initial
   use fluid_spectrum, only: random_velocity
   use io_fields, only: read_field, field_meta_t
   use parallel_world, only: world_t
-  use spectral_pencil, only: pencil_t
+  use spectral_backends, only: make_full_transform
+  use spectral_transform, only: transform_t
   implicit none
   private
   public :: initial_velocity
@@ -20,19 +21,19 @@ module fluid_initial
 contains
 
   !> Fills fields(nx, ny_local, nz_local, 7) with velocity, vorticity and divergence at t = 0 on this
-  !> rank's block. Fails if a file cannot be read. Uses a second, untruncated transform while it
-  !> works. Collective.
-  subroutine initial_velocity(world, params, fields, time, failure)
-    type(world_t), intent(in) :: world
+  !> rank's block, as `main` has it. Fails if a file cannot be read. Uses a second, untruncated transform
+  !> while it works. Collective.
+  subroutine initial_velocity(main, params, fields, time, failure)
+    class(transform_t), intent(in) :: main
     type(fluid_params_t), intent(in) :: params
     real(rp), contiguous, intent(inout) :: fields(:, :, :, :)
     real(rp), intent(out) :: time !< when the run starts: 0, or the time of the files
     type(failure_t), intent(inout) :: failure
-    type(pencil_t) :: full
+    class(transform_t), allocatable :: full
     complex(rp), allocatable :: u(:, :, :)
 
     time = 0
-    call full%init(world, params%grid, 'none', params%process_rows, 'estimate', 1, 1)
+    call make_full_transform(main, full)
     allocate (u(full%sticks%nkz, full%sticks%n, 3))
     u = 0
     select case (params%inicond)
@@ -50,9 +51,9 @@ contains
       call full%forward(fields(:, :, :, 1:3), u)
       call project(full, u) ! in a box that is no cube the classical field is not solenoidal
     case ('turbulence_rogallo', 'random-given-spectrum')
-      call random_velocity(world, params, full%sticks, u, failure)
+      call random_velocity(full%world, params, full%sticks, u, failure)
     case ('infile')
-      call from_files(world, params, full, fields(:, :, :, 1:3), time, failure)
+      call from_files(full%world, params, full, fields(:, :, :, 1:3), time, failure)
       if (.not. failure%failed) then
         call full%forward(fields(:, :, :, 1:3), u)
         call project(full, u) ! files of single precision are solenoidal to 1e-7 only
@@ -65,7 +66,7 @@ contains
   end subroutine initial_velocity
 
   subroutine set_mean(full, mean, u)
-    type(pencil_t), intent(in) :: full
+    class(transform_t), intent(in) :: full
     real(rp), intent(in) :: mean(3)
     complex(rp), intent(inout) :: u(:, :, :)
     if (full%sticks%zero > 0) u(1, full%sticks%zero, 1:3) = mean
@@ -73,7 +74,7 @@ contains
 
   !> Replaces the vorticity in u by its velocity.
   subroutine vorticity_to_velocity(full, u)
-    type(pencil_t), intent(in) :: full
+    class(transform_t), intent(in) :: full
     complex(rp), intent(inout) :: u(:, :, :)
     complex(rp), allocatable :: omega(:, :)
     integer :: s
@@ -89,7 +90,7 @@ contains
 
   !> Takes the gradient part off u.
   subroutine project(full, u)
-    type(pencil_t), intent(in) :: full
+    class(transform_t), intent(in) :: full
     complex(rp), intent(inout) :: u(:, :, :)
     complex(rp), allocatable :: potential(:)
     integer :: s
@@ -103,7 +104,7 @@ contains
 
   !> Velocity, vorticity and divergence in physical space, one field at a time to save memory.
   subroutine to_physical(full, u, fields)
-    type(pencil_t), intent(inout) :: full
+    class(transform_t), intent(inout) :: full
     complex(rp), intent(in) :: u(:, :, :)
     real(rp), contiguous, intent(inout) :: fields(:, :, :, :)
     complex(rp), allocatable :: one(:, :, :), stick(:, :)
@@ -125,7 +126,7 @@ contains
   !> Vorticity of a ring in a plane x = const: core a = 0.82 r0, circulation omega1, centre (x0, y0, z0).
   subroutine vortex_ring(p, full, omega)
     type(fluid_params_t), intent(in) :: p
-    type(pencil_t), intent(in) :: full
+    class(transform_t), intent(in) :: full
     real(rp), intent(inout) :: omega(:, :, :, :)
     real(rp), parameter :: CORE = 0.82_rp
     real(rp) :: q(3), r, a, w
@@ -148,7 +149,7 @@ contains
   !> (sin x cos y cos z, -cos x sin y cos z, 0).
   subroutine taylor_green(p, full, u)
     type(fluid_params_t), intent(in) :: p
-    type(pencil_t), intent(in) :: full
+    class(transform_t), intent(in) :: full
     real(rp), intent(inout) :: u(:, :, :, :)
     real(rp) :: q(3)
     integer :: x, y, z
@@ -170,7 +171,7 @@ contains
   subroutine from_files(world, p, full, u, time, failure)
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: p
-    type(pencil_t), intent(in) :: full
+    class(transform_t), intent(in) :: full
     real(rp), contiguous, intent(inout) :: u(:, :, :, :)
     real(rp), intent(out) :: time
     type(failure_t), intent(inout) :: failure

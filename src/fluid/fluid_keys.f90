@@ -36,6 +36,9 @@ contains
                        'rows of the process grid (they share y); 0 chooses slabs if possible', min=0)
     call r%add_word('Resolution', 'planner', 'estimate', 'estimate|measure', &
                     'FFTW planning: estimate is bitwise reproducible, measure is faster')
+    call r%add_section('Parallel', 'how the ranks work together')
+    call r%add_word('Parallel', 'transform', 'builtin', 'builtin|p3dfft', &
+                    'Fourier transforms: builtin, or the library P3DFFT if the program was built with it')
     call r%add_section('Geometry', 'the periodic box and the generic body')
     call r%add_real('Geometry', 'xl', BOX, 'length of the box in x', unit='L', above=0.0_rp)
     call r%add_real('Geometry', 'yl', BOX, 'length of the box in y', unit='L', above=0.0_rp)

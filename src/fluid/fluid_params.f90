@@ -4,6 +4,7 @@ module fluid_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use io_config, only: config_t
+  use spectral_backends, only: HAS_P3DFFT
   use spectral_grid, only: grid_t, make_grid, is_fft_friendly
   implicit none
   private
@@ -15,8 +16,10 @@ module fluid_params
     type(grid_t) :: grid
     integer :: process_rows = 0
     character(:), allocatable :: planner
+    character(8) :: transform = 'builtin'  !< or 'p3dfft'
     character(:), allocatable :: dealias   !< 'ellipsoid', 'box', 'none'
     real(rp) :: nu = 0                     !< kinematic viscosity
+    logical :: even_end = .false.          !< the run ends with two equal steps, not with a short one
     real(rp) :: vanishing_rate = 0         !< of spectral vanishing viscosity at the cut-off, AB2 only, 1/T
     integer :: scheme = SCHEME_AB2
     real(rp) :: t_max = 0, cfl = 0.1_rp, cfl_eta = 0.99_rp, dt_fixed = 0, dt_max = 0
@@ -55,14 +58,17 @@ module fluid_params
 contains
 
   !> Takes the fluid's parameters from `config` and adds mistakes that concern several keys to `errors`.
-  subroutine read_fluid_params(config, params, errors)
+  subroutine read_fluid_params(config, params, errors, draws_solids)
     type(config_t), intent(in) :: config
     type(fluid_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors
+    logical, intent(in), optional :: draws_solids !< moving solids are in the mask; if not given they are
     call read_grid(config, params, errors)
     call read_time(config, params)
     call read_initial_condition(config, params, errors)
     call read_solids(config, params, errors)
+    if (params%moving .and. present(draws_solids)) &
+      params%penalized = draws_solids .or. params%channel /= 'no' .or. params%cavity
     call read_sponge(config, params, errors)
     call read_mean_flow(config, params, errors)
     if (params%has_inflow) call set_channel_flow(config, params, errors)
@@ -88,6 +94,9 @@ contains
                                    c%get_real('Geometry', 'zl')])
     p%process_rows = c%get_integer('Resolution', 'process_rows')
     p%planner = c%get_word('Resolution', 'planner')
+    p%transform = c%get_word('Parallel', 'transform')
+    if (p%transform == 'p3dfft' .and. .not. HAS_P3DFFT) call c%complain(errors, 'Parallel', 'transform', &
+      'this program was built without P3DFFT: set builtin, or build it again with P3DFFT_ROOT (docs/transforms.md)')
     select case (c%get_word('Dealiasing', 'iDealias'))
     case ('1', 'ellipsoid')
       p%dealias = 'ellipsoid'

@@ -15,13 +15,14 @@ module fluid_solver
   use fluid_sponge, only: make_sponge
   use fluid_sums, only: sums_t
   use parallel_world, only: world_t
-  use spectral_pencil, only: pencil_t
+  use spectral_backends, only: make_transform
+  use spectral_transform, only: transform_t
   implicit none
   private
   public :: fluid_t
 
   type :: fluid_t
-    type(pencil_t) :: transform
+    class(transform_t), allocatable :: transform
     type(rhs_t) :: rhs
     type(inflow_t), private :: inflow       !< of the channel that has one
     real(rp) :: unsteady_force(3, 0:5) = 0  !< d/dt int chi u_s at the time of `sums`
@@ -49,7 +50,8 @@ module fluid_solver
 
 contains
 
-  !> Builds transform, mask and sponge. The process grid must exist (`process_grid`). Collective.
+  !> Builds transform, mask and sponge. Fails if there is no such transform or the mask has no sense. The process grid
+  !> must exist (`process_grid`). Collective.
   subroutine fluid_init(self, world, params, keeps_fields, failure, keeps_pressure, keeps_rhs)
     class(fluid_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -63,8 +65,8 @@ contains
     if (present(keeps_rhs)) rhs = keeps_rhs
     pressure = keeps_fields
     if (present(keeps_pressure)) pressure = keeps_pressure
-    call self%transform%init(world, params%grid, params%dealias, params%process_rows, params%planner, 7, &
-                             merge(6, 3, params%sponge) + merge(1, 0, pressure))
+    call make_transform(self%transform, params%transform, world, params%grid, params%dealias, params%process_rows, &
+                        params%planner, 7, merge(6, 3, params%sponge) + merge(1, 0, pressure), failure)
     call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
@@ -78,7 +80,7 @@ contains
     type(failure_t), intent(inout) :: failure
     associate (rhs => self%rhs, block => self%transform%block)
       allocate (rhs%initial(block%count(1), block%count(2), block%count(3), 7))
-      call initial_velocity(rhs%world, rhs%params, rhs%initial, rhs%state%time, failure)
+      call initial_velocity(self%transform, rhs%params, rhs%initial, rhs%state%time, failure)
       if (failure%failed) return
       call self%transform%forward(rhs%initial(:, :, :, 1:3), rhs%state%u)
       call truncate_all(rhs)

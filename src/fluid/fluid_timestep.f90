@@ -21,7 +21,8 @@ contains
   !> explicit sponge (C_sp). A prescribed dt_fixed replaces all that. The last step ends at t_max; with
   !> intelligent_dt the time left to the next event of any interval in `intervals` (0 = none) is spread
   !> over equal steps, and no step is more than twice the one before: where events of several intervals
-  !> lie close together a step may be tiny, and AB2 would extrapolate over dt/dt_old.
+  !> lie close together a step may be tiny, and AB2 would extrapolate over dt/dt_old. With even_end the last two steps
+  !> are equal, so that none is tiny.
   pure real(rp) function next_step_length(p, u_max, time, dt_old, intervals) result(dt)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: u_max !< largest |u| in the box at `time`
@@ -52,6 +53,8 @@ contains
         if (intervals(i) > 0) left = min(left, intervals(i)*(1 - fraction_done(time, intervals(i))))
       end do
       if (left < huge(1)*dt) dt = left/max(1, ceiling(left/dt - 1.0e-9_rp))
+    else if (p%even_end .and. left < 2*dt) then
+      dt = left/max(1, ceiling(left/dt - 1.0e-9_rp))
     else
       dt = min(dt, left)
     end if

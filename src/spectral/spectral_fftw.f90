@@ -10,7 +10,7 @@ module spectral_fftw
   private
   public :: alloc_complex, alloc_real, free_buffer, plan_lines, plan_columns, plan_c2r, plan_r2c, &
             execute_complex, execute_c2r, execute_r2c, free_plan, plan_t, effort_flag, &
-            export_wisdom, import_wisdom, wisdom_text, learn_wisdom
+            export_wisdom, import_wisdom, wisdom_text, learn_wisdom, forget_wisdom
 
   include 'fftw3.f03'
 
@@ -195,4 +195,9 @@ contains
     understood = fftw_import_wisdom_from_string(text//c_null_char)
     if (understood /= 1) return ! then this process plans for itself
   end subroutine learn_wisdom
+
+  !> Forgets what the planner of this process has learnt.
+  subroutine forget_wisdom()
+    call fftw_forget_wisdom()
+  end subroutine forget_wisdom
 end module spectral_fftw

@@ -35,7 +35,6 @@ module spectral_pencil
     complex(rp), allocatable, private :: planes(:, :)  !< (n_kx*ny, fields) one plane of every field
     complex(rp), allocatable, private :: modes(:, :, :) !< (nkz, STICK_BATCH, fields)
     real(rp), allocatable, private :: fields_in(:, :, :), fields_out(:, :, :) !< (nx, lines, fields)
-    real(rp) :: exchange_seconds = 0 !< time spent in MPI exchanges so far
   contains
     procedure :: init => pencil_init
     procedure :: free => pencil_free

@@ -9,7 +9,8 @@
 !> Ranks form a grid of `rows` x `columns`, rank = column*rows + row. Physical space: x is whole, y is
 !> split over the rows, z over the columns. Columns kx are dealt to rows like cards (so that the long
 !> and the short ones of the disc are shared evenly), then the sticks of a row are split in equal
-!> counts over the columns.
+!> counts over the columns. A foreign library that shares kx and ky in blocks has the sticks of its blocks
+!> (`make_block_sticks`); some ranks then have few or none.
 module spectral_sticks
   use base_kinds, only: rp
   use base_constants, only: TWO_PI
@@ -18,7 +19,7 @@ module spectral_sticks
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: sticks_t, make_sticks, process_grid, sphere_radius
+  public :: sticks_t, make_sticks, make_block_sticks, kept_columns, process_grid, sphere_radius
 
   type :: sticks_t
     character(10) :: dealias = 'ellipsoid'
@@ -34,7 +35,7 @@ module spectral_sticks
     real(rp), allocatable :: weight(:)    !< (n) modes of real space a stored mode stands for: 1 or 2
     integer :: zero = 0            !< local number of the stick (0,0), 0 if another rank has it
     type(rows_t) :: rows           !< place of this rank's sticks in the global order, for files
-    !> All sticks of this rank's row, in the order in which the columns own them:
+    !> All sticks of this rank's row, in the order in which the columns own them; not with `make_block_sticks`:
     integer :: n_row_sticks = 0
     integer :: n_row_kx = 0                  !< kx columns dealt to this row
     integer :: n_jx = 0                      !< kx columns of all rows
@@ -47,19 +48,27 @@ module spectral_sticks
 contains
 
   !> Chooses rows x columns = ranks: slabs (one row, a single exchange) while every column has a
-  !> plane, otherwise the fewest rows that leave no rank without work. `wanted` > 0 prescribes the rows.
-  pure subroutine process_grid(ranks, n, wanted_rows, rows, columns, possible)
+  !> plane, otherwise the fewest rows that leave no rank without work. `wanted` > 0 prescribes the rows. With `blocks`
+  !> every rank also gets one of so many kx (1) and one of so many ky (2).
+  pure subroutine process_grid(ranks, n, wanted_rows, rows, columns, possible, blocks)
     integer, intent(in) :: ranks, n(3), wanted_rows
     integer, intent(out) :: rows, columns
     logical, intent(out) :: possible
-    integer :: r
+    integer, intent(in), optional :: blocks(2)
+    integer :: r, most_rows, most_columns
+    most_rows = n(2)
+    most_columns = n(3)
+    if (present(blocks)) then
+      most_rows = min(most_rows, blocks(1))
+      most_columns = min(most_columns, blocks(2))
+    end if
     possible = .false.
     rows = 1
     columns = ranks
     do r = 1, ranks
       if (mod(ranks, r) /= 0) cycle
       if (wanted_rows > 0 .and. r /= wanted_rows) cycle
-      if (ranks/r > n(3) .or. r > n(2)) cycle
+      if (ranks/r > most_columns .or. r > most_rows) cycle
       rows = r
       columns = ranks/r
       possible = .true.
@@ -73,23 +82,11 @@ contains
     character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
     integer, intent(in) :: rows, columns, row, column
     type(sticks_t) :: s
-    integer :: jx_limit, jy_limit, ix, iy, part, start, count, i, i_row, global, jz_top
+    integer :: jx_limit, ix, iy, part, start, count, i_row, global, jz_top
     integer, allocatable :: global_of_row(:), jx_of_row(:), jy_of_row(:), top_of_row(:)
 
-    call require(any(dealias == ['ellipsoid', 'box      ', 'none     ']), 'make_sticks: unknown truncation')
-    s%dealias = dealias
-    s%nz = grid%n(3)
-    jx_limit = mode_limit(grid%n(1), dealias)
-    jy_limit = mode_limit(grid%n(2), dealias)
-    s%kz_limit = mode_limit(grid%n(3), dealias)
-    s%nkz = merge(grid%n(3), 2*s%kz_limit + 1, dealias == 'none')
-    allocate (s%jz(s%nkz), s%kz(s%nkz))
-    do i = 1, s%nkz
-      s%jz(i) = merge(i - 1, i - 1 - s%nkz, i - 1 <= s%kz_limit .and. 2*(i - 1) < max(s%nkz, 2))
-    end do
-    s%kz = TWO_PI/grid%length(3)*s%jz
-
-    s%n_jx = jx_limit + 1
+    call set_axes(s, grid, dealias)
+    jx_limit = s%n_jx - 1
     s%n_row_kx = (jx_limit - row)/rows + 1
     if (jx_limit < row) s%n_row_kx = 0
     count = s%n_row_kx*grid%n(2)
@@ -101,7 +98,7 @@ contains
     do iy = 0, grid%n(2) - 1
       do ix = 0, jx_limit
         jz_top = top_mode(ix, signed_mode(iy, grid%n(2)), grid%n, dealias, s%kz_limit)
-        if (jz_top < 0 .or. abs(signed_mode(iy, grid%n(2))) > jy_limit) cycle
+        if (jz_top < 0) cycle
         if (mod(ix, rows) == row) then
           i_row = i_row + 1
           jx_of_row(i_row) = ix
@@ -123,10 +120,73 @@ contains
     end do
     s%part_start(columns) = i_row
 
-    call split_evenly(i_row, columns, column, start, s%n)
-    s%jx = jx_of_row(start + 1:start + s%n)
-    s%jy = jy_of_row(start + 1:start + s%n)
-    s%jz_max = top_of_row(start + 1:start + s%n)
+    call split_evenly(i_row, columns, column, start, count)
+    call take_sticks(s, grid, jx_of_row(start + 1:start + count), jy_of_row(start + 1:start + count), &
+                     top_of_row(start + 1:start + count), global_of_row(start + 1:start + count), global)
+  end function make_sticks
+
+  !> The stick table of a rank that owns the blocks first(i) .. first(i)+count(i)-1 of kx (i = 1) and of the FFT indices
+  !> of ky (i = 2), all 0-based.
+  function make_block_sticks(grid, dealias, first, count) result(s)
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias
+    integer, intent(in) :: first(2), count(2)
+    type(sticks_t) :: s
+    integer, allocatable, dimension(:) :: jx, jy, top, number
+    integer :: ix, iy, jz_top, global, n
+    n = product(count)
+    allocate (jx(n), jy(n), top(n), number(n))
+    call set_axes(s, grid, dealias)
+    s%n_row_kx = s%n_jx
+    global = 0
+    n = 0
+    do iy = 0, grid%n(2) - 1
+      do ix = 0, s%n_jx - 1
+        jz_top = top_mode(ix, signed_mode(iy, grid%n(2)), grid%n, dealias, s%kz_limit)
+        if (jz_top < 0) cycle
+        if (all([ix, iy] >= first .and. [ix, iy] < first + count)) then
+          n = n + 1
+          jx(n) = ix
+          jy(n) = signed_mode(iy, grid%n(2))
+          top(n) = jz_top
+          number(n) = global
+        end if
+        global = global + 1
+      end do
+    end do
+    call take_sticks(s, grid, jx(:n), jy(:n), top(:n), number(:n), global)
+  end function make_block_sticks
+
+  !> What all ranks have in common: the modes along z, and the number of columns kx.
+  subroutine set_axes(s, grid, dealias)
+    type(sticks_t), intent(inout) :: s
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias
+    integer :: i
+    call require(any(dealias == ['ellipsoid', 'box      ', 'none     ']), 'make_sticks: unknown truncation')
+    s%dealias = dealias
+    s%nz = grid%n(3)
+    s%kz_limit = mode_limit(grid%n(3), dealias)
+    s%nkz = merge(grid%n(3), 2*s%kz_limit + 1, dealias == 'none')
+    allocate (s%jz(s%nkz), s%kz(s%nkz))
+    do i = 1, s%nkz
+      s%jz(i) = merge(i - 1, i - 1 - s%nkz, i - 1 <= s%kz_limit .and. 2*(i - 1) < max(s%nkz, 2))
+    end do
+    s%kz = TWO_PI/grid%length(3)*s%jz
+    s%n_jx = kept_columns(grid, dealias)
+  end subroutine set_axes
+
+  !> This rank's sticks are those with modes jx, jy, the largest kz `top`, and the increasing numbers `global` of
+  !> n_global.
+  subroutine take_sticks(s, grid, jx, jy, top, global, n_global)
+    type(sticks_t), intent(inout) :: s
+    type(grid_t), intent(in) :: grid
+    integer, intent(in) :: jx(:), jy(:), top(:), global(:), n_global
+    integer :: i
+    s%n = size(jx)
+    s%jx = jx
+    s%jy = jy
+    s%jz_max = top
     s%kx = TWO_PI/grid%length(1)*s%jx
     s%ky = TWO_PI/grid%length(2)*s%jy
     allocate (s%weight(s%n))
@@ -135,8 +195,15 @@ contains
     do i = 1, s%n
       if (s%jx(i) == 0 .and. s%jy(i) == 0) s%zero = i
     end do
-    s%rows = runs_of(global_of_row(start + 1:start + s%n), global)
-  end function make_sticks
+    s%rows = runs_of(global, n_global)
+  end subroutine take_sticks
+
+  !> Number of columns kx that the truncation keeps.
+  pure integer function kept_columns(grid, dealias)
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias
+    kept_columns = mode_limit(grid%n(1), dealias) + 1
+  end function kept_columns
 
   !> Zeroes the modes of local stick `s` that lie outside the truncation; `line` is (nkz).
   pure subroutine sticks_truncate(self, s, line)
@@ -187,6 +254,8 @@ contains
     character(*), intent(in) :: dealias
     real(rp) :: r2
     integer :: jz
+    top = -1
+    if (abs(jy) > mode_limit(n(2), dealias)) return
     top = kz_limit
     if (dealias /= 'ellipsoid') return
     r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))

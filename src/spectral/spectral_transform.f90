@@ -7,7 +7,7 @@
 !> product and spectral out it calls `reduce`, where results of the product pass (the largest
 !> velocity, forces) may be reduced over the ranks. A backend has to provide `forward` and `backward`;
 !> the pipeline given here works on whole arrays with any backend, and a backend may override it with
-!> a fused one.
+!> a fused one. `spectral_backends` makes one by its name.
 !>
 !> Forward transforms are divided by the number of points, so that mode (0,0,0) is the mean.
 module spectral_transform
@@ -20,6 +20,8 @@ module spectral_transform
   implicit none
   private
   public :: transform_t, kernels_t
+
+  integer, parameter :: BATCH_POINTS = 2000 !< of a product: its fields stay in the L2 cache
 
   !> The three kernels of a pipeline and the number of fields they exchange.
   type, abstract :: kernels_t
@@ -42,11 +44,17 @@ module spectral_transform
     type(sticks_t) :: sticks !< retained modes; spectral arrays are (sticks%nkz, sticks%n, fields)
     type(block_t) :: block   !< this rank's box of points; physical arrays are (nx, ny_local, nz_local, fields)
     integer :: rows = 1, columns = 1 !< process grid
+    real(rp) :: exchange_seconds = 0 !< time spent in MPI exchanges so far, if the backend knows
     complex(rp), allocatable, private :: staged_spectral(:, :, :)
     real(rp), allocatable, private :: staged_physical(:, :, :, :)
+    real(rp), allocatable, private :: staged_lines(:, :, :) !< (nx, lines, fields) one batch
   contains
     procedure(backward_i), deferred :: backward
     procedure(forward_i), deferred :: forward
+    procedure(free_i), deferred :: free
+    procedure(memory_bytes_i), deferred :: memory_bytes
+    procedure, non_overridable :: reserve => transform_reserve
+    procedure, non_overridable :: staged_bytes => transform_staged_bytes
     procedure :: pipeline => transform_pipeline_staged
     procedure, non_overridable :: pipeline_staged => transform_pipeline_staged
   end type transform_t
@@ -100,47 +108,44 @@ module spectral_transform
       real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)
       complex(rp), contiguous, target, intent(inout) :: spectral(:, :, :)
     end subroutine forward_i
+
+    !> Releases plans, buffers and communicators. Collective.
+    subroutine free_i(self)
+      import :: transform_t
+      class(transform_t), intent(inout) :: self
+    end subroutine free_i
+
+    !> Bytes of this rank's buffers.
+    pure real(rp) function memory_bytes_i(self)
+      import :: transform_t, rp
+      class(transform_t), intent(in) :: self
+    end function memory_bytes_i
   end interface
 
 contains
 
-  !> Runs the kernels on whole arrays through `backward` and `forward`. The arrays are kept from call
-  !> to call, so that only the first call allocates. Collective.
+  !> Runs the kernels on whole arrays through `backward` and `forward`. The arrays are those that were reserved, or grow
+  !> to the largest need. Collective.
   subroutine transform_pipeline_staged(self, kernels)
     class(transform_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     complex(rp), allocatable :: spectral(:, :, :)
-    real(rp), allocatable :: physical(:, :, :, :)
-    integer :: y, z, n_fields, n_in, n_out
+    real(rp), allocatable :: physical(:, :, :, :), lines(:, :, :)
+    integer :: n_fields, n_in, n_out
 
     n_in = kernels%n_in
     n_out = kernels%n_out
     n_fields = n_in + n_out
+    call self%reserve(n_fields)
     call move_alloc(self%staged_spectral, spectral)
     call move_alloc(self%staged_physical, physical)
-    if (allocated(spectral)) then
-      if (size(spectral, 3) /= n_fields) deallocate (spectral, physical)
-    end if
-    if (.not. allocated(spectral)) then
-      allocate (spectral(self%sticks%nkz, self%sticks%n, n_fields))
-      allocate (physical(self%block%count(1), self%block%count(2), self%block%count(3), n_fields))
-    end if
+    call move_alloc(self%staged_lines, lines)
 
     if (n_in > 0) then
       call kernels%spectral_in(1, self%sticks%n, spectral(:, :, 1:n_in))
       call self%backward(spectral(:, :, 1:n_in), physical(:, :, :, 1:n_in))
     end if
-    do z = 1, self%block%count(3)
-      do y = 1, self%block%count(2)
-        if (associated(kernels%lines)) then
-          if (.not. kernels%lines(y, z)) then
-            physical(:, y, z, n_in + 1:n_fields) = 0
-            cycle
-          end if
-        end if
-        call kernels%product(y, 1, z, physical(:, y:y, z, 1:n_in), physical(:, y:y, z, n_in + 1:n_fields))
-      end do
-    end do
+    call multiply_all(kernels, physical, lines(:, :, 1:n_in), lines(:, :, n_in + 1:n_fields))
     call kernels%reduce()
     if (n_out > 0) then
       call self%forward(physical(:, :, :, n_in + 1:n_fields), spectral(:, :, n_in + 1:n_fields))
@@ -148,5 +153,56 @@ contains
     end if
     call move_alloc(spectral, self%staged_spectral)
     call move_alloc(physical, self%staged_physical)
+    call move_alloc(lines, self%staged_lines)
   end subroutine transform_pipeline_staged
+
+  !> Room for pipelines of up to `most` fields, in and out.
+  subroutine transform_reserve(self, most)
+    class(transform_t), intent(inout) :: self
+    integer, intent(in) :: most
+    if (allocated(self%staged_spectral)) then
+      if (size(self%staged_spectral, 3) >= most) return
+      deallocate (self%staged_spectral, self%staged_physical, self%staged_lines)
+    end if
+    associate (n => self%block%count)
+      allocate (self%staged_spectral(self%sticks%nkz, self%sticks%n, most))
+      allocate (self%staged_physical(n(1), n(2), n(3), most))
+      allocate (self%staged_lines(n(1), max(1, min(n(2), BATCH_POINTS/n(1))), most))
+    end associate
+    self%staged_lines = 0 ! a half-filled batch must not hold what no number is
+  end subroutine transform_reserve
+
+  !> Products of all wanted lines: of the first n_in fields of `physical` into the n_out behind them, batch by batch
+  !> through `in` and `out`.
+  subroutine multiply_all(kernels, physical, in, out)
+    class(kernels_t), intent(inout) :: kernels
+    real(rp), contiguous, intent(inout) :: physical(:, :, :, :), in(:, :, :), out(:, :, :)
+    integer :: first, last, count, z, n_in, n_fields
+    n_in = kernels%n_in
+    n_fields = n_in + kernels%n_out
+    do z = 1, size(physical, 3)
+      do first = 1, size(physical, 2), size(in, 2)
+        last = min(first + size(in, 2) - 1, size(physical, 2))
+        count = last - first + 1
+        if (associated(kernels%lines)) then
+          if (.not. any(kernels%lines(first:last, z))) then
+            physical(:, first:last, z, n_in + 1:n_fields) = 0
+            cycle
+          end if
+        end if
+        in(:, 1:count, :) = physical(:, first:last, z, 1:n_in)
+        call kernels%product(first, count, z, in, out)
+        physical(:, first:last, z, n_in + 1:n_fields) = out(:, 1:count, :)
+      end do
+    end do
+  end subroutine multiply_all
+
+  !> Bytes of the whole arrays of `pipeline_staged`.
+  pure real(rp) function transform_staged_bytes(self) result(bytes)
+    class(transform_t), intent(in) :: self
+    bytes = 0
+    if (allocated(self%staged_spectral)) bytes = 16*real(size(self%staged_spectral), rp) + &
+                                                 8*real(size(self%staged_physical), rp) + &
+                                                 8*real(size(self%staged_lines), rp)
+  end function transform_staged_bytes
 end module spectral_transform

@@ -66,6 +66,27 @@ def test_help_and_version(case):
     done = quiet_run(case, "--version", env=NO_MPI)
     check(re.search(r"^flusi-msm \d+\.\d+\.\d+ \(\w+.*\)$", done.out, re.M), f"version and commit:\n{done.out}")
     check("compiler" in done.out and "flags" in done.out, "compiler and flags")
+    check(re.search(r"^P3DFFT    (yes|no)$", done.out, re.M), f"whether the transform of P3DFFT is there:\n{done.out}")
+
+
+def test_transform(case):
+    """The transform of P3DFFT is refused where it is not built in, and told where it is used."""
+    case.write("wrong.ini", sphere(Parallel={"transform": "fftw"}))
+    done = quiet_run(case, "--check", "wrong.ini", code=EXIT_USER)
+    check("[Parallel] transform" in done.err and "builtin" in done.err, f"the transforms are told:\n{done.err}")
+    case.write("run.ini", sphere(Parallel={"transform": "p3dfft"}, Time={"nt": 1}))
+    if not case.has_p3dfft():
+        done = quiet_run(case, "run.ini", ranks=2, code=EXIT_USER)
+        check("run.ini:" in done.err and "[Parallel] transform: this program was built without P3DFFT" in done.err and
+              "P3DFFT_ROOT" in done.err, f"what to do is said:\n{done.err}")
+        return
+    quiet_run(case, "--check", "run.ini")
+    done = case.run("run.ini", ranks=2)
+    check("transform p3dfft" in done.out, f"the run tells its transform:\n{done.out}")
+    case.write("small.ini", sphere(n=4, Parallel={"transform": "p3dfft"}))
+    done = case.run("small.ini", ranks=3, code=EXIT_OK)
+    done = case.run("small.ini", ranks=5, code=EXIT_USER)
+    check("P3DFFT cannot share the grid among 5 ranks" in done.err, f"too many ranks are refused:\n{done.err}")
 
 
 def test_parameter_files(case):

@@ -26,7 +26,7 @@ FLIGHT = {
     "InitialCondition": {"inicond": "MeanFlow"},
     "Penalization": {"iPenalization": 1, "iMask": "Insect", "eps": 5e-3},
     "Insects": {
-        "wings": "flexible", "x0": "2.0 2.0 1.0", "yawpitchroll_0": "180.0 0.0 0.0", "eta0": -70.0,
+        "wings": "flexible", "surface": "penalized", "x0": "2.0 2.0 1.0", "yawpitchroll_0": "180.0 0.0 0.0", "eta0": -70.0,
         "x_pivot_l": "0.0 0.5 0.0", "x_pivot_r": "0.0 -0.5 0.0", "wing_ramp": 0.05,
         "FlappingMotion_left": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini",
         "FlappingMotion_right": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini"},
@@ -198,7 +198,7 @@ def test_work_per_step(case):
 def count_work(case, coupling, end):
     text = (SOURCE / "ini/wing.ini").read_text()
     for key, value in (("nx", 40), ("ny", 40), ("nz", 20), ("Tmax", end), ("sponge_thickness", 5),
-                       ("coupling", coupling),
+                       ("coupling", coupling), ("surface", "penalized"), ("iMoving", "1\neps = 1.2e-3"),
                        ("file", f"{SOURCE}/wings/calliphora_small.h5")):
         text, found = re.subn(rf"^{key} *=.*", f"{key} = {value}", text, flags=re.MULTILINE)
         check(found == 1, f"{key} is in the file")

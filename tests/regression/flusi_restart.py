@@ -140,6 +140,33 @@ def test_other_ranks(case):
             close(whole.field(name), part.field(name), ROUND_OFF, name)
 
 
+def test_measured_plans(case):
+    """Plans that were measured are kept beside the backups, and the last step is the same to the bit."""
+    ini = merged(RICH, {"Resolution": {"ny": 18, "planner": "measure"}, "Saving": {"truntime": 1e-9}})
+    whole = reference(case.sub("whole"), ini, 8, 3)
+    check("fftw_wisdom" in whole.files(), "the plans are kept")
+    newest = whole.newest_checkpoint()
+    part = case.sub("part")
+    for name in whole.files():
+        if name != newest:
+            shutil.copy(whole.folder / name, part.folder)
+    check("step 7" in go_on(part, ini, 8, 3).out, "the run goes on from the backup before the last")
+    same_checkpoints(whole, newest, part, newest)
+
+
+def test_other_transform(case):
+    """A backup made with one transform goes on with the other, on any number of ranks."""
+    if not case.has_p3dfft():
+        print("skipped: this program was built without P3DFFT")
+        return
+    builtin, p3dfft = ({"Parallel": {"transform": name}} for name in ("builtin", "p3dfft"))
+    whole = reference(case.sub("whole"), merged(RICH, builtin), 40, 2)
+    for name, first, second, ranks in (("to_p3dfft", builtin, p3dfft, 4), ("to_builtin", p3dfft, builtin, 3)):
+        part = reference(case.sub(name), merged(RICH, first), 20, 2)
+        go_on(part, merged(RICH, second), 40, ranks)
+        same_checkpoints(whole, whole.newest_checkpoint(), part, part.newest_checkpoint(), ROUND_OFF)
+
+
 def test_named_file(case):
     """--restart=FILE and inicond = backup::FILE, also for a file of another name in another folder."""
     whole, first = reference(case.sub("whole"), RICH, 40, 2), reference(case.sub("first"), RICH, 20, 2)

@@ -342,6 +342,37 @@ def test_mistakes(case):
     check("no/such/folder.t: cannot be created" in done.err, done.err)
 
 
+def test_doubts(case):
+    """What is assumed is told, and so are numbers with units mixed up; a wing file that states its mass needs no key."""
+    def told(wing_file, **sections):
+        known = {"Wing": {"file": SOURCE / "wings" / wing_file, "E": 1e10, "D": 2.1e-7}}
+        done = run(case, merged(merged(wing(), known), sections), "--check")
+        return [line for line in (done.out + done.err).splitlines() if line.startswith("notice: ")]
+    notices = told("plate.h5", Wing={"E": None, "D": None})
+    for words in ("[Wing] E: is not given: assumed is 12.58 GPa", "[Wing] D: is not given: assumed is 2e-7 N m",
+                  "[Mass] membrane_mass: is not given: assumed is 81.475 ug"):
+        check(sum(words in line for line in notices) == 1, f"{words}:\n{notices}")
+    check(told("plate.h5", Mass={"membrane_mass": 6e-8}) == [], "stated numbers are not doubted")
+    check(told("calliphora_small.h5") == [], "the file of the blowfly's wing states its mass")
+    for section, key, value, words in (
+            ("Wing", "E", 12.58, "12.58 Pa is too small for veins of insects, which have 1e7 to 1e11 Pa; if it is in GPa, write 12.58e9"),
+            ("Wing", "D", 0.01, "0.01 N m is too large"),
+            ("Mass", "vein_density", 1.3, "1.3 kg/m^3 is too small for veins of insects"),
+            ("Mass", "membrane_mass", 81.475e-6, "kg/m^2 is too large for membranes of insects")):
+        notices = told("calliphora_small.h5", **{section: {key: value}})
+        check(len(notices) == 1 and f"[{section}] {key}: " in notices[0] and words in notices[0], f"{key}:\n{notices}")
+
+
+def test_mass_of_the_file(case):
+    """A run takes the mass from the wing file, unless it says another one."""
+    found = {}
+    for name, mass in (("file", {}), ("same", {"membrane_law": "bilinear", "membrane_mass": 81.475e-9}),
+                       ("other", {"membrane_law": "uniform", "areal_density": 6e-3})):
+        done = run(case, wing(Mass=mass, Time={"t_max": 2e-5}))
+        found[name] = re.search(r"^mass .*", done.out, re.M).group(0)
+    check(found["file"] == found["same"] != found["other"], f"{found}")
+
+
 def test_check(case):
     """--check prints every documented key and writes nothing; the shipped case runs."""
     text = shipped()

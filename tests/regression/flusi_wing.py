@@ -18,7 +18,7 @@ WING = {
     "ReynoldsNumber": {"nu": 1e-2},
     "InitialCondition": {"inicond": "MeanFlow"},
     "Penalization": {"iPenalization": "yes", "iMoving": "yes", "iMask": "Insect", "eps": 1.25e-2},
-    "Insects": {"WingShape": f"from_file::{SOURCE}/ini/wings/calliphora.ini", "wing_length": 1.0,
+    "Insects": {"surface": "penalized", "WingShape": f"from_file::{SOURCE}/ini/wings/calliphora.ini", "wing_length": 1.0,
                 "FlappingMotion_left": "from_file::beat.ini", "FlappingMotion_right": "from_file::beat.ini",
                 "x0": "2.0 2.0 1.0", "yawpitchroll_0": "180.0 0.0 0.0", "eta0": -70.0,
                 "x_pivot_l": "0.0 0.5 0.0", "x_pivot_r": "0.0 -0.5 0.0", "wing_ramp": 0.1, "Jxx": 1e-3, "Jyy": 1e-4},
@@ -89,49 +89,6 @@ def test_ranks(case):
         for prefix in ("ux", "uy", "uz", "mask", "usx"):
             name = last.replace("ux", prefix)
             close(one.field(name), other.field(name), ROUND_OFF, name)
-
-
-THIN = merged(WING, {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}})
-
-
-def test_thin_restart(case):
-    """Wings without thickness: a restart gives the same digits, and a checkpoint knows what surface it belongs to."""
-    _, parts = restarted(case, THIN)
-    parts.write("run.ini", merged(WING, steps(20)))
-    done = parts.run("run.ini", "--restart", code=EXIT_USER)
-    check("surface = thin" in done.err, f"another surface is refused: {done.err}")
-
-
-def test_thin_ranks(case):
-    """Wings without thickness: the same numbers on any number of ranks, and the flow follows the wings."""
-    one = make(case.sub("ranks_1"), THIN, 1)
-    last = max(n for n in one.files() if n.startswith("ux_"))
-    for ranks, rows in ((2, 2), (3, 1)):
-        other = make(case.sub(f"ranks_{ranks}"), merged(THIN, {"Resolution": {"process_rows": rows}}), ranks)
-        for name in (*SERIES, "slip.t"):
-            a, b = one.series(name).rows, other.series(name).rows
-            check(len(a) == len(b) > 3, f"{name} has the same records on {ranks} ranks")
-            for p, q in zip(zip(*a), zip(*b)):
-                close(p, q, LAST_DIGIT, f"a column of {name}")
-        for prefix in ("ux", "uy", "uz"):
-            name = last.replace("ux", prefix)
-            close(one.field(name), other.field(name), ROUND_OFF, name)
-    # What is left after the forces comes from the response, which is exact to a few per cent of what they had to do on
-    # so coarse a grid.
-    for _, after, before, _ in one.series("slip.t").rows:
-        check(after < 0.1 * before, f"the forces take the slip from {before} to {after}")
-    for left, right in zip(one.series("wing_left.t").rows, one.series("wing_right.t").rows):
-        close([left[1], -left[2], left[3]], right[1:4], 1e-7, "the wings are mirror images")
-
-
-def test_thin_mistakes(case):
-    """What wings without thickness cannot do is refused by its key."""
-    case.write("beat.ini", BEAT)
-    for section, key, value in (("Time", "iTimeMethodFluid", "RK4"), ("Dealiasing", "iDealias", 0),
-                                ("Insects", "marker_spacing", 1.0)):
-        case.write("run.ini", merged(THIN, {section: {key: value}}))
-        done = case.run("run.ini", "--check", code=EXIT_USER)
-        check(key in done.err, f"{key} is named: {done.err}")
 
 
 def test_series(case):
@@ -237,6 +194,17 @@ def test_notices(case):
     check("wing_frequency is" not in case.run("run.ini", "--check", ranks=0).err, "one beat in T is all right")
 
 
+def test_magnitudes(case):
+    """Units that were mixed up: nu in mm^2/s, eps in ms."""
+    units = {"length": 9e-3, "frequency": 158, "density": 1.225}
+    for change, sentence in (({"ReynoldsNumber": {"nu": 1e3}}, r"\[ReynoldsNumber\] nu: makes a Reynolds number .* is too small"),
+                             ({"Penalization": {"eps": 5.0}}, r"\[Penalization\] eps: 5.0 beats is too large .*; .*5.0e-3 would be")):
+        noticed(case, merged(merged(WING, {"units": units}), change), sentence)
+    case.write("run.ini", merged(WING, {"units": units}))
+    told = case.run("run.ini", "--check", ranks=0).err
+    check("is too" not in told, f"usual numbers are not doubted:\n{told}")
+
+
 def mistakes(case, ini, *sentences):
     """All of these and nothing else, in one report, by --check and by a run on two ranks."""
     case.write("beat.ini", BEAT)
@@ -297,4 +265,5 @@ def test_all_mistakes(case):
         r"table\.dat: the table ends after", r"x_pivot_r: is the same point", r"wing_speed: ")
 
 
-main(globals())
+if __name__ == "__main__":
+    main(globals())

@@ -3,7 +3,8 @@
 
 A test file defines functions `test_*` that take a `Case` and calls `main(globals())`. Its arguments are
 the program, h5dump, and optionally the names of the tests to run. Every test gets an empty folder of its
-own below the working directory. Nothing but the standard library is used; HDF5 is read through h5dump.
+own below the working directory. Nothing but the standard library is used; HDF5 is read through h5dump. With
+FLUSI_TEST_TRANSFORM in the environment all runs use that transform.
 """
 import os
 import re
@@ -73,6 +74,8 @@ def merged(ini, sections):
 
 
 def ini_text(ini):
+    if os.environ.get("FLUSI_TEST_TRANSFORM"):
+        ini = merged({"Parallel": {"transform": os.environ["FLUSI_TEST_TRANSFORM"]}}, ini)
     lines = []
     for section, keys in ini.items():
         lines.append(f"[{section}]")
@@ -98,6 +101,10 @@ class Case:
     def traps(self):
         """Whether this build ends on the first invalid operation instead of carrying NaN on."""
         return "-ffpe-trap" in self.flusi("--version").out
+
+    def has_p3dfft(self):
+        """Whether this build has the transform of P3DFFT."""
+        return "P3DFFT    yes" in self.flusi("--version").out
 
     def write(self, name, ini):
         text = ini if isinstance(ini, str) else ini_text(ini)

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reproducible damage for fuzz tests: a small generator and numbers from the command line.
+!> What a test takes from its command line, and a small generator for reproducible damage.
 module test_pick
   use base_kinds, only: i8
   implicit none
   private
-  public :: picker_t, argument
+  public :: picker_t, argument, asked_transform
 
   !> A linear congruential generator, the same everywhere.
   type :: picker_t
@@ -32,4 +32,14 @@ contains
     call get_command_argument(number, text)
     read (text, *) value
   end function argument
+
+  !> The transform that the test was started for: its first argument, or `builtin`.
+  function asked_transform() result(name)
+    character(:), allocatable :: name
+    character(20) :: text
+    name = 'builtin'
+    if (command_argument_count() < 1) return
+    call get_command_argument(1, text)
+    name = trim(text)
+  end function asked_transform
 end module test_pick

@@ -21,6 +21,7 @@ module testkit
     procedure :: check_below => testkit_check_below
     procedure :: check_order => testkit_check_order
     procedure :: finish => testkit_finish
+    procedure :: skip => testkit_skip
   end type testkit_t
 
 contains
@@ -89,6 +90,16 @@ contains
       call self%check(sentence//trim(detail), abs(slope - order) <= tolerance)
     end do
   end subroutine testkit_check_order
+
+  !> Says why the test cannot be made here and ends the program with the exit code that stands for that.
+  subroutine testkit_skip(self, sentence)
+    class(testkit_t), intent(inout) :: self
+    character(*), intent(in) :: sentence
+    if (self%world%is_root) write (output_unit, '(a)') 'skipped: '//sentence
+    flush (output_unit)
+    if (self%parallel) call self%world%stop()
+    stop 77
+  end subroutine testkit_skip
 
   !> Prints the summary and ends the program, with exit code 1 if a check failed.
   subroutine testkit_finish(self)

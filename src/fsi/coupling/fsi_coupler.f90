@@ -13,6 +13,8 @@
 !> AB2 takes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only, and the last one is the
 !> pass that the next step begins with.
 !>
+!> Wings without thickness make their step together with the forces of the flow (fsi_thin_coupling).
+!>
 !> Mechanics in SI units along the axes of the wing file, flow in L, T and rho, what is written along the frame of each
 !> wing (fsi_wing_mirror). All conversions are here; those of checkpoints are in fsi_restart.
 module fsi_coupler
@@ -28,6 +30,9 @@ module fsi_coupler
   use fsi_pressure_load, only: pressure_load_t
   use fsi_sampling, only: sampler_t
   use fsi_surface_load, only: surface_load_t, total_load
+  use fsi_thin_coupling, only: advance_thin_wings, thin_report_t
+  use fsi_thin_wings, only: thin_wings_t
+  use fsi_wing_deformation, only: show_forces, show_motion
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
   use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
@@ -61,6 +66,7 @@ module fsi_coupler
     type(sampler_t), private :: sampler
     type(world_t), private :: world
     real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
+    logical :: is_thin = .false.                         !< the wings have no thickness
     logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
     logical, allocatable, private :: lines(:, :)         !< (ny_local, nz_local) of the grid, where `pressure` is
@@ -77,7 +83,7 @@ module fsi_coupler
     procedure :: surface_load => coupler_surface_load
     procedure :: memory_bytes => coupler_memory_bytes
     procedure :: free => coupler_free
-    procedure, private :: sample, solve, iterate, relax
+    procedure, private :: sample, solve, iterate
   end type coupler_t
 
 contains
@@ -96,10 +102,13 @@ contains
     self%params = params
     n = size(wings%surfaces)
     call self%sampler%init(world, grid, block)
-    allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
-    allocate (self%lines(block%count(2), block%count(3)))
+    self%is_thin = wings%params%thin%is_thin
+    if (.not. self%is_thin) then
+      allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+      allocate (self%lines(block%count(2), block%count(3)))
+    end if
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
-    if (params%coupling == COUPLING_STRONG) &
+    if (params%coupling == COUPLING_STRONG .and. .not. self%is_thin) &
       allocate (self%residual(3, params%model%n_all, n), self%old_residual(3, params%model%n_all, n), source=0.0_rp)
     call self%history%init(params%model%n_all, n)
     allocate (self%wings(n), self%surfaces(n), self%meters(n), self%states(n), wings%deformation(n))
@@ -129,19 +138,38 @@ contains
   pure subroutine coupler_add_request(self, request)
     class(coupler_t), intent(in) :: self
     type(request_t), intent(inout) :: request
+    if (self%is_thin) return
     request%pressure = .true.
     request%fields = request%fields .or. self%params%friction
   end subroutine coupler_add_request
 
   !> Takes the load of the fluid's last pass, which must have kept what `add_request` asks for, on the wings, which must
-  !> still be where they were in that pass. Collective.
+  !> still be where they were in that pass. Without thickness it is that under which they came there. Collective.
   subroutine coupler_look(self, fluid, wings)
     class(coupler_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
-    if (.not. self%is_fresh) call self%sample(fluid, wings)
+    if (self%is_thin) then
+      call recall_loads(self, wings)
+    else if (.not. self%is_fresh) then
+      call self%sample(fluid, wings)
+    end if
     self%is_fresh = .false.
   end subroutine coupler_look
+
+  !> Sets `loads` and `surfaces` to what the markers of wings without thickness felt in the last step.
+  subroutine recall_loads(self, wings)
+    class(coupler_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    real(rp) :: on_points(3, self%params%model%n_points)
+    integer :: i
+    do i = 1, size(self%wings)
+      self%loads(i) = wings%marker_loads(i)
+      self%force(:, :, i) = self%history%applied(:, :, i)
+      call show_forces(self%force(:, :, i), self%params%units, self%wings(i)%motion%is_mirrored, wings%poses(i), on_points)
+      call self%surfaces(i)%show(wings%surfaces(i), on_points)
+    end do
+  end subroutine recall_loads
 
   !> Sets `force`, `loads` and `friction`.
   subroutine sample(self, fluid, wings)
@@ -177,18 +205,19 @@ contains
   !> Takes the wings over a step dt [T] that `fluid` has just made, under the load last looked at and what the
   !> coupling makes of it; gives their new deformation to `wings`, for their next placing. Fails if Newton's method
   !> does, if the sub-iterations do not converge, and if a wing bends beyond the limit; then the run cannot go on
-  !> from this state. Only the strong coupling needs `fluid`; it leaves the wings at the end of the step.
-  !> Collective.
-  subroutine coupler_advance(self, dt, wings, failure, fluid)
+  !> from this state. Only the strong coupling, which leaves the wings at the end of the step, and wings without thickness,
+  !> which change the flow, need `fluid`; these need `thin`. Collective.
+  subroutine coupler_advance(self, dt, wings, failure, fluid, thin)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
     type(flapping_wings_t), intent(inout) :: wings
     type(failure_t), intent(inout) :: failure
     type(fluid_t), intent(inout), optional :: fluid
+    type(thin_wings_t), intent(inout), optional :: thin
     integer :: i
     associate (p => self%params, seconds => self%params%units%time)
       call self%history%extrapolate(dt, self%force, self%applied)
-      if (p%coupling == COUPLING_WEAK) self%applied = self%force
+      if (p%coupling == COUPLING_WEAK .or. self%is_thin) self%applied = self%force
       do i = 1, size(self%wings)
         associate (before => self%history%applied(:, :, i))
           if (self%history%old_dt <= 0) before = self%applied(:, :, i)
@@ -198,7 +227,10 @@ contains
         call self%wings(i)%begin(self%world, self%states(i))
       end do
       self%history%force = self%force
-      if (wings%time + dt <= p%release) then
+      if (self%is_thin) then
+        call require(present(fluid) .and. present(thin), 'coupler_t: wings without thickness need markers and the fluid')
+        call advance_thin(self, fluid, wings, thin, failure)
+      else if (wings%time + dt <= p%release) then
         do i = 1, size(self%wings)
           self%states(i)%time = self%states(i)%time + dt*seconds
         end do
@@ -236,6 +268,26 @@ contains
     end do
     call self%deform(wings)
   end subroutine coupler_rewind
+
+  !> The step of all wings without thickness, and their part of that of the flow; sets `applied`.
+  subroutine advance_thin(self, fluid, wings, thin, failure)
+    class(coupler_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(inout) :: wings
+    type(thin_wings_t), intent(inout) :: thin
+    type(failure_t), intent(inout) :: failure
+    type(thin_report_t) :: step
+    real(rp) :: begun
+    begun = wall_seconds()
+    call advance_thin_wings(thin, fluid, wings, self%params, self%wings, self%states, self%applied, step, failure)
+    self%solver_seconds = self%solver_seconds + wall_seconds() - begun
+    associate (report => self%report)
+      report%iterations = step%passes
+      report%residual = step%distance
+      report%steps = report%steps + 1
+      report%total = report%total + step%passes
+    end associate
+  end subroutine advance_thin
 
   !> The step of all wings from its beginning under `applied`.
   subroutine solve(self, dt, wings, failure)
@@ -285,7 +337,7 @@ contains
         self%is_fresh = .true.
         exit
       end if
-      call self%relax(k == 1)
+      call self%history%relax(k == 1, self%residual, self%old_residual, self%applied)
       if (k < self%params%iterations) call self%solve(dt, wings, failure)
     end do
     associate (report => self%report)
@@ -299,40 +351,13 @@ contains
     end associate
   end subroutine iterate
 
-  !> Moves `applied` towards the load found, by Aitken's factor; a step begins with the last one, but at most 1.
-  subroutine relax(self, is_first)
-    class(coupler_t), intent(inout) :: self
-    logical, intent(in) :: is_first
-    real(rp) :: change
-    associate (factor => self%history%relaxation)
-      if (is_first) then
-        if (factor <= 0 .or. factor > 1) factor = 1
-      else
-        change = sum((self%residual - self%old_residual)**2)
-        if (change > 0) factor = -factor*sum(self%old_residual*(self%residual - self%old_residual))/change
-      end if
-      self%applied = self%applied + factor*self%residual
-    end associate
-    self%old_residual = self%residual
-  end subroutine relax
-
   !> Gives the deformation that `states` hold to `wings`, for their next placing.
   subroutine coupler_deform(self, wings)
     class(coupler_t), intent(in) :: self
     type(flapping_wings_t), intent(inout) :: wings
     integer :: i
     do i = 1, size(self%states)
-      associate (state => self%states(i), bent => wings%deformation(i), u => self%params%units, &
-                 n => self%params%model%n_points)
-        bent%u = state%u(:, :n)/u%length
-        bent%v = state%v(:, :n)*(u%time/u%length)
-        bent%a = state%a(:, :n)*(u%time**2/u%length)
-        if (self%wings(i)%motion%is_mirrored) then
-          call mirror_vectors(bent%u)
-          call mirror_vectors(bent%v)
-          call mirror_vectors(bent%a)
-        end if
-      end associate
+      call show_motion(self%states(i), self%params%units, self%wings(i)%motion%is_mirrored, wings%deformation(i))
     end do
   end subroutine coupler_deform
 
@@ -357,7 +382,8 @@ contains
   !> Bytes of this rank's array that grows with the grid.
   pure real(rp) function coupler_memory_bytes(self) result(bytes)
     class(coupler_t), intent(in) :: self
-    bytes = 8*real(size(self%pressure), rp)
+    bytes = 0
+    if (allocated(self%pressure)) bytes = 8*real(size(self%pressure), rp)
   end function coupler_memory_bytes
 
   !> Releases everything.

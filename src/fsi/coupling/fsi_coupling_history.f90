@@ -21,6 +21,7 @@ module fsi_coupling_history
     procedure :: init => history_init
     procedure :: extrapolate => history_extrapolate
     procedure :: keep => history_keep
+    procedure :: relax => history_relax
   end type coupling_history_t
 
 contains
@@ -53,4 +54,24 @@ contains
     self%old_dt = dt
     self%applied = applied
   end subroutine history_keep
+
+  !> Moves `applied` towards the load found, from which it differs by `residual`, by Aitken's factor; a step begins with
+  !> the last one, but at most 1. Then `old_residual` is `residual`.
+  pure subroutine history_relax(self, is_first, residual, old_residual, applied)
+    class(coupling_history_t), intent(inout) :: self
+    logical, intent(in) :: is_first
+    real(rp), intent(in) :: residual(:, :, :)
+    real(rp), intent(inout) :: old_residual(:, :, :), applied(:, :, :)
+    real(rp) :: change
+    associate (factor => self%relaxation)
+      if (is_first) then
+        if (factor <= 0 .or. factor > 1) factor = 1
+      else
+        change = sum((residual - old_residual)**2)
+        if (change > 0) factor = -factor*sum(old_residual*(residual - old_residual))/change
+      end if
+      applied = applied + factor*residual
+    end associate
+    old_residual = residual
+  end subroutine history_relax
 end module fsi_coupling_history

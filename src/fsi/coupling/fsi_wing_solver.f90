@@ -9,6 +9,7 @@ module fsi_wing_solver
   use solid_dynamics, only: copy_state, dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
   use solid_inertia, only: inertia_t
   use solid_model, only: solid_model_t
+  use solid_reaction, only: reaction_t
   implicit none
   private
   public :: wing_solver_t
@@ -58,9 +59,9 @@ contains
     self%factorisations = 0
   end subroutine solver_begin
 
-  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N]; under
-  !> another load again, beginning with the displacements found before. The other ranks return at once.
-  subroutine solver_solve(self, world, model, inertia, options, force, dt, state)
+  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N], and under a reaction, if there
+  !> is one; under another load again, beginning with the displacements found before. The other ranks return at once.
+  subroutine solver_solve(self, world, model, inertia, options, force, dt, state, reaction)
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(solid_model_t), intent(in) :: model
@@ -68,14 +69,16 @@ contains
     type(dynamic_options_t), intent(in) :: options
     real(rp), intent(in) :: force(:, :), dt
     type(dynamic_state_t), intent(inout) :: state
+    class(reaction_t), intent(inout), optional :: reaction
     if (self%owner /= world%rank) return
     if (self%is_repeated) then
       self%guess = state%u
       call copy_state(self%begun, state)
       call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, self%guess, &
-                             before=self%factorisations)
+                             before=self%factorisations, reaction=reaction)
     else
-      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report)
+      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, &
+                             reaction=reaction)
     end if
     self%factorisations = self%factorisations + self%report%factorisations
     self%is_repeated = .true.

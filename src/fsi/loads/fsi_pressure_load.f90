@@ -34,6 +34,7 @@ module fsi_pressure_load
     procedure :: init => load_init
     procedure :: mark => load_mark
     procedure :: look => load_look
+    procedure :: show => load_show
     procedure :: add_friction => load_add_friction
   end type pressure_load_t
 
@@ -48,7 +49,7 @@ contains
     n = size(surface%points, 2)
     if (allocated(self%jump)) deallocate (self%jump, self%force, self%friction, self%places, self%values, &
                                           self%velocity)
-    allocate (self%jump(m), self%places(3, 2*m), self%values(2*m), self%velocity(3, 2*m), source=0.0_rp)
+    allocate (self%jump(m), self%places(3, 2*m), self%values(max(2*m, n)), self%velocity(3, 2*m), source=0.0_rp)
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
@@ -104,6 +105,36 @@ contains
       call share(surface, i, -self%jump(i)/2*twice_area, self%force)
     end do
   end subroutine load_look
+
+  !> Sets `force` to what is known otherwise, (3, n) on the points of the surface where it is now, and `jump` to the part
+  !> of it that is normal to the triangles: each has the mean of its corners' forces per area. No friction.
+  subroutine load_show(self, surface, force)
+    class(pressure_load_t), intent(inout) :: self
+    type(surface_t), intent(in) :: surface
+    real(rp), intent(in) :: force(:, :)
+    real(rp) :: centre(3), twice_area(3)
+    integer :: i, k
+    self%force = force
+    self%friction = 0
+    self%values(:size(force, 2)) = 0
+    do i = 1, size(self%jump)
+      call look_at(surface, i, centre, twice_area)
+      do k = 1, 3
+        associate (area => self%values(surface%triangles(k, i)))
+          area = area + norm2(twice_area)/6
+        end associate
+      end do
+    end do
+    do i = 1, size(self%jump)
+      call look_at(surface, i, centre, twice_area)
+      self%jump(i) = 0
+      do k = 1, 3
+        associate (p => surface%triangles(k, i))
+          self%jump(i) = self%jump(i) - dot_product(force(:, p), twice_area)/(3*norm2(twice_area)*self%values(p))
+        end associate
+      end do
+    end do
+  end subroutine load_show
 
   !> Adds the viscous traction on both sides to `force`, at the places of the last `look`; it is in `friction`, too.
   !> Collective.

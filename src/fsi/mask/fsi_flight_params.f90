@@ -136,7 +136,7 @@ contains
     integer :: i, n
 
     call read_body(config, params%body)
-    call read_thin_keys(config, grid, params%thin)
+    call read_thin_keys(config, grid, params%thin, notices)
     if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
     if (.not. any(is_there)) &

@@ -9,7 +9,7 @@ module fsi_marker_lines
   use base_sort, only: sorting_order
   implicit none
   private
-  public :: line_place_t, place_on_lines
+  public :: line_place_t, list_links, place_on_lines
 
   ! Between the angles of regular polygons, whose corners must not come and go with round-off.
   real(rp), parameter :: TURN = 35*acos(-1.0_rp)/180

@@ -4,7 +4,8 @@
 !> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the
 !> Green tensor of the differences of places (fsi_green). M is symmetric and positive definite as long as markers are
 !> about two grid spacings apart; 1e-8 of its mean diagonal is added to it. It depends on relative places only, so
-!> that it is made in the frame of the wing: once for a rigid one.
+!> that it is made in the frame of the wing: once for a rigid one. Of a section, the axis that the plane flow does not
+!> know is y there, and x for the tensor.
 module fsi_marker_response
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_factorised
@@ -16,6 +17,7 @@ module fsi_marker_response
   type :: marker_response_t
     real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle
     real(rp), allocatable, private :: work(:)      !< (3n)
+    integer, private :: axes(3) = [1, 2, 3]        !< of the wing frame, in the order of the tensor's
   contains
     procedure :: init => response_init
     procedure :: build => response_build
@@ -25,10 +27,13 @@ module fsi_marker_response
 
 contains
 
-  !> Room for n markers.
-  subroutine response_init(self, n)
+  !> Room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
+  !> axis is that across the plane.
+  subroutine response_init(self, n, is_2d)
     class(marker_response_t), intent(inout) :: self
     integer, intent(in) :: n
+    logical, intent(in) :: is_2d
+    if (is_2d) self%axes = [2, 1, 3]
     if (allocated(self%factor)) deallocate (self%factor, self%work)
     allocate (self%factor(3*n, 3*n), self%work(3*n), source=0.0_rp)
   end subroutine response_init
@@ -49,7 +54,7 @@ contains
     end do
     do j = 1, size(x, 2)
       do i = j + 1, size(x, 2)
-        self%factor(3*i - 2:3*i, 3*j - 2:3*j) = green%at(x(:, i) - x(:, j))
+        self%factor(3*i - 2:3*i, 3*j - 2:3*j) = green%at(x(self%axes, i) - x(self%axes, j))
       end do
       self%factor(3*j - 2:3*j, 3*j - 2:3*j) = own
     end do
@@ -63,11 +68,11 @@ contains
     real(rp), intent(inout) :: f(:, :)
     integer :: i
     do i = 1, size(v, 2)
-      self%work(3*i - 2:3*i) = v(:, i)
+      self%work(3*i - 2:3*i) = v(self%axes, i)
     end do
     call solve_factorised(self%factor, self%work)
     do i = 1, size(v, 2)
-      f(:, i) = self%work(3*i - 2:3*i)
+      f(self%axes, i) = self%work(3*i - 2:3*i)
     end do
   end subroutine response_solve
 

@@ -2,12 +2,14 @@
 !> The markers of a wing without thickness: places on its mid surface about a spacing h apart, free edges included, tied
 !> to the points of the triangles that hold them.
 !>
-!> A marker moves with its triangle, x = sum_k weights(k) points(:, nodes(k)). The response of the flow to forces at
+!> A marker moves with its triangle, x = sum_k weights(k) points(:, nodes(k)); in a plane flow it is a line across a strip
+!> (fsi_marker_section). The response of the flow to forces at
 !> markers (fsi_marker_response) is well conditioned as long as no two are much closer than two grid spacings, and the
 !> flow passes between markers that are much farther apart: `least` and `gap` tell how well a wing is covered.
 module fsi_markers
   use base_kinds, only: rp
   use fsi_marker_cloud, only: place_t
+  use fsi_marker_section, only: space_stations, station_t
   use fsi_marker_spacing, only: space_markers
   implicit none
   private
@@ -15,9 +17,9 @@ module fsi_markers
 
   type :: markers_t
     integer :: n = 0
-    integer, allocatable :: nodes(:, :)    !< (3, n) points of the wing
-    real(rp), allocatable :: weights(:, :) !< (3, n) not negative, of sum 1
-    integer :: n_edge = 0  !< markers 1 .. n_edge lie on free edges
+    integer, allocatable :: nodes(:, :)    !< (k, n) points of the wing; k = 3 but for strips
+    real(rp), allocatable :: weights(:, :) !< (k, n) not negative, of sum 1
+    logical, allocatable :: is_edge(:)     !< (n) on a free edge; of a strip: at an end
     integer :: left_out = 0 !< places of the outline without a marker, since others are too close
     real(rp) :: least = 0  !< distance of the closest two, over h
     real(rp) :: gap = 0    !< distance from the nearest marker of the point of the wing that is farthest from any, over h
@@ -29,36 +31,78 @@ module fsi_markers
 
 contains
 
-  !> Places markers about `spacing` [L] apart on the sheet of triangles(3, m) between points(3, np) [L]. Deterministic:
-  !> the same on every rank. Allocates.
-  subroutine markers_init(self, points, triangles, spacing)
+  !> Places markers about `spacing` [L] apart on the sheet of triangles(3, m) between points(3, np) [L]. With `is_2d` the
+  !> sheet is a strip whose width lies along y, and a plane flow sees its section. Deterministic: the same on every rank.
+  !> Allocates.
+  subroutine markers_init(self, points, triangles, spacing, is_2d)
     class(markers_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), spacing
     integer, intent(in) :: triangles(:, :)
-    type(place_t), allocatable :: places(:)
-    integer :: i, j, left_out(2)
-    call space_markers(points, triangles, spacing, places, self%n_edge, left_out, self%gap)
-    self%n = size(places)
-    self%left_out = sum(left_out)
-    self%nodes = reshape([(places(i)%nodes, i=1, self%n)], [3, self%n])
-    self%weights = reshape([(places(i)%weights, i=1, self%n)], [3, self%n])
+    logical, intent(in) :: is_2d
+    real(rp), allocatable :: x(:, :)
+    integer :: i, j
+    if (is_2d) then
+      call place_stations(self, points, triangles, spacing)
+    else
+      call place_in_triangles(self, points, triangles, spacing)
+    end if
+    allocate (x(3, self%n))
+    call self%positions(points, x)
     self%least = huge(1.0_rp)
     do i = 1, self%n
       do j = 1, i - 1
-        self%least = min(self%least, norm2(places(i)%x - places(j)%x)/spacing)
+        self%least = min(self%least, norm2(x(:, i) - x(:, j))/spacing)
       end do
     end do
   end subroutine markers_init
+
+  subroutine place_in_triangles(self, points, triangles, spacing)
+    type(markers_t), intent(inout) :: self
+    real(rp), intent(in) :: points(:, :), spacing
+    integer, intent(in) :: triangles(:, :)
+    type(place_t), allocatable :: places(:)
+    integer :: i, left_out(2), n_edge
+    call space_markers(points, triangles, spacing, places, n_edge, left_out, self%gap)
+    self%n = size(places)
+    self%left_out = sum(left_out)
+    self%is_edge = [(i <= n_edge, i=1, self%n)]
+    self%nodes = reshape([(places(i)%nodes, i=1, self%n)], [3, self%n])
+    self%weights = reshape([(places(i)%weights, i=1, self%n)], [3, self%n])
+  end subroutine place_in_triangles
+
+  subroutine place_stations(self, points, triangles, spacing)
+    type(markers_t), intent(inout) :: self
+    real(rp), intent(in) :: points(:, :), spacing
+    integer, intent(in) :: triangles(:, :)
+    type(station_t), allocatable :: stations(:)
+    integer :: i, k, left_out(2)
+    call space_stations(points, triangles, spacing, stations, left_out, self%gap)
+    self%n = size(stations)
+    self%left_out = sum(left_out)
+    self%is_edge = stations%is_edge
+    k = maxval([(size(stations(i)%nodes), i=1, self%n)])
+    if (allocated(self%nodes)) deallocate (self%nodes, self%weights)
+    allocate (self%nodes(k, self%n), self%weights(k, self%n))
+    self%weights = 0
+    do i = 1, self%n
+      k = size(stations(i)%nodes)
+      self%nodes(:, i) = stations(i)%nodes(1)
+      self%nodes(:k, i) = stations(i)%nodes
+      self%weights(:k, i) = stations(i)%weights
+    end do
+  end subroutine place_stations
 
   !> Values (3, n) at the markers of what has `values` (3, np) at the points of the wing: places or velocities.
   pure subroutine markers_positions(self, values, at_markers)
     class(markers_t), intent(in) :: self
     real(rp), intent(in) :: values(:, :)
     real(rp), intent(inout) :: at_markers(:, :)
-    integer :: m
+    integer :: m, k
     do m = 1, self%n
-      at_markers(:, m) = self%weights(1, m)*values(:, self%nodes(1, m)) + &
-                         self%weights(2, m)*values(:, self%nodes(2, m)) + self%weights(3, m)*values(:, self%nodes(3, m))
+      at_markers(:, m) = self%weights(1, m)*values(:, self%nodes(1, m))
+      do k = 2, size(self%nodes, 1)
+        at_markers(:, m) = at_markers(:, m) + self%weights(k, m)*values(:, self%nodes(k, m))
+      end do
     end do
   end subroutine markers_positions
 
@@ -69,7 +113,7 @@ contains
     real(rp), intent(inout) :: forces(:, :)
     integer :: m, k
     do m = 1, self%n
-      do k = 1, 3
+      do k = 1, size(self%nodes, 1)
         forces(:, self%nodes(k, m)) = forces(:, self%nodes(k, m)) + self%weights(k, m)*at_markers(:, m)
       end do
     end do

@@ -11,7 +11,7 @@ module fsi_thin_keys
   use spectral_window, only: WINDOW_WIDTH
   implicit none
   private
-  public :: thin_params_t, register_thin_keys, read_thin_keys, prepare_thin_flow
+  public :: thin_params_t, register_thin_keys, read_thin_keys, wants_thin_wings, prepare_thin_flow
 
   character(*), parameter :: SECTION = 'Insects'
 
@@ -27,8 +27,10 @@ contains
   !> Declares the keys.
   subroutine register_thin_keys(registry)
     type(registry_t), intent(inout) :: registry
-    call registry%add_word(SECTION, 'surface', 'penalized', 'thin|penalized', &
-                           'how the flow sees the wings: as surfaces without thickness, or as sheets in the mask')
+    call registry%add_word(SECTION, 'surface', 'auto', 'auto|thin|penalized', &
+                           'how the flow sees the wings: as surfaces without thickness, or as sheets in the mask; auto: '// &
+                           'as sheets if the file has their thickness (WingThickness, t_wing, wing_smoothing) or what '// &
+                           'surfaces do not support (RK4, another iDealias), else as surfaces')
     call registry%add_real(SECTION, 'marker_spacing', 2.0_rp, 'surface = thin: distance of the markers, in max(dx); '// &
                            'closer ones make forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
     call registry%add_real(SECTION, 'surface_viscosity', 0.3_rp, 'surface = thin: vanishing viscosity; the largest '// &
@@ -37,36 +39,57 @@ contains
   end subroutine register_thin_keys
 
   !> Takes the keys from `config`.
-  subroutine read_thin_keys(config, grid, params)
+  subroutine read_thin_keys(config, grid, params, notices)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid
     type(thin_params_t), intent(out) :: params
-    params%is_thin = config%get_word(SECTION, 'surface') == 'thin'
+    type(message_list_t), intent(inout) :: notices
+    params%is_thin = wants_thin_wings(config)
+    if (params%is_thin .and. has_thickness(config)) &
+      call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
     params%spacing = config%get_real(SECTION, 'marker_spacing')*grid%max_spacing()
     params%viscosity = config%get_real(SECTION, 'surface_viscosity')
   end subroutine read_thin_keys
 
-  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. It has no mask unless walls
-  !> need one. The vanishing viscosity adds to nu K^2 what is missing to c speed K. Reports settings that the method does
-  !> not support.
-  subroutine prepare_thin_flow(config, params, speed, fluid, errors)
+  !> Whether the flow sees wings without thickness, if there are wings.
+  logical function wants_thin_wings(config) result(wants)
+    type(config_t), intent(in) :: config
+    character(:), allocatable :: word
+    word = config%get_word(SECTION, 'surface')
+    wants = word == 'thin'
+    if (word == 'auto') wants = .not. has_thickness(config) .and. config%get_word('Time', 'iTimeMethodFluid') == 'AB2' &
+                                .and. any(config%get_word('Dealiasing', 'iDealias') == ['1        ', 'ellipsoid'])
+  end function wants_thin_wings
+
+  !> Whether the file says how thick the wings are.
+  logical function has_thickness(config)
+    type(config_t), intent(in) :: config
+    has_thickness = config%is_given(SECTION, 'WingThickness') .or. config%is_given('Flexible_wing', 't_wing') .or. &
+                    config%is_given('Flexible_wing', 'wing_smoothing')
+  end function has_thickness
+
+  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds
+  !> to nu K^2 what is missing to c speed K. Reports settings that the method does not support.
+  subroutine prepare_thin_flow(config, params, speed, fluid, errors, notices)
     type(config_t), intent(in) :: config
     type(thin_params_t), intent(in) :: params
     real(rp), intent(in) :: speed
     type(fluid_params_t), intent(inout) :: fluid
-    type(message_list_t), intent(inout) :: errors
+    type(message_list_t), intent(inout) :: errors, notices
+    real(rp), parameter :: LARGEST_CFL = 0.5_rp
     character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
     real(rp) :: k
     integer :: i
-    fluid%penalized = fluid%channel /= 'no' .or. fluid%cavity
+    ! Forces are what a slip needs over dt: what a step leaves of the slip would be a force of its own in a tiny one.
+    fluid%even_end = .true.
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
+    if (fluid%cfl > LARGEST_CFL .and. fluid%dt_fixed <= 0) &
+      call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
     if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
     if (fluid%dealias /= 'ellipsoid') &
       call config%complain(errors, 'Dealiasing', 'iDealias', 'wings without thickness ([Insects] surface = thin) need 1')
-    if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'surface', 'thin needs a flow in space, nx > 1; valid '// &
-                                               'with nx = 1: penalized')
     do i = merge(2, 1, fluid%grid%is_2d), 3
       if (fluid%grid%n(i) < WINDOW_WIDTH) call config%complain(errors, 'Resolution', POINTS(i), &
                                         'wings without thickness ([Insects] surface = thin) need at least 8 points')

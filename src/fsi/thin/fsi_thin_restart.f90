@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The part of a checkpoint that belongs to wings without thickness: the forces of their markers and the loads in the last
-!> step, which the records at its end need.
+!> step, which the records at its end need, and the shapes for which the response of the flow was made.
 module fsi_thin_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -22,12 +22,13 @@ contains
     type(thin_wings_t), intent(in) :: thin
     integer :: i
     call writer%put_reals('marker_forces', [thin%force])
-    call writer%put_reals('marker_slip', [thin%slip%before, thin%slip%after, thin%slip%speed])
+    call writer%put_reals('marker_slip', [thin%slip%before, thin%slip%after, thin%slip%speed, thin%slip%received])
+    call writer%put_reals('marker_shape', [(thin%wings(i)%shape, i=1, size(thin%wings))])
     call writer%put_reals('marker_loads', [(wings%marker_loads(i)%force, wings%marker_loads(i)%moment, &
                                             wings%marker_loads(i)%power, i=1, size(wings%marker_loads))])
   end subroutine save_thin_wings
 
-  !> Restores them. Fails if the checkpoint has no wings without thickness, or others. Collective.
+  !> Restores them, and the response. Fails if the checkpoint has no wings without thickness, or others. Collective.
   subroutine load_thin_wings(reader, wings, thin, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     type(flapping_wings_t), intent(inout) :: wings
@@ -35,6 +36,7 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: numbers(:)
     integer :: i
+    logical :: has_factor
     if (.not. has_thin_wings(reader)) then
       call failure%raise('the checkpoint has no wings without thickness: it was made with another [Insects] surface')
       return
@@ -51,6 +53,16 @@ contains
     thin%slip%before = numbers(1)
     thin%slip%after = numbers(2)
     thin%slip%speed = numbers(3)
+    thin%slip%received = numbers(4)
+    call reader%get_reals('marker_shape', numbers, failure)
+    if (failure%failed) return
+    do i = 1, size(thin%wings)
+      associate (wing => thin%wings(i))
+        wing%shape = reshape(numbers(3*wing%first - 2:3*wing%last), shape(wing%shape))
+        call thin%renew(i, has_factor)
+        if (.not. has_factor) call failure%raise('the checkpoint has markers that touch each other')
+      end associate
+    end do
     call reader%get_reals('marker_loads', numbers, failure)
     if (failure%failed) return
     do i = 1, size(wings%marker_loads)

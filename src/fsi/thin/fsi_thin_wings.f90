@@ -9,48 +9,73 @@
 !> (fsi_marker_response): forces as Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is
 !> the load on the wing, and F.U the power that it gives to the flow. The forces of one wing do not take account of those
 !> of another, and M leaves out the periodic images. The slip that this leaves is corrected in the next step.
+!>
+!> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `meet` the flow, find the forces,
+!> `push` the flow. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and anew
+!> for one that has deformed by a part of the spacing of its markers.
 module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_process, only: wall_seconds
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_flow_reaction, only: flow_reaction_t
   use fsi_green, only: green_t
   use fsi_kinematics, only: pose_wing, wing_pose_t
-  use fsi_marker_response, only: marker_response_t
   use fsi_markers, only: markers_t
   use fsi_surface_load, only: total_load
+  use fsi_wing_mirror, only: mirror_vectors
+  use io_units, only: unit_scales_t
   use parallel_world, only: world_t
   implicit none
   private
-  public :: thin_wings_t
+  public :: thin_wings_t, thin_wing_t
 
   !> The markers of one wing are first .. last of all markers. Their response is known to the rank that owns the wing.
   type :: thin_wing_t
     type(markers_t) :: markers
-    type(marker_response_t) :: response
+    type(flow_reaction_t) :: reaction
     integer :: first = 1, last = 0, owner = 0
-    real(rp), allocatable :: reference(:, :) !< (3, n) in the wing frame, unloaded, L
-    real(rp), allocatable :: work(:, :)      !< (3, n)
+    logical :: is_mirrored = .false. !< the wing file's axes are those of the wing frame, mirrored
+    real(rp), allocatable :: shape(:, :) !< (3, n) markers in the wing frame for which the response is made, L
+    real(rp), allocatable :: flat(:, :)  !< (3, n) markers of the unloaded wing, in its frame, L
+    real(rp), allocatable :: bent(:, :)  !< (3, n) their displacements there where they met the flow, L
+    real(rp), allocatable :: work(:, :)  !< (3, n)
   end type thin_wing_t
 
-  !> How well the flow follows the wings after a step, L/T.
+  !> How well the flow follows the wings after a step, L/T, and what it receives.
   type :: slip_t
-    real(rp) :: before = 0 !< largest |U - I u*|, before the forces act
-    real(rp) :: after = 0  !< largest |U - I u(n+1)|
-    real(rp) :: speed = 0  !< largest |U|
+    real(rp) :: before = 0   !< largest |U - I u*|, before the forces act
+    real(rp) :: after = 0    !< largest |U - I u(n+1)|
+    real(rp) :: speed = 0    !< largest |U|
+    real(rp) :: received = 0 !< rho L^5/T^3 power of the forces at the velocities of the flow after the step
   end type slip_t
+
+  !> Wall time of this rank so far.
+  type :: thin_seconds_t
+    real(rp) :: meet = 0  !< looking at the flow
+    real(rp) :: renew = 0 !< making responses
+    real(rp) :: push = 0  !< giving the forces to the flow, and looking at it again
+  end type thin_seconds_t
 
   type :: thin_wings_t
     type(thin_wing_t), allocatable :: wings(:)
     real(rp), allocatable :: x(:, :), u(:, :)  !< (3, all markers) places [L] and velocities [L/T], in space
     real(rp), allocatable :: force(:, :)       !< (3, all markers) on the fluid, of the last step, rho L^4/T^2
+    real(rp), allocatable :: flow(:, :)        !< (3, all markers) velocities of the flow there, L/T
     type(slip_t) :: slip
-    type(world_t), private :: world
+    type(thin_seconds_t) :: seconds
+    type(world_t) :: world
     type(green_t), private :: green
-    real(rp), allocatable, private :: flow(:, :) !< (3, all markers) velocities of the flow there
+    real(rp), private :: extent = 0            !< L largest distance of markers for which `green` holds
   contains
     procedure :: init => thin_init
+    procedure :: soften => thin_soften
+    procedure :: renew => thin_renew
+    procedure :: meet => thin_meet
+    procedure :: push => thin_push
     procedure :: advance_rigid => thin_advance_rigid
+    procedure :: broadcast => thin_broadcast
     procedure :: memory_bytes => thin_memory_bytes
   end type thin_wings_t
 
@@ -63,42 +88,111 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
-    real(rp) :: extent
+    real(rp), parameter :: LONGER = 1.2_rp ! no deformation makes a wing longer; its outline need not be convex
     integer :: i, n
-    logical :: has_factor, all_have
-    all_have = .true.
+    logical :: has_factor, is_2d
     self%world = world
+    is_2d = fluid%transform%grid%is_2d
     n = 0
-    extent = 0
     allocate (self%wings(size(wings%params%wings)))
     do i = 1, size(self%wings)
       associate (wing => self%wings(i), given => wings%params%wings(i))
-        call wing%markers%init(given%points, given%triangles, wings%params%thin%spacing)
+        call wing%markers%init(given%points, given%triangles, wings%params%thin%spacing, is_2d)
         wing%first = n + 1
         n = n + wing%markers%n
         wing%last = n
         wing%owner = mod(i - 1, world%size)
-        allocate (wing%reference(3, wing%markers%n), wing%work(3, wing%markers%n))
-        call wing%markers%positions(given%points, wing%reference)
-        extent = max(extent, norm2(maxval(wing%reference, 2) - minval(wing%reference, 2)))
+        wing%is_mirrored = given%is_mirrored
+        allocate (wing%shape(3, wing%markers%n), wing%flat(3, wing%markers%n), wing%bent(3, wing%markers%n), &
+                  wing%work(3, wing%markers%n), source=0.0_rp)
+        call wing%markers%positions(given%points, wing%flat)
+        if (wing%owner == world%rank) call wing%reaction%response%init(wing%markers%n, is_2d)
+        self%extent = max(self%extent, LONGER*norm2(maxval(given%points, 2) - minval(given%points, 2)))
       end associate
     end do
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
-    call self%green%init(fluid%points%radius, extent, fluid%transform%grid%is_2d)
+    call self%green%init(fluid%points%radius, self%extent, is_2d)
+    do i = 1, size(self%wings)
+      self%wings(i)%shape = self%wings(i)%flat
+      call self%renew(i, has_factor)
+      if (.not. has_factor) call failure%raise('the markers of a wing are too close to each other, so that the motion of '// &
+                                               'the wing does not determine their forces: set a larger [Insects] '// &
+                                               'marker_spacing')
+    end do
+  end subroutine thin_init
+
+  !> Prepares for flexible wings that are unloaded at points(3, n_all) [m] along the axes of the wing file.
+  subroutine thin_soften(self, points, units)
+    class(thin_wings_t), intent(inout) :: self
+    real(rp), intent(in) :: points(:, :)
+    type(unit_scales_t), intent(in) :: units
+    integer :: i
     do i = 1, size(self%wings)
       associate (wing => self%wings(i))
-        if (wing%owner /= world%rank) cycle
-        call wing%response%init(wing%markers%n)
-        call wing%response%build(self%green, wing%reference, has_factor)
-        all_have = all_have .and. has_factor
+        if (wing%owner /= self%world%rank) cycle
+        call wing%reaction%init(wing%markers, points, units)
+        call wing%reaction%renew()
       end associate
     end do
-    ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
-    if (world%max_integer(merge(0, 1, all_have)) > 0) &
-      call failure%raise('the markers of a wing are too close to each other, so that the motion of the wing does not '// &
-                         'determine their forces: set a larger [Insects] marker_spacing')
-  end subroutine thin_init
+  end subroutine thin_soften
+
+  !> Makes the response of wing i for markers at its `shape`. It has no factor, on no rank, if markers are too close, or
+  !> farther from each other than they can be. Collective.
+  subroutine thin_renew(self, i, has_factor)
+    class(thin_wings_t), intent(inout) :: self
+    integer, intent(in) :: i
+    logical, intent(out) :: has_factor
+    real(rp) :: begun
+    begun = wall_seconds()
+    associate (wing => self%wings(i))
+      has_factor = norm2(maxval(wing%shape, 2) - minval(wing%shape, 2)) <= self%extent
+      if (wing%owner == self%world%rank .and. has_factor) then
+        wing%work = wing%shape
+        if (wing%is_mirrored) call mirror_vectors(wing%work)
+        call wing%reaction%response%build(self%green, wing%work, has_factor)
+        if (has_factor) call wing%reaction%renew()
+      end if
+      ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
+      has_factor = self%world%max_integer(merge(0, 1, has_factor)) == 0
+    end associate
+    self%seconds%renew = self%seconds%renew + wall_seconds() - begun
+  end subroutine thin_renew
+
+  !> Looks at the flow, as it is without the wings, where the markers `x` are: sets `flow`. Collective.
+  subroutine thin_meet(self, fluid)
+    class(thin_wings_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    real(rp) :: begun
+    begun = wall_seconds()
+    call fluid%points%place(self%x)
+    call fluid%velocities_at_points(self%flow)
+    self%seconds%meet = self%seconds%meet + wall_seconds() - begun
+  end subroutine thin_meet
+
+  !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip` and the loads of the markers,
+  !> which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
+  subroutine thin_push(self, fluid, wings, poses)
+    class(thin_wings_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(inout) :: wings
+    type(wing_pose_t), intent(in) :: poses(:)
+    real(rp) :: begun
+    integer :: i
+    begun = wall_seconds()
+    self%slip%before = largest(self%u - self%flow)
+    self%slip%speed = largest(self%u)
+    call fluid%push_at_points(self%force)
+    call fluid%velocities_at_points(self%flow)
+    self%slip%after = largest(self%u - self%flow)
+    self%slip%received = sum(self%force*self%flow)
+    do i = 1, size(self%wings)
+      associate (a => self%wings(i)%first, z => self%wings(i)%last)
+        wings%marker_loads(i) = total_load(-self%force(:, a:z), self%x(:, a:z), self%u(:, a:z), poses(i)%hinge)
+      end associate
+    end do
+    self%seconds%push = self%seconds%push + wall_seconds() - begun
+  end subroutine thin_push
 
   !> Lets rigid wings act on the step that `fluid` has just made: its end gets their forces; `slip` and the loads of the
   !> markers, which `wings` hold, are those of this step. `wings` stay where they are. Collective.
@@ -112,29 +206,19 @@ contains
       associate (wing => self%wings(i), given => wings%params%wings(i), pose => poses(i))
         call pose_wing(wings%params%body, given%mount, given%motion, fluid%rhs%state%time, pose)
         do m = 1, wing%markers%n
-          self%x(:, wing%first + m - 1) = pose%point_to_space(wing%reference(:, m))
-          self%u(:, wing%first + m - 1) = pose%velocity_at(wing%reference(:, m))
+          self%x(:, wing%first + m - 1) = pose%point_to_space(wing%flat(:, m))
+          self%u(:, wing%first + m - 1) = pose%velocity_at(wing%flat(:, m))
         end do
       end associate
     end do
-    call fluid%points%place(self%x)
-    call fluid%velocities_at_points(self%flow)
-    self%slip%before = largest(self%u - self%flow)
-    self%slip%speed = largest(self%u)
+    call self%meet(fluid)
     do i = 1, size(self%wings)
       call find_forces(self, self%wings(i), poses(i), fluid%dt)
     end do
-    call fluid%push_at_points(self%force)
-    call fluid%velocities_at_points(self%flow)
-    self%slip%after = largest(self%u - self%flow)
-    do i = 1, size(self%wings)
-      associate (a => self%wings(i)%first, z => self%wings(i)%last)
-        wings%marker_loads(i) = total_load(-self%force(:, a:z), self%x(:, a:z), self%u(:, a:z), poses(i)%hinge)
-      end associate
-    end do
+    call self%push(fluid, wings, poses)
   end subroutine thin_advance_rigid
 
-  !> The forces of one wing that make the flow follow it, the same on all ranks.
+  !> The forces of one rigid wing that make the flow follow it, the same on all ranks.
   subroutine find_forces(self, wing, pose, dt)
     type(thin_wings_t), intent(inout) :: self
     type(thin_wing_t), intent(inout) :: wing
@@ -147,21 +231,26 @@ contains
           k = wing%first + m - 1
           wing%work(:, m) = pose%vector_to_wing(self%u(:, k) - self%flow(:, k))/dt
         end do
-        call wing%response%solve(wing%work, force)
+        if (wing%is_mirrored) call mirror_vectors(wing%work)
+        call wing%reaction%response%solve(wing%work, force)
+        if (wing%is_mirrored) call mirror_vectors(force)
         do m = 1, wing%markers%n
           force(:, m) = pose%vector_to_space(force(:, m))
         end do
       end if
-      call broadcast(self%world, size(force), force, wing%owner)
+      call self%broadcast(force, wing%owner)
     end associate
   end subroutine find_forces
 
-  subroutine broadcast(world, n, values, from)
-    type(world_t), intent(in) :: world
-    integer, intent(in) :: n, from
-    real(rp), intent(inout) :: values(n)
-    call world%broadcast_reals(values, from)
-  end subroutine broadcast
+  !> Gives values(3, n) of rank `from` to all. Collective.
+  subroutine thin_broadcast(self, values, from)
+    class(thin_wings_t), intent(in) :: self
+    real(rp), contiguous, target, intent(inout) :: values(:, :)
+    integer, intent(in) :: from
+    real(rp), pointer :: flat(:)
+    flat(1:size(values)) => values
+    call self%world%broadcast_reals(flat, from)
+  end subroutine thin_broadcast
 
   !> Largest length of the vectors v(3, n).
   pure real(rp) function largest(v)
@@ -179,7 +268,7 @@ contains
     integer :: i
     bytes = 0
     do i = 1, size(self%wings)
-      bytes = bytes + self%wings(i)%response%memory_bytes()
+      bytes = bytes + self%wings(i)%reaction%response%memory_bytes()
     end do
   end function thin_memory_bytes
 end module fsi_thin_wings

@@ -11,9 +11,9 @@
 module measurement_problem
   use base_errors, only: require
   use base_kinds, only: rp
+  use least_squares_problem, only: least_squares_t, unknowns_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_least_squares, only: least_squares_t, unknowns_t
   use solid_params, only: parameter_t
   implicit none
   private

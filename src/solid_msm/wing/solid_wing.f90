@@ -9,7 +9,7 @@ module solid_wing
   use base_kinds, only: rp
   implicit none
   private
-  public :: wing_t, vein_t, joint_t, z_side_choices
+  public :: wing_t, vein_t, joint_t, wing_mass_t, z_side_choices
 
   !> Sides of wings to which +z of a wing file may point. The first is meant where nothing is said. In true right-handed
   !> axes these are the first two; the others belong to coordinates of a mirror image.
@@ -29,6 +29,15 @@ module solid_wing
     integer :: nodes(3) = 0
   end type joint_t
 
+  !> What is known of the mass of this very wing: it comes from its file.
+  type :: wing_mass_t
+    character(8) :: law = ''              !< of the membrane: uniform, bilinear; '': nothing is stated
+    real(rp) :: membrane = 0              !< mass of the membrane [kg]
+    real(rp) :: weights(3) = 0            !< of the bilinear law: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
+    real(rp) :: vein_density = 0          !< [kg/m^3]; 0: not stated
+    character(:), allocatable :: source   !< where this comes from, for people
+  end type wing_mass_t
+
   !> The unloaded wing.
   type :: wing_t
     real(rp), allocatable :: points(:, :)    !< (3, n) [m]
@@ -38,6 +47,7 @@ module solid_wing
     integer, allocatable :: root(:)          !< clamped points
     real(rp) :: plane_normal(3) = [0.0_rp, 0.0_rp, 1.0_rp] !< normal of the plane of a vein-only structure
     character(len(Z_SIDES)) :: z_side = ''   !< which side of which wing +z points to, of Z_SIDES; '': not stated
+    type(wing_mass_t) :: mass
   contains
     procedure :: z_is_dorsal => wing_z_is_dorsal
   end type wing_t

@@ -13,6 +13,7 @@ module solid_wing_file
   use solid_wing, only: wing_t, z_side_choices, Z_SIDES
   use solid_wing_check, only: check_wing, joint_on_vein
   use solid_wing_datasets, only: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
+  use solid_wing_mass, only: read_wing_mass, share_wing_mass
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -107,6 +108,7 @@ contains
     side = wing%z_side
     call world%broadcast_text(side)
     wing%z_side = side
+    call share_wing_mass(world, wing%mass)
   end subroutine share_wing
 
   !> Schema, version and index base: without them nothing else can be understood.
@@ -144,6 +146,7 @@ contains
     call read_joints(file, wing, report)
     call read_plane(file, wing, report)
     call read_z_side(file, wing, report)
+    call read_wing_mass(file, wing%mass, report)
   end subroutine read_contents
 
   subroutine read_veins(file, wing, report)

@@ -64,6 +64,7 @@ contains
     fine%points = fine%points(:, :n)
     fine%plane_normal = wing%plane_normal
     fine%z_side = wing%z_side
+    fine%mass = wing%mass
     if (present(parents)) then
       allocate (parents(2, n))
       parents(1, :n_old) = [(k, k=1, n_old)]

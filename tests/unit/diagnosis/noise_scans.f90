@@ -4,7 +4,7 @@
 module noise_scans
   use base_kinds, only: i8, rp
   use base_random, only: fill_gaussians
-  use diagnosis_simulator, only: quantity_t, simulator_t
+  use inference_simulator, only: quantity_t, simulator_t
   implicit none
   private
   public :: scans_t, make_scans

@@ -7,7 +7,7 @@
 program test_noise_share
   use base_kinds, only: i8, rp
   use diagnosis_noise, only: judge_variance, noise_estimate_t
-  use diagnosis_noise_share, only: find_share
+  use inference_noise_share, only: find_share
   use noise_scans, only: make_scans, scans_t
   use testkit, only: testkit_t
   implicit none

@@ -43,8 +43,8 @@ contains
       end do
     end do
     spacing = 0.2_rp/k
-    call markers%init(points, triangles, spacing)
-    call test%check(name//': there are markers inside and on edges', markers%n_edge > 8 .and. markers%n > markers%n_edge)
+    call markers%init(points, triangles, spacing, .false.)
+    call test%check(name//': there are markers inside and on edges', count(markers%is_edge) > 8 .and. .not. all(markers%is_edge))
     call test%check_below(name//': no two are closer than 3/4 spacings', 0.75_rp, markers%least*(1 + ROUND_OFF))
     call test%check_below(name//': no point is farther than 3/4 spacings from one', markers%gap, 0.75_rp)
     call test%check_below(name//': weights sum to 1', maxval(abs(sum(markers%weights, 1) - 1)), ROUND_OFF)
@@ -59,7 +59,7 @@ contains
                           rtol=ROUND_OFF)
     call test%check_below(name//': the forces are the same in sum', maxval(abs(sum(forces, 2) - sum(at_markers, 2))), &
                           ROUND_OFF*sum(abs(at_markers)))
-    call again%init(points, triangles, spacing)
+    call again%init(points, triangles, spacing, .false.)
     call test%check(name//': the same again', all(again%nodes == markers%nodes))
   end subroutine check_sheet
 end program test_markers

@@ -8,7 +8,7 @@
 module diagnosis_beam
   use base_kinds, only: i8, rp
   use base_random, only: fill_gaussians
-  use diagnosis_simulator, only: effect_t, labels_t, quantity_t, simulator_t, variant_t
+  use inference_simulator, only: effect_t, labels_t, quantity_t, simulator_t, variant_t
   implicit none
   private
   public :: beam_t, make_beam

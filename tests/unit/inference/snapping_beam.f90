@@ -6,7 +6,7 @@
 module snapping_beam
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t
-  use diagnosis_simulator, only: N_SLOTS, slot_of
+  use inference_simulator, only: N_SLOTS, slot_of
   implicit none
   private
   public :: snapping_t

@@ -5,10 +5,10 @@ program test_decision
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_OFFSET
-  use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
-  use diagnosis_decision, only: decide, decision_t, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
-  use diagnosis_design, only: build_design, design_t
-  use diagnosis_hypotheses, only: hypotheses_t, log_odds_unknown, log_prior
+  use inference_calibration, only: calibration_t, find_statistics, statistics_t
+  use inference_decision, only: decide, decision_t, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use inference_design, only: build_design, design_t
+  use inference_hypotheses, only: hypotheses_t, log_odds_unknown, log_prior
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_EFFECTS = 12

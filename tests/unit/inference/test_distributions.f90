@@ -4,9 +4,9 @@ program test_distributions
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, make_beam
-  use diagnosis_distributions, only: chi2_threshold, detectable_noncentrality, log_chi2_tail, log_f_tail, &
+  use inference_distributions, only: chi2_threshold, detectable_noncentrality, log_chi2_tail, log_f_tail, &
                                      noncentral_chi2_tail
-  use diagnosis_whitener, only: whitener_t
+  use inference_whitener, only: whitener_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test

@@ -5,14 +5,14 @@ program test_hypotheses
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, N_BASE, P_BOTH, P_DRIFT, P_SOFT, P_TORSION
-  use diagnosis_calibration, only: calibration_t, find_statistics, statistics_t
-  use diagnosis_design, only: build_design, candidate_t, design_t, is_part_of
-  use diagnosis_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, PRIOR_ONE, PRIOR_TWO
-  use diagnosis_intervals, only: find_support
-  use diagnosis_refit, only: nested_fit_t
-  use diagnosis_rejection, only: name_power
-  use diagnosis_weights, only: cell_weights
-  use measurement_profile, only: interval_t
+  use inference_calibration, only: calibration_t, find_statistics, statistics_t
+  use inference_design, only: build_design, candidate_t, design_t, is_part_of
+  use inference_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, PRIOR_ONE, PRIOR_TWO
+  use inference_intervals, only: find_support
+  use inference_refit, only: nested_fit_t
+  use inference_rejection, only: name_power
+  use inference_weights, only: cell_weights
+  use least_squares_profile, only: interval_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test

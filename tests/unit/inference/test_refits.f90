@@ -8,10 +8,10 @@ program test_refits
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_beam, only: make_beam, E_ONE_WAY, E_SPAN, E_TORSION, N_ALL, N_BASE, P_BOTH, P_ONE_WAY, P_TORSION
-  use diagnosis_decision, only: VERDICT_NAMED
-  use diagnosis_engine, only: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
-  use diagnosis_leaders, only: refit_leaders
-  use diagnosis_refit, only: fit_nested
+  use inference_decision, only: VERDICT_NAMED
+  use inference_engine, only: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
+  use inference_leaders, only: refit_leaders
+  use inference_refit, only: fit_nested
   use snapping_beam, only: snapping_t
   use stubborn_beams, only: curled_t, fickle_t
   use testkit, only: testkit_t

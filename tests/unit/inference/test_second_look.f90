@@ -10,8 +10,8 @@ program test_second_look
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_beam, only: make_beam, E_ONE_WAY, E_TORSION, N_ALL, N_BASE, P_ONE_WAY
-  use diagnosis_decision, only: VERDICT_ADEQUATE, VERDICT_NAMED
-  use diagnosis_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
+  use inference_decision, only: VERDICT_ADEQUATE, VERDICT_NAMED
+  use inference_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use testkit, only: testkit_t
   use turning_error, only: angle_of, error_of, growing_t, turning_t, twisted_t, TRUTH
   implicit none

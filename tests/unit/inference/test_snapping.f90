@@ -8,11 +8,11 @@ program test_snapping
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_beam, only: make_beam, N_ALL, N_BASE, P_ONE_WAY, P_TORSION
-  use diagnosis_intervals, only: find_intervals
-  use diagnosis_refit, only: fit_nested, nested_fit_t
-  use diagnosis_whitener, only: whitener_t
-  use measurement_fit, only: fit_options_t
-  use measurement_profile, only: interval_t
+  use inference_intervals, only: find_intervals
+  use inference_refit, only: fit_nested, nested_fit_t
+  use inference_whitener, only: whitener_t
+  use least_squares_fit, only: fit_options_t
+  use least_squares_profile, only: interval_t
   use snapping_beam, only: snapping_t
   use testkit, only: testkit_t
   implicit none

@@ -4,10 +4,10 @@
 !> three explain everything.
 program test_together
   use base_kinds, only: rp
-  use diagnosis_decision, only: rank_effects
-  use diagnosis_design, only: design_t
-  use diagnosis_hypotheses, only: explained_t, hypotheses_t, IMPOSSIBLE
-  use diagnosis_together, only: find_together
+  use inference_decision, only: rank_effects
+  use inference_design, only: design_t
+  use inference_hypotheses, only: explained_t, hypotheses_t, IMPOSSIBLE
+  use inference_together, only: find_together
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: K = 6, SUM_OF_ALL = 4

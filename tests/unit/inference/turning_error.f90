@@ -3,9 +3,9 @@
 module turning_error
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, P_ONE_WAY
-  use diagnosis_second_look, only: model_error_t
-  use diagnosis_simulator, only: N_SLOTS, slot_of
-  use diagnosis_whitener, only: whitener_t
+  use inference_second_look, only: model_error_t
+  use inference_simulator, only: N_SLOTS, slot_of
+  use inference_whitener, only: whitener_t
   implicit none
   private
   public :: twisted_t, turning_t, growing_t, angle_of, error_of

@@ -2,7 +2,7 @@
 !> Problems of least squares with known answers. Misra1a and MGH09: https://www.itl.nist.gov/div898/strd/nls
 module curve_problems
   use base_kinds, only: rp
-  use measurement_least_squares, only: least_squares_t
+  use least_squares_problem, only: least_squares_t
   implicit none
   private
   public :: linear_t, misra1a_t, mgh09_t, compliance_t, two_wells_t

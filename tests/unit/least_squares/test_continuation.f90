@@ -4,9 +4,9 @@
 program test_continuation
   use base_kinds, only: rp
   use curve_problems, only: two_wells_t
-  use measurement_continuation, only: fit_by_continuation
-  use measurement_fit, only: fit, fit_options_t, fit_report_t
-  use measurement_least_squares, only: unknowns_t
+  use least_squares_continuation, only: fit_by_continuation
+  use least_squares_fit, only: fit, fit_options_t, fit_report_t
+  use least_squares_problem, only: unknowns_t
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: PRIOR = 0.8_rp, PRIOR_SD = 0.5_rp, ERROR = 1.0e-3_rp

@@ -2,10 +2,10 @@
 !> FLUSI's keys without effect here: harmless as they stand in FLUSI files, refused when they ask for
 !> physics that is not built; sections of insects and elastic bodies without effect where no wings are.
 program test_ini_legacy
-  use app_flexible, only: register_flexible_keys
-  use app_flusi_keys, only: register_flusi_legacy
-  use app_keys, only: register_all_keys
   use base_errors, only: message_list_t
+  use flusi_flexible, only: register_flexible_keys
+  use flusi_keys, only: register_all_keys
+  use flusi_legacy_keys, only: register_flusi_legacy
   use fsi_flight_params, only: register_flight_keys
   use io_config, only: config_t
   use io_registry, only: registry_t

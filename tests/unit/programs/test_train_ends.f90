@@ -2,17 +2,17 @@
 !> What is said about ends of a polish: equal ones, higher minima, and others that fit as well; about intervals that are
 !> from some of the loads only; and about an outcome: what does not fit, and what the data do not determine.
 program test_train_ends
-  use app_train_ends, only: end_lines, END_LENGTH
-  use app_train_history, only: train_history_t
-  use app_train_objective, only: candidate_costs_t
-  use app_train_output, only: free_note, outcome_lines
-  use app_train_polish, only: interval_sentence, trained_t
-  use app_train_settings, only: train_settings_t
-  use app_train_space, only: search_space_t
   use base_kinds, only: i8, rp
   use cmaes_box, only: make_box
   use measurement_experiment, only: experiment_t
   use testkit, only: testkit_t
+  use train_output, only: free_note, outcome_lines
+  use train_settings, only: train_settings_t
+  use training_ends, only: end_lines, END_LENGTH
+  use training_history, only: train_history_t
+  use training_objective, only: candidate_costs_t
+  use training_polish, only: interval_sentence, trained_t
+  use training_space, only: search_space_t
   implicit none
   character(7), parameter :: NAMES(2) = [character(7) :: 'E', 'joint:a']
   real(rp), parameter :: BEST(2) = [23.0_rp, -9.0_rp], SD(2) = [0.1_rp, 2.0_rp], CHI2 = 100.0_rp

@@ -2,17 +2,17 @@
 !> Every key of [CMAES] reaches the search: values that no key has by default are read from an ini file, for the wing in
 !> the file that the first argument names.
 program test_train_settings
-  use app_train_keys, only: register_train_keys
-  use app_train_settings, only: load_train_settings, train_settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
+  use common_train_keys, only: register_train_keys
   use io_registry, only: registry_t
   use measurement_data, only: measurement_t
   use measurement_write, only: write_measurement
   use solid_params, only: PARAM_YOUNG
   use testkit, only: testkit_t
+  use train_settings, only: load_train_settings, train_settings_t
   implicit none
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: N = 24

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Units of keys, and the same run described in SI units and without units.
 program test_units
-  use app_settings, only: load_settings, settings_t
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use flusi_settings, only: load_settings, settings_t
   use io_shared_text, only: read_text_file
   use io_units, only: unit_scales_t, unit_value
   use testkit, only: testkit_t

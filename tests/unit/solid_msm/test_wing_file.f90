@@ -20,6 +20,7 @@ program test_wing_file
     call test_valid()
     call test_header()
     call test_z_side()
+    call test_mass()
     call test_points()
     call test_triangles()
     call test_other_files()
@@ -123,6 +124,59 @@ contains
     call w%integer_attribute('/', 'z_side', 1)
     call w%refuse('attribute z_side: is not a text'//VALID)
   end subroutine test_z_side
+
+  !> What a file may state of the mass.
+  subroutine test_mass()
+    character(*), parameter :: LAWS = '; valid: uniform | bilinear'
+    type(wing_t) :: wing, fine
+    call w%sample(PATH)
+    call w%accept('no mass', wing)
+    call w%check('nothing is stated', wing%mass%law == '' .and. .not. wing%mass%vein_density > 0)
+    call sample_with_mass('bilinear')
+    call w%real_attribute('/', 'membrane_weights', [1.75_rp, -147.0_rp, 101.0_rp])
+    call w%accept('a bilinear law', wing)
+    call check_mass(wing)
+    call refine_wing(wing, fine)
+    call check_mass(fine)
+    call sample_with_mass('uniform')
+    call w%accept('a uniform law', wing)
+    call w%check('it is known', wing%mass%law == 'uniform')
+    call sample_with_mass('bilinear')
+    call w%refuse('attribute membrane_weights: missing')
+    call sample_with_mass('conical')
+    call w%refuse('attribute membrane_law: is ''conical'''//LAWS)
+    call sample_with_mass('uniform')
+    call w%delete_attribute('/', 'membrane_law')
+    call w%refuse('attribute membrane_law: missing, although there is membrane_mass'//LAWS)
+    call sample_with_mass('uniform')
+    call w%delete_attribute('/', 'membrane_mass')
+    call w%refuse('attribute membrane_mass: missing or not a real [kg]')
+    call sample_with_mass('uniform')
+    call w%real_attribute('/', 'membrane_mass', [-1.0_rp])
+    call w%refuse('attribute membrane_mass: is -1.0 kg; it must be positive')
+    call sample_with_mass('uniform')
+    call w%delete_attribute('/', 'mass_source')
+    call w%refuse('attribute mass_source: missing')
+    call w%sample(PATH)
+    call w%integer_attribute('/', 'vein_density', 1300)
+    call w%refuse('attribute vein_density: missing or not a real [kg/m^3]')
+  end subroutine test_mass
+
+  subroutine sample_with_mass(law)
+    character(*), intent(in) :: law
+    call w%sample(PATH)
+    call w%text_attribute('/', 'membrane_law', law)
+    call w%real_attribute('/', 'membrane_mass', [8.0e-8_rp])
+    call w%real_attribute('/', 'vein_density', [1250.0_rp])
+    call w%text_attribute('/', 'mass_source', 'a balance')
+  end subroutine sample_with_mass
+
+  subroutine check_mass(wing)
+    type(wing_t), intent(in) :: wing
+    call w%check('law, masses and source are known', wing%mass%law == 'bilinear' .and. wing%mass%source == 'a balance' .and. &
+                 maxval(abs([wing%mass%membrane/8.0e-8_rp - 1, wing%mass%vein_density/1250 - 1, &
+                             wing%mass%weights - [1.75_rp, -147.0_rp, 101.0_rp]])) < 1e-14_rp)
+  end subroutine check_mass
 
   subroutine test_points()
     real(rp) :: points(27)
@@ -260,6 +314,10 @@ contains
     if (t%world%is_root) then
       call w%sample('all.h5')
       call w%text_attribute('/', 'z_side', 'right dorsal')
+      call w%text_attribute('/', 'membrane_law', 'bilinear')
+      call w%real_attribute('/', 'membrane_mass', [8.0e-8_rp])
+      call w%real_attribute('/', 'membrane_weights', [1.75_rp, -147.0_rp, 101.0_rp])
+      call w%text_attribute('/', 'mass_source', 'a balance')
       call w%close()
       call w%sample('bad.h5')
       call w%delete('/root')
@@ -273,6 +331,8 @@ contains
     call t%check('veins', wing%veins(3)%name == 'C' .and. all(wing%veins(3)%nodes == [2, 5, 8]) &
                  .and. abs(wing%veins(3)%diameters(2) - 7e-5_rp) < 1e-18_rp)
     call t%check('the side to which z points', wing%z_side == 'right dorsal')
+    call t%check('the mass', wing%mass%law == 'bilinear' .and. wing%mass%source == 'a balance' .and. &
+                 abs(wing%mass%membrane - 8.0e-8_rp) < 1e-20_rp .and. abs(wing%mass%weights(2) + 147) < 1e-12_rp)
     call t%check('joints and root', all(wing%joints(2)%nodes == [4, 5, 6]) .and. all(wing%root == [1, 4, 7]))
     call load_wing(t%world, 'bad.h5', wing, messages)
     call t%check('all ranks refuse a bad file with the same messages', messages%count() >= 2)

@@ -1,12 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The pencil transform against mathematics: single modes, round trips, the stick table, and the fused
-!> pipeline against the staged one, on slab and pencil process grids.
+!> A transform against mathematics: single modes, round trips, the stick table, and the fused pipeline against the
+!> staged one, on slab and pencil process grids.
+!>
+!> usage: test_transform [builtin|p3dfft]
 program test_transform
   use base_constants, only: TWO_PI
+  use base_errors, only: failure_t
   use base_kinds, only: rp
+  use spectral_backends, only: make_transform
   use spectral_grid, only: grid_t, make_grid
-  use spectral_pencil, only: pencil_t
+  use spectral_sticks, only: kept_columns, process_grid
   use spectral_transform, only: transform_t
+  use test_pick, only: asked_transform
   use test_transform_kernels, only: square_kernels_t
   use testkit, only: testkit_t
   implicit none
@@ -28,11 +33,21 @@ contains
   subroutine check_grid(n, dealias, rows)
     integer, intent(in) :: n(3), rows
     character(*), intent(in) :: dealias
-    type(pencil_t) :: t
+    class(transform_t), allocatable :: t
+    type(failure_t) :: failure
+    type(grid_t) :: grid
     character(60) :: name
+    integer :: grid_rows, columns
+    logical :: possible
 
     write (name, '(3(i0,1x),a,a,i0)') n, dealias, ', rows ', rows
-    call t%init(test%world, make_grid(n, [1.5_rp, 2.0_rp, 2.5_rp]), dealias, rows, 'estimate', 3, 2)
+    grid = make_grid(n, [1.5_rp, 2.0_rp, 2.5_rp])
+    if (asked_transform() == 'p3dfft') then
+      call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
+      if (.not. possible) return
+    end if
+    call make_transform(t, asked_transform(), test%world, grid, dealias, rows, 'estimate', 3, 2, failure)
+    call test%check(trim(name)//': there is such a transform', .not. failure%failed)
     call check_table(t, trim(name))
     call check_modes(t, trim(name))
     call check_pipelines(t, trim(name))
@@ -41,7 +56,7 @@ contains
 
   !> Every retained mode is owned once, and the number of modes is that of a direct count.
   subroutine check_table(t, name)
-    type(pencil_t), intent(in) :: t
+    class(transform_t), intent(in) :: t
     character(*), intent(in) :: name
     real(rp) :: owned(2), k(3)
     integer :: i, jx, jy, jz, n(3), expected
@@ -76,7 +91,7 @@ contains
   !> cos(k.x + phase) for a few retained modes: forward gives exp(i phase)/2 in that mode and nothing
   !> elsewhere; backward of forward gives the field.
   subroutine check_modes(t, name)
-    type(pencil_t), intent(inout) :: t
+    class(transform_t), intent(inout) :: t
     character(*), intent(in) :: name
     complex(rp), allocatable :: spectral(:, :, :)
     real(rp), allocatable :: f(:, :, :, :), back(:, :, :, :)
@@ -123,7 +138,7 @@ contains
 
   !> Fused and staged pipelines agree, and both equal the spectrum of the square.
   subroutine check_pipelines(t, name)
-    type(pencil_t), intent(inout) :: t
+    class(transform_t), intent(inout) :: t
     character(*), intent(in) :: name
     type(square_kernels_t) :: fused, staged
     real(rp) :: scale(1)

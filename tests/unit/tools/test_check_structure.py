@@ -21,19 +21,27 @@ end module base_thing
 """
 
 
-def check(source, name="base_thing.f90"):
-    """(exit code, output) for a tree with this one file."""
+def check(source, name="base_thing.f90", layer="base", tests=()):
+    """(exit code, output) for a tree with this one file, and empty files in tests/unit."""
     with tempfile.TemporaryDirectory() as root:
-        folder = Path(root) / "src" / "base"
+        folder = Path(root) / "src" / layer
         folder.mkdir(parents=True)
         (folder / name).write_text(source)
+        for test in tests:
+            path = Path(root) / "tests" / "unit" / test
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
         done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)
         return done.returncode, done.stdout
 
 
+def module(name):
+    return f"module {name}\nend module {name}\n"
+
+
 class CheckStructure(unittest.TestCase):
-    def assert_found(self, source, where_and_what, name="base_thing.f90"):
-        code, output = check(source, name)
+    def assert_found(self, source, where_and_what, name="base_thing.f90", layer="base", tests=()):
+        code, output = check(source, name, layer, tests)
         self.assertEqual(code, 1, output)
         self.assertIn(where_and_what, output)
         self.assertIn(" 1 problem(s)", output)
@@ -48,6 +56,26 @@ class CheckStructure(unittest.TestCase):
 
     def test_file_and_module_name_differ(self):
         self.assert_found(CLEAN, "other.f90:2: module base_thing in a file called other.f90", "other.f90")
+
+    def test_modules_begin_with_the_prefix_of_their_layer(self):
+        for layer, name in (("io/hdf5", "io_fields"), ("solid_msm/wing", "solid_wing"), ("programs/common", "common_keys"),
+                            ("programs/flusi/output", "flusi_series"), ("programs/msm_train", "train_log"),
+                            ("programs/msm_diagnose", "diagnose_json")):
+            self.assertEqual(check(module(name), f"{name}.f90", layer), (0, "1 files, 0 problem(s)\n"))
+        for folder, layer, name, prefix in (("io/hdf5", "io", "hdf5_fields", "io_"), ("solid_msm", "solid_msm", "msm_wing", "solid_"),
+                                            ("programs/flusi/wing", "flusi", "train_log", "flusi_"),
+                                            ("programs/msm_train", "msm_train", "training_log", "train_")):
+            self.assert_found(module(name), f":1: module {name} in the layer {layer}; names of its modules begin with {prefix}",
+                              f"{name}.f90", folder)
+
+    def test_main_program_needs_no_prefix(self):
+        self.assertEqual(check("program flusi\nend program flusi\n", "flusi.f90", "programs/flusi")[0], 0)
+
+    def test_unit_tests_are_in_folders_of_layers(self):
+        good = ("base/test_thing.f90", "base/CMakeLists.txt", "CMakeLists.txt", "programs/test_x.f90", "tools/test_x.py")
+        self.assertEqual(check(CLEAN, tests=good)[0], 0)
+        self.assert_found(CLEAN, "tests/unit/test_thing.f90:1: unit tests are in the folder", tests=("test_thing.f90",))
+        self.assert_found(CLEAN, "tests/unit/bass:1: there is no layer bass", tests=("bass/test_thing.f90",))
 
     def test_two_modules(self):
         self.assert_found(CLEAN + "module base_thing\nend module base_thing\n", ":12: second module")

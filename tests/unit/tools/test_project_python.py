@@ -34,7 +34,7 @@ class ProjectPython(unittest.TestCase):
     def test_no_packages(self):
         for tool in ("plot_cycle.py", "make_measurement", "import_prepazy.py"):
             done = self.run_tool(tool, "--help")
-            self.check_message(done, "numpy", "h5py", "matplotlib", "scipy")
+            self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
             self.assertTrue(done.stderr.startswith(f"{tool}: "), done.stderr)
 
     def make_own(self, *packages):
@@ -52,7 +52,8 @@ class ProjectPython(unittest.TestCase):
         n_tools = 0
         for tool in sorted(path.name for path in (self.root / "tools").iterdir()):
             text = "" if (self.root / "tools" / tool).is_dir() else (self.root / "tools" / tool).read_text()
-            if tool.startswith("_") or "__main__" not in text or "import numpy" not in text and "_flusi_io" not in text:
+            if tool.startswith("_") or "__main__" not in text or not any(name in text for name in ("import numpy", "_flusi_io",
+                                                                                                   "flusi_msm")):
                 continue
             n_tools += 1
             with self.subTest(tool):
@@ -61,7 +62,7 @@ class ProjectPython(unittest.TestCase):
                                  (7, f"<{self.root}/tools/{tool}><a file><--option>"), done.stderr)
         self.assertGreaterEqual(n_tools, 15)
         done = self.run_tool("plot_cycle.py", FLUSI_MSM_BEGUN_AGAIN="yes")  # once is enough
-        self.check_message(done, "numpy", "h5py", "matplotlib", "scipy")
+        self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
         for words in ["-c", "import _project_python"], ["-"]:  # not a tool
             done = subprocess.run([sys.executable, "-B", "-S", *words], capture_output=True, text=True, timeout=60,
                                   cwd=self.root / "tools", input="import _project_python")
@@ -72,7 +73,7 @@ class ProjectPython(unittest.TestCase):
         for packages in (), ("numpy",), ("scipy",):
             with self.subTest(packages):
                 self.make_own(*packages)
-                self.check_message(self.run_tool("plot_cycle.py"), "numpy", "h5py", "matplotlib", "scipy")
+                self.check_message(self.run_tool("plot_cycle.py"), "numpy", "h5py", "matplotlib", "scipy", "svgelements")
                 shutil.rmtree(self.root / "environment")
                 (self.root / ".venv").unlink()
 
@@ -81,7 +82,7 @@ class ProjectPython(unittest.TestCase):
         own = self.root / ".venv/bin/python"
         done = subprocess.run([own, "-B", self.root / "tools/plot_cycle.py"], capture_output=True, text=True, timeout=60,
                               env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"})
-        self.check_message(done, "numpy", "h5py", "matplotlib", "scipy")
+        self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
 
     def test_without_scipy(self):
         """Pictures do not need it; what does says so."""

@@ -114,6 +114,21 @@ class Quickstart(unittest.TestCase):
         self.assert_exit(done, 2)
         self.assertIn("Missing on this machine: cmake\n", done.stderr)
 
+    def test_mesher(self):
+        """Gmsh comes from PyPI; the libraries that it loads come from the system if they are missing."""
+        shutil.copy(SOURCE / "tools" / "requirements-mesh.txt", self.tree / "tools")
+        self.assert_exit(self.quickstart("mesher"), 0)
+        self.assertEqual(self.calls("apt-get"), [])
+        self.assertIn(f"--requirement {self.tree}/tools/requirements-mesh.txt", self.calls("python")[0])
+        self.stub(self.tree / ".venv" / "bin" / "python", 'case "$*" in *gmsh*) [ "$1" != -c ] || [ -e "$MACHINE/calls.gl" ] || '
+                                                          'exit 1 ;; esac\n')
+        done = self.quickstart("mesher")
+        self.assert_exit(done, 2)
+        self.assertIn("sudo apt-get install libgl1 libglu1-mesa", done.stderr)
+        self.stub(self.bin / "apt-get", RECORD + 'case "$*" in *libglu1-mesa*) > "$MACHINE/calls.gl" ;; esac\n')
+        self.assert_exit(self.quickstart("mesher", UID_IS="0"), 0)
+        self.assertIn("libglu1-mesa", self.calls("apt-get")[-1])
+
     def test_environment_is_made_again_after_a_change_of_requirements(self):
         self.assert_exit(self.quickstart("deps"), 0)
         self.assertEqual(self.calls("python"), [])

@@ -16,10 +16,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
 from synthetic import SOURCE, TOOLS, run_tool  # noqa: E402
 
 sys.path.insert(0, str(TOOLS))
-from _triangulate import Triangulation, in_circle  # noqa: E402
-from _wing_file import Z_SIDES, Wing, read_wing, sorted_wing  # noqa: E402
 from _wing_shape import read_shape, section  # noqa: E402
-from make_wing import make_calliphora, make_plate, make_strip  # noqa: E402
+from flusi_msm.wing.file import Z_SIDES, Wing, read_wing, sorted_wing  # noqa: E402
+from flusi_msm.wing.shapes import make_calliphora, make_plate, make_strip  # noqa: E402
+from flusi_msm.wing.triangulate import Triangulation, in_circle  # noqa: E402
 
 READER = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
 

@@ -2,10 +2,10 @@
 !> Does the tasks of a training, but fails a share of them: those whose input says so; and counts in least squares how many
 !> points that were.
 module failing_runner
-  use app_train_polish, only: crew_problem_t
-  use app_train_task, only: train_runner_t, NOT_SOLVED
   use base_checksum, only: checksum_reals
   use base_kinds, only: i8, rp
+  use training_polish, only: crew_problem_t
+  use training_task, only: train_runner_t, NOT_SOLVED
   implicit none
   private
   public :: counting_problem_t, failing_runner_t, is_to_fail

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> How many candidates a search may still evaluate: with a second stage to come, and with restarts.
 program test_train_budget
-  use app_train_budget, only: budget_t, find_budget
   use base_kinds, only: i8, rp
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
   use testkit, only: testkit_t
+  use training_budget, only: budget_t, find_budget
   implicit none
   integer, parameter :: LAMBDA = 8, GENERATIONS = 10, N = 3
   integer(i8), parameter :: ONE = LAMBDA, RUN = LAMBDA*GENERATIONS

@@ -3,12 +3,6 @@
 !> number of ranks, failed tasks are failed candidates, and a search in which every fifth candidate fails finds the truth, as do
 !> least squares in which every fifth point fails. A batch ends when the time is over, and checkpoints know their readings.
 program test_train_objective
-  use app_train_crew, only: train_crew_t
-  use app_train_history, only: train_history_t
-  use app_train_mark, only: mark_of
-  use app_train_objective, only: candidate_costs_t, train_objective_t
-  use app_train_settings, only: train_settings_t
-  use app_train_task, only: task_input, train_runner_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use base_random, only: random_uniforms
@@ -17,12 +11,12 @@ program test_train_objective
   use cmaes_stop, only: RUNNING
   use failing_runner, only: counting_problem_t, failing_runner_t, is_to_fail
   use io_stop, only: job_limits_t
-  use measurement_continuation, only: fit_by_continuation
+  use least_squares_continuation, only: fit_by_continuation
+  use least_squares_fit, only: fit_options_t, fit_report_t
+  use least_squares_problem, only: unknowns_t
   use measurement_data, only: measurement_t, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_fit, only: fit_options_t, fit_report_t
-  use measurement_least_squares, only: unknowns_t
   use measurement_problem, only: wing_unknowns
   use parallel_world, only: world_t
   use solid_params, only: default_params, solid_params_t
@@ -30,6 +24,12 @@ program test_train_objective
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
+  use training_case, only: training_case_t
+  use training_crew, only: train_crew_t
+  use training_history, only: train_history_t
+  use training_mark, only: mark_of
+  use training_objective, only: candidate_costs_t, train_objective_t
+  use training_task, only: task_input, train_runner_t
   implicit none
   integer, parameter :: N_LOADS = 2, NX = 24, NY = 12, LAMBDA = 9
   integer, parameter :: ONE_OF = 10 ! failing tasks: with two loads every fifth candidate
@@ -219,7 +219,7 @@ contains
 
   !> A checkpoint belongs to one geometry of the scalar readings.
   subroutine test_marks()
-    type(train_settings_t) :: settings
+    type(training_case_t) :: settings
     integer(i8) :: mark
     settings%experiment = experiment
     settings%restarts = 'none'

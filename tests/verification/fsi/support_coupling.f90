@@ -12,6 +12,7 @@ module support_coupling
   use fsi_flight_params, only: flight_params_t
   use fsi_kinematics, only: body_rotation
   use fsi_rotation, only: angle_t
+  use fsi_thin_wings, only: thin_wings_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
   use sample_wings, only: make_fly_wing
@@ -38,10 +39,13 @@ module support_coupling
     real(rp) :: half_thickness = 0.2_rp      !< of the mask, L
     real(rp) :: smoothing = 0.125_rp         !< of the mask, L
     real(rp) :: distance = 0.45_rp           !< at which the flow is looked at, L
+    logical :: is_thin = .false.             !< no thickness: markers in place of the mask
+    real(rp) :: spacing = 2                  !< of the markers, in grid spacings
     type(coupler_params_t) :: params         !< coupling, tolerance, friction, damping
     type(fluid_t) :: fluid
     type(flapping_wings_t) :: wings
     type(coupler_t) :: coupler
+    type(thin_wings_t) :: thin
     type(failure_t) :: failure
   contains
     procedure :: start => flight_start
@@ -65,7 +69,8 @@ contains
     write (line, '(2(a,es24.16))') 'dt_fixed=', self%dt, NL//'[Penalization]'//NL//'eps=', self%c_eta
     call make_fluid(world, box_3d(self%n, BOX)//'[ReynoldsNumber]'//NL//'nu=0.05'//NL// &
                     '[Time]'//NL//'Tmax=1000'//NL//trim(line)//NL//'iPenalization=1'//NL//'iMask=empty'//NL// &
-                    '[InitialCondition]'//NL//'inicond=quiescent'//NL, self%fluid, trials=self%params%needs_trials())
+                    '[InitialCondition]'//NL//'inicond=quiescent'//NL, self%fluid, &
+                    trials=self%params%needs_trials() .and. .not. self%is_thin)
     wing = make_fly_wing(24, 12)
     stiffness = default_params(wing)
     stiffness%young = stiffness%young/self%softness
@@ -80,8 +85,12 @@ contains
     self%params%units = unit_scales_t(length=METRE, time=PERIOD, mass=self%density*METRE**3)
     self%params%distance = self%distance
 
-    flight%half_thickness = self%half_thickness
-    flight%smoothing = self%smoothing
+    flight%thin%is_thin = self%is_thin
+    flight%thin%spacing = self%spacing*BOX/self%n
+    if (.not. self%is_thin) then
+      flight%half_thickness = self%half_thickness
+      flight%smoothing = self%smoothing
+    end if
     flight%body%centre = BOX*[0.5_rp, 0.25_rp, 0.5_rp] + self%shift
     flight%body%rotation = body_rotation(roll=angle_t(value=0.3_rp), pitch=angle_t(value=-0.5_rp), &
                                          yaw=angle_t(value=0.2_rp))
@@ -95,6 +104,9 @@ contains
     call self%wings%init(flight, self%fluid%rhs%params%grid, self%fluid%transform%block)
     call self%coupler%init(world, self%params, self%fluid%rhs%params%grid, self%fluid%transform%block, 0.0_rp, &
                            self%wings)
+    if (.not. self%is_thin) return
+    call self%thin%init(world, self%wings, self%fluid, self%failure)
+    call self%thin%soften(self%params%model%points, self%params%units)
   end subroutine flight_start
 
   !> Steps up to time `t_end` [T], or to the first failure. Collective.
@@ -107,7 +119,7 @@ contains
       call self%fluid%step(request, self%failure, self%wings)
       if (self%failure%failed) return
       call self%coupler%look(self%fluid, self%wings)
-      call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid)
+      call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
       if (self%failure%failed) return
     end do
   end subroutine flight_step

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A fluid with flapping wings from ini text, as the program builds it, and the loads point by point.
 module support_wings
-  use app_settings, only: load_settings, settings_t
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use flusi_settings, only: load_settings, settings_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
   use fsi_wing_loads, only: wing_loads_t
@@ -33,13 +33,17 @@ contains
   end subroutine write_lines
 
   !> What the tests with two small wings share: a rectangle of 0.7 x 0.3 on 4 dx at 1/16 in a box of 2.5 x 2.5 x 1.5.
-  function wings_text() result(text)
-    character(:), allocatable :: text
+  function wings_text(surface) result(text)
+    character(*), intent(in), optional :: surface !< penalized if not given
+    character(:), allocatable :: text, seen
+    seen = 'penalized'
+    if (present(surface)) seen = surface
     text = '[Resolution]'//NL//'nx=40'//NL//'ny=40'//NL//'nz=24'//NL// &
            '[Geometry]'//NL//'xl=2.5'//NL//'yl=2.5'//NL//'zl=1.5'//NL// &
            '[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[InitialCondition]'//NL//'inicond=MeanFlow'//NL// &
            '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=Insect'//NL//'eps=0.01'//NL// &
-           '[Insects]'//NL//'WingShape=from_file::wing.ini'//NL//'wing_edge=0.0625'//NL//'x0=1.25 1.25 0.75'//NL// &
+           '[Insects]'//NL//'surface='//seen//NL//'WingShape=from_file::wing.ini'//NL//'wing_edge=0.0625'//NL// &
+           'x0=1.25 1.25 0.75'//NL// &
            'x_pivot_l=0.0 0.3 0.0'//NL//'x_pivot_r=0.0 -0.3 0.0'//NL
   end function wings_text
 

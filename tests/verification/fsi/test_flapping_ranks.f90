@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Flapping wings across the boundaries of blocks: the same flow and loads on all ranks together, on every process
-!> grid, and on one rank alone; with both time steppers.
+!> grid, and on one rank alone, there with the builtin transform; with both time steppers.
+!>
+!> usage: test_flapping_ranks [builtin|p3dfft]
 program test_flapping_ranks
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t
@@ -9,6 +11,7 @@ program test_flapping_ranks
   use mpi_f08, only: MPI_COMM_SELF
   use parallel_world, only: world_t
   use support_wings, only: make_wings, NL, run_wings, wings_text, write_lines
+  use test_pick, only: asked_transform
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: kit
@@ -49,7 +52,8 @@ contains
     do rows = 1, kit%world%size
       if (mod(kit%world%size, rows) /= 0) cycle
       write (detail, '(a,i0)') '[Resolution]'//NL//'process_rows=', rows
-      call make_wings(kit%world, ini//trim(detail)//NL, together, wings_together)
+      call make_wings(kit%world, ini//trim(detail)//NL//'[Parallel]'//NL//'transform='//asked_transform()//NL, together, &
+                      wings_together)
       call run_wings(together, wings_together)
       associate (b => together%transform%block)
         difference = maxval(abs(together%rhs%fields - &

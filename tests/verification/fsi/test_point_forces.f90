@@ -1,27 +1,32 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Forces at points of the flow and velocities there: the fast sums are the sums over modes that they stand for, one is
 !> the adjoint of the other, the mean flow takes up the total force, and the response is the Green tensor.
+!>
+!> usage: test_point_forces [builtin|p3dfft]
 program test_point_forces
   use base_constants, only: IMAG, TWO_PI
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t
   use fsi_green, only: green_t
   use support_fluid, only: make_fluid, box_3d, box_2d, NL
+  use test_pick, only: asked_transform
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
-  character(*), parameter :: RANDOM = '[InitialCondition]'//NL//'omega1=1'//NL//'inicond=turbulence_rogallo'//NL// &
+  character(:), allocatable :: random
+  character(*), parameter :: RANDOM_FLOW = '[InitialCondition]'//NL//'omega1=1'//NL//'inicond=turbulence_rogallo'//NL// &
                              '[MeanFlow]'//NL//'ux=0'//NL//'[Time]'//NL//'dt_fixed=1e-3'//NL//'Tmax=1'//NL
   !> Barnett et al. give errors of about 1e-6 for this width and oversampling, of the largest value.
   real(rp), parameter :: WINDOW_ERROR = 4.0e-6_rp
   integer, parameter :: N_POINTS = 7
 
   call test%start(parallel=.true.)
-  call check('3-D', box_3d(24, TWO_PI)//RANDOM, is_2d=.false.)
-  call check('3-D, two rows of ranks', box_3d(24, TWO_PI)//RANDOM, is_2d=.false., rows=2)
-  call check('2-D', box_2d(40, TWO_PI)//RANDOM, is_2d=.true.)
-  call check_green('3-D', box_3d(64, TWO_PI)//RANDOM, is_2d=.false.)
-  call check_green('2-D', box_2d(128, TWO_PI)//RANDOM, is_2d=.true.)
+  random = RANDOM_FLOW//'[Parallel]'//NL//'transform='//asked_transform()//NL
+  call check('3-D', box_3d(24, TWO_PI)//random, is_2d=.false.)
+  call check('3-D, two rows of ranks', box_3d(24, TWO_PI)//random, is_2d=.false., rows=2)
+  call check('2-D', box_2d(40, TWO_PI)//random, is_2d=.true.)
+  call check_green('3-D', box_3d(64, TWO_PI)//random, is_2d=.false.)
+  call check_green('2-D', box_2d(128, TWO_PI)//random, is_2d=.true.)
   call test%finish()
 
 contains

@@ -61,7 +61,7 @@ contains
     k = fluid%points%radius
     fluid%rhs%full%rate = max(0.0_rp, COEFFICIENT*k - k**2/REYNOLDS)
     call green%init(k, 1.0_rp, .true.)
-    call response%init(n)
+    call response%init(n, is_2d=.false.)
     call response%build(green, x, has_factor)
     call test%check('the response has a factor', has_factor)
     call fluid%points%place(x)

@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Wings without thickness: what they lose the flow receives, and all ranks know when markers are too close, although
 !> one rank alone owns the wing.
+!>
+!> usage: test_thin_wings [builtin|p3dfft]
 program test_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -9,6 +11,7 @@ program test_thin_wings
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_thin_wings, only: thin_wings_t
   use support_wings, only: make_wings, NL, wings_text, write_lines
+  use test_pick, only: asked_transform
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: kit
@@ -28,9 +31,9 @@ contains
 
   function text() result(ini)
     character(:), allocatable :: ini
-    ini = wings_text()//'surface=thin'//NL//'eta0=-50'//NL//'FlappingMotion_left=from_file::beat.ini'//NL// &
+    ini = wings_text('thin')//'eta0=-50'//NL//'FlappingMotion_left=from_file::beat.ini'//NL// &
           'FlappingMotion_right=from_file::beat.ini'//NL//'[Time]'//NL//'Tmax=1'//NL//'dt_max=0.005'//NL// &
-          '[MeanFlow]'//NL//'ux=0'//NL//'uy=0'//NL//'uz=0'//NL
+          '[MeanFlow]'//NL//'ux=0'//NL//'uy=0'//NL//'uz=0'//NL//'[Parallel]'//NL//'transform='//asked_transform()//NL
   end function text
 
   !> The mean flow is free, and nothing but the wings changes it: V d(mean)/dt is minus the force on them, in every step.

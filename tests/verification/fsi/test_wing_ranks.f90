@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The mask of wings does not depend on how the box is cut: to the bit on any process grid, across the boundaries
 !> of ranks and of the periodic box.
+!>
+!> usage: test_wing_ranks [builtin|p3dfft]
 program test_wing_ranks
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -14,6 +16,7 @@ program test_wing_ranks
   use spectral_grid, only: grid_t, make_grid
   use support_fluid, only: make_fluid, NL
   use support_mask, only: field_t, fields_of, whole_block, pencil_block, turn, same_fields, empty_penalty
+  use test_pick, only: asked_transform
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: POINTS(3) = [40, 48, 36]
@@ -102,7 +105,8 @@ contains
       write (text, '(4(a,i0),3(a,f20.15),a)') '[Resolution]'//NL//'nx=', POINTS(1), NL//'ny=', POINTS(2), NL//'nz=', &
       POINTS(3), NL//'process_rows=', rows, NL//'[Geometry]'//NL//'xl=', BOX(1), NL//'yl=', BOX(2), NL//'zl=', BOX(3), &
         NL//'[Penalization]'//NL//'iPenalization=1'//NL//'iMask=none'//NL//'eps=1.0e-2'//NL//'[ReynoldsNumber]'//NL// &
-        'nu=1.0e-2'//NL//'[Time]'//NL//'Tmax=1'//NL//'[InitialCondition]'//NL//'inicond=quiescent'
+        'nu=1.0e-2'//NL//'[Time]'//NL//'Tmax=1'//NL//'[InitialCondition]'//NL//'inicond=quiescent'//NL//'[Parallel]'// &
+        NL//'transform='//asked_transform()
       call make_fluid(kit%world, trim(text), fluid)
       call mask%init(grid, fluid%rhs%block, 2*DX, DX)
       call mask%draw(wings, fluid%rhs%penalty, failure)

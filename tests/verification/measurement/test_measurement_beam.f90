@@ -6,10 +6,10 @@ program test_measurement_beam
   use base_constants, only: PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use measurement_data, only: measurement_t, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
-  use measurement_fit, only: fit, fit_options_t, fit_report_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
   use measurement_write, only: write_measurement
   use sample_wings, only: make_beam

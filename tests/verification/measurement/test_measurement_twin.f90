@@ -6,15 +6,15 @@ program test_measurement_twin
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use bench_places, only: wing_of_argument
+  use least_squares_fit, only: fit, fit_options_t, fit_report_t
+  use least_squares_posterior, only: find_posterior, posterior_t
+  use least_squares_problem, only: unknowns_t
+  use least_squares_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
-  use measurement_fit, only: fit, fit_options_t, fit_report_t
-  use measurement_least_squares, only: unknowns_t
-  use measurement_posterior, only: find_posterior, posterior_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
-  use measurement_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
   use measurement_write, only: write_measurement
   use solid_params, only: default_params, parameter_t, solid_params_t
   use solid_statics, only: static_options_t

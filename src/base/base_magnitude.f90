@@ -1,0 +1,52 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Doubts about numbers that are orders of magnitude off, as they are where units were mixed up.
+module base_magnitude
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  implicit none
+  private
+  public :: magnitude_doubt
+
+  integer, parameter :: POWERS(6) = [3, 6, 9, -3, -6, -9]
+  character(1), parameter :: PREFIXES(6) = ['k', 'M', 'G', 'm', 'u', 'n']
+
+contains
+
+  !> '' if `value` lies between `least` and `most`, both positive. Otherwise a sentence that tells this range, which is that of
+  !> `whose`, and, if another power of a thousand brings the value into it, with which it lies nearest to the middle.
+  !> All in the same `unit`; without `has_prefixes` there is no name for a thousand of it.
+  pure function magnitude_doubt(value, least, most, unit, whose, has_prefixes) result(text)
+    real(rp), intent(in) :: value, least, most
+    character(*), intent(in) :: unit, whose
+    logical, intent(in) :: has_prefixes
+    character(:), allocatable :: text
+    real(rp) :: off(size(POWERS))
+    integer :: k
+    text = ''
+    if (value >= least .and. value <= most) return
+    text = number_text(value)//' '//unit//' is too '//trim(merge('large', 'small', value > most))//' for '//whose//', which '// &
+           'have '//number_text(least)//' to '//number_text(most)//' '//unit
+    if (.not. value > 0) return
+    off = abs(log10(value) + POWERS - log10(least*most)/2)
+    k = minloc(off, 1)
+    if (off(k) > log10(most/least)/2) return
+    if (has_prefixes) then
+      text = text//'; if it is in '//PREFIXES(k)//unit//', write '//shifted(value, POWERS(k))
+    else
+      text = text//'; is it in another unit? '//shifted(value, POWERS(k))//' would be usual'
+    end if
+  end function magnitude_doubt
+
+  !> The number with another exponent, as a user would write it.
+  pure function shifted(value, power) result(text)
+    real(rp), intent(in) :: value
+    integer, intent(in) :: power
+    character(:), allocatable :: text
+    text = number_text(value)
+    if (scan(text, 'eE') > 0) then
+      text = number_text(value*10.0_rp**power)
+    else
+      text = text//'e'//number_text(power)
+    end if
+  end function shifted
+end module base_magnitude

@@ -1,0 +1,283 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the mesh does to a diagnosis: the baseline is fitted on the wing of the file and on the same wing with a mesh of
+!> half the size, and the difference d between both fits is an error of unknown sign and about this size. Numerical error
+!> is no physics: with these directions in the covariance it is not named. The error is (a + b_l) d in load l, with
+!> a ~ N(0, 1) for all loads, as it is one mesh, and b_l ~ N(0, LOADS_DIFFER^2), as loads may converge at another order.
+!>
+!> Where the diagnosis itself is made on the finer mesh, the error of that mesh is wanted. Richardson's estimate of it from
+!> a difference d between meshes of which one has half the size of the other is d/(2^p - 1), p the order of convergence.
+!> Two meshes do not tell p; nets of springs converge slowly, and p = 1 is taken: the whole d, too much where p is larger.
+!>
+!> What the mesh does depends on the wing. Where a cause is clear, the difference is taken anew with this cause in both
+!> models, as strong as it was found on the mesh of the diagnosis.
+!>
+!> Both fits are rough: what they lack lies along the unknowns of the baseline, which are fitted anew in all that follows.
+module diagnosis_band
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_lapack, only: orthogonalise
+  use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_wing_bins, only: bins_t, make_bins
+  use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
+  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_SOFT
+  use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_wing_task, only: wing_patterns_t
+  use inference_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
+  use inference_second_look, only: model_error_t
+  use inference_whitener, only: whitener_t
+  use least_squares_fit, only: fit_options_t
+  use measurement_experiment, only: experiment_t
+  use parallel_world, only: world_t
+  use solid_params, only: solid_params_t
+  use solid_wing, only: wing_t
+  use solid_wing_refine, only: refine_params, refine_wing
+  implicit none
+  private
+  public :: mesh_band_t
+
+  !> Half of what lies between the errors of first order and those of second, d/(2^p - 1) with p = 1 and 2.
+  real(rp), parameter :: LOADS_DIFFER = 1.0_rp/3
+
+  type, extends(model_error_t) :: mesh_band_t
+    logical :: is_found = .false.
+    integer :: n_points = 0               !< of the finer mesh
+    real(rp) :: rms = 0                   !< [m] of the difference that remains after both fits
+    real(rp) :: snr = 0                   !< that it would mimic
+    real(rp), allocatable :: start(:)     !< (quantities) where the baseline of the diagnosis was fitted roughly
+    type(wing_t), private :: wing
+    type(experiment_t), private :: experiment
+    type(catalogue_t), private :: catalogue
+    type(wing_simulator_t), private :: simulator !< on the mesh that the diagnosis is not made on
+    integer, allocatable, private :: parents(:, :)
+    logical, private :: is_coarser = .false. !< that mesh is the coarser one
+    type(world_t), private :: world
+    type(wing_simulator_t), pointer, private :: own => null() !< of the diagnosis
+    type(fit_options_t), private :: options
+  contains
+    procedure :: init => band_init
+    procedure :: find => band_find
+    procedure :: renew => band_renew
+    procedure :: serve => band_serve
+    procedure :: dismiss => band_dismiss
+    procedure :: free => band_free
+  end type mesh_band_t
+
+contains
+
+  !> Makes the other wing on all ranks. Collective. `failure` says why there is none.
+  subroutine band_init(self, world, s, failure)
+    class(mesh_band_t), intent(inout), target :: self
+    type(world_t), intent(in) :: world
+    class(diagnosis_case_t), intent(in) :: s
+    type(failure_t), intent(out) :: failure
+    type(wing_patterns_t) :: patterns
+    type(bins_t) :: bins
+    type(solid_params_t) :: params
+    type(wing_t) :: fine
+    self%world = world
+    self%options = roughly(s%options%fit)
+    self%is_coarser = s%fits_finer
+    if (self%is_coarser) then
+      self%wing = s%file_wing
+      params = s%file_asked
+      call refine_wing(s%file_wing, fine, self%parents)
+    else
+      call refine_wing(s%setup%wing, self%wing, self%parents)
+      params = refine_params(s%setup%asked)
+    end if
+    self%n_points = size(self%parents, 2)
+    call self%experiment%init(s%measurement, self%wing, params, [integer ::], s%experiment%options, failure, &
+                              s%instrument)
+    if (failure%failed) return
+    call make_bins(self%experiment, s%bins%size, bins)
+    if (bins%n /= s%bins%n) then
+      call failure%raise('the other mesh covers other heights')
+      return
+    end if
+    call make_catalogue(self%experiment, self%wing, s%sought%numbers, s%prior_decades, self%catalogue)
+    allocate (patterns%place(2, 0))
+    call self%simulator%init(world, self%experiment, self%wing, self%catalogue%quantities, self%catalogue%kinds, &
+                             self%catalogue%n_baseline, self%catalogue%effects, bins, patterns)
+    self%simulator%noise = s%noise%model
+    self%simulator%membrane_sd = s%membrane_sd
+  end subroutine band_init
+
+  !> Rank 0: fits both and gives the band to the simulator of the diagnosis. The others are in `serve`.
+  subroutine band_find(self, s, simulator)
+    class(mesh_band_t), intent(inout), target :: self
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout), target :: simulator
+    type(whitener_t), target :: whitener
+    real(rp), allocatable :: coarse(:), fine(:), jacobian(:, :), white(:, :)
+    integer :: n
+    self%own => simulator
+    n = simulator%n_observations
+    allocate (coarse(n), fine(n), jacobian(n, simulator%n_baseline), white(n, 1))
+    if (self%is_coarser) then
+      call fit_both(self, s, self%simulator, simulator, whitener, coarse, fine, jacobian)
+    else
+      call fit_both(self, s, simulator, self%simulator, whitener, coarse, fine, jacobian)
+    end if
+    if (.not. self%is_found) return
+    self%rms = sqrt(sum((fine - coarse)**2)/n)
+    white(:, 1) = fine - coarse
+    call whitener%apply(white)
+    call whitener%apply(jacobian)
+    self%snr = length_beside(white(:, 1), jacobian)
+    call set_band(simulator, fine - coarse)
+  end subroutine band_find
+
+  !> The directions of the error for a difference(n) of both meshes.
+  subroutine set_band(simulator, difference)
+    type(wing_simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: difference(:)
+    real(rp) :: band(size(difference), 0:size(simulator%labels%fold))
+    integer :: l
+    band(:, 0) = difference
+    do l = 1, ubound(band, 2)
+      band(:, l) = merge(LOADS_DIFFER, 0.0_rp, simulator%labels%surface == l)*difference
+    end do
+    call simulator%set_band(band)
+  end subroutine set_band
+
+  !> Takes the difference of both meshes at q. On rank 0, within `run_diagnosis`; the others are in `serve`.
+  subroutine band_renew(self, whitener, q)
+    class(mesh_band_t), intent(inout) :: self
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: q(:)
+    type(nested_fit_t) :: fitted
+    integer :: i, more
+    logical :: is_valid
+    real(rp), allocatable :: on_other(:)
+    real(rp) :: own(whitener%n), other(whitener%n), nothing(whitener%n, 0)
+    if (.not. self%is_found) return
+    call find_on_other(self, q, on_other)
+    if (.not. allocated(on_other)) return
+    call self%own%evaluate(q, [integer ::], own, nothing, is_valid)
+    if (.not. is_valid) return
+    call self%own%dismiss()
+    more = self%world%max_integer(1)
+    call self%simulator%begin_like(self%own, self%parents)
+    call fit_nested(self%simulator, whitener, [(i, i=1, self%own%n_baseline)], on_other, self%options, fitted)
+    is_valid = fitted%is_found
+    if (is_valid) call self%simulator%evaluate(fitted%q, [integer ::], other, nothing, is_valid)
+    call self%simulator%dismiss()
+    if (is_valid) call set_band(self%own, other - own)
+  end subroutine band_renew
+
+  !> Quantities of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
+  !> place stands for a piece of vein as long as its edges are: what counts is by how much it turns more, and a piece of
+  !> half the length is twice as stiff.
+  subroutine find_on_other(self, q, on_other)
+    class(mesh_band_t), intent(in) :: self
+    real(rp), intent(in) :: q(:)
+    real(rp), allocatable, intent(out) :: on_other(:)
+    real(rp), allocatable :: values(:)
+    real(rp) :: change
+    integer :: i, j, b
+    b = self%own%n_baseline
+    values = self%simulator%null_point()
+    values(:b) = q(:b)
+    associate (kinds => self%own%runner%quantities, others => self%simulator%runner%quantities)
+      do i = b + 1, size(q)
+        change = q(i) - self%own%quantities(i)%null
+        if (.not. abs(change) > 0) cycle
+        j = find_same(kinds(i), others)
+        if (j == 0) return
+        if (kinds(i)%kind == KIND_SOFT) change = -log(1 + (exp(-change) - 1)*merge(0.5_rp, 2.0_rp, self%is_coarser))
+        values(j) = values(j) + change
+      end do
+    end associate
+    if (all(abs(values) < huge(1.0_rp))) call move_alloc(values, on_other)
+  end subroutine find_on_other
+
+  !> The place of a quantity among those of another mesh; 0: nowhere.
+  pure integer function find_same(one, others) result(j)
+    type(wing_quantity_t), intent(in) :: one, others(:)
+    real(rp), parameter :: NEAR = 0.05_rp ! of a vein, where the coarser mesh has no hinge at the place
+    do j = 1, size(others)
+      if (others(j)%kind /= one%kind) cycle
+      select case (one%kind)
+      case (KIND_SOFT)
+        if (others(j)%vein == one%vein .and. abs(others(j)%share - one%share) < NEAR) exit
+      case (KIND_DAMAGE)
+        if (all(abs(others(j)%disc - one%disc) <= 1.0e-6_rp*one%disc(3))) exit
+      case default
+        if (others(j)%number == one%number) exit
+      end select
+    end do
+    if (j > size(others)) j = 0
+  end function find_same
+
+  !> Fits the coarser wing, then, from there and with the same weights, the finer one: residuals(n) of both, derivatives of
+  !> the first, and where the diagnosis begins. Everyone who serves is dismissed in this order.
+  subroutine fit_both(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
+    class(mesh_band_t), intent(inout) :: self
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout), target :: coarse, fine
+    type(whitener_t), intent(inout), target :: whitener
+    real(rp), intent(out) :: r_coarse(:), r_fine(:), jacobian(:, :)
+    type(nested_fit_t) :: one, two
+    type(failure_t) :: failure
+    integer :: i
+    real(rp) :: nothing(size(r_fine), 0), q(size(fine%quantities))
+    call whitener%init(coarse, [(i, i=1, coarse%n_observations)], failure)
+    if (.not. failure%failed) call fit_roughly(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
+    self%is_found = .not. failure%failed
+    if (self%is_found) call coarse%evaluate(one%q, one%active, r_coarse, jacobian, self%is_found)
+    call coarse%dismiss()
+    if (self%is_found) then
+      call fine%begin_like(coarse, self%parents)
+      q = fine%null_point()
+      q(one%active) = one%q(one%active) ! further quantities are those of the catalogue, at their null
+      call fit_nested(fine, whitener, one%active, q, roughly(s%options%fit), two)
+      self%is_found = two%is_found
+    end if
+    if (self%is_found) call fine%evaluate(two%q, [integer ::], r_fine, nothing, self%is_found)
+    call fine%dismiss()
+    if (.not. self%is_found) return
+    if (self%is_coarser) self%start = two%q
+    if (.not. self%is_coarser) self%start = one%q
+  end subroutine fit_both
+
+  !> Length of a without what the columns of j can imitate.
+  real(rp) function length_beside(a, j) result(length)
+    real(rp), intent(in) :: a(:), j(:, :)
+    real(rp), allocatable :: q(:, :), r(:, :)
+    call orthogonalise(j, q, r)
+    length = norm2(a - matmul(q, matmul(a, q)))
+  end function length_beside
+
+  !> The counterpart of `find`, of the diagnosis and of `renew` on the other ranks, until `dismiss`.
+  subroutine band_serve(self, simulator)
+    class(mesh_band_t), intent(inout) :: self
+    type(wing_simulator_t), intent(inout) :: simulator
+    if (self%is_coarser) then
+      call self%simulator%serve()
+      call simulator%serve()
+    else
+      call simulator%serve()
+      call self%simulator%serve()
+    end if
+    do
+      call simulator%serve()
+      if (self%world%max_integer(0) == 0) exit
+      call self%simulator%serve()
+    end do
+  end subroutine band_serve
+
+  !> Ends `serve`. On rank 0.
+  subroutine band_dismiss(self, simulator)
+    class(mesh_band_t), intent(in) :: self
+    type(wing_simulator_t), intent(inout) :: simulator
+    integer :: none
+    call simulator%dismiss()
+    none = self%world%max_integer(0)
+  end subroutine band_dismiss
+
+  !> Releases everything.
+  subroutine band_free(self)
+    class(mesh_band_t), intent(inout) :: self
+    call self%simulator%free()
+  end subroutine band_free
+end module diagnosis_band

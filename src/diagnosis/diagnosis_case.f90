@@ -1,0 +1,39 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One diagnosis as its algorithms see it: the wing, the experiment, what may be wrong with the model, and the choices of
+!> the statistics. SI units.
+module diagnosis_case
+  use base_kinds, only: rp
+  use diagnosis_noise, only: noise_estimate_t
+  use diagnosis_wing_bins, only: bins_t
+  use diagnosis_wing_catalogue, only: catalogue_t
+  use diagnosis_wing_task, only: wing_patterns_t
+  use inference_engine, only: diagnosis_options_t
+  use measurement_data, only: measurement_t
+  use measurement_experiment, only: experiment_t
+  use measurement_instrument, only: instrument_t
+  use measurement_sought, only: sought_t
+  use solid_params, only: solid_params_t
+  use solid_wing, only: wing_t
+  use solid_wing_case, only: wing_case_t
+  implicit none
+  private
+  public :: diagnosis_case_t
+
+  type :: diagnosis_case_t
+    type(wing_case_t) :: setup
+    type(sought_t) :: sought                !< of the baseline
+    type(instrument_t) :: instrument
+    real(rp) :: prior_decades = 1           !< sd of the prior about the values of [Wing]
+    real(rp) :: membrane_sd = 0             !< of log D
+    type(measurement_t) :: measurement
+    type(experiment_t) :: experiment        !< without unknowns of its own
+    type(catalogue_t) :: catalogue
+    type(wing_patterns_t) :: patterns
+    type(bins_t) :: bins
+    type(noise_estimate_t) :: noise
+    type(diagnosis_options_t) :: options
+    logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
+    type(wing_t) :: file_wing               !< as in the file and the input, where `setup` has the finer one
+    type(solid_params_t) :: file_asked
+  end type diagnosis_case_t
+end module diagnosis_case

@@ -1,0 +1,123 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the loads of a measurement, or of a plan without heights, could show, before anything is fitted: the smallest
+!> strength of every effect, and which further load would lower it most. From tangents at the wing as [Wing] has it, with
+!> errors as declared.
+module diagnosis_detectability
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_places, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
+  use diagnosis_wing_simulator, only: wing_simulator_t
+  use inference_calibration, only: calibration_t, find_detectable
+  use inference_calibration_store, only: calibrate, calibration_store_t
+  use inference_decision, only: LEVEL
+  use inference_design, only: build_design, design_t
+  implicit none
+  private
+  public :: detectability_t, helpful_t, find_detectability, find_best
+
+  !> The load that would lower the smallest strength of an effect most.
+  type :: helpful_t
+    logical :: is_found = .false.
+    real(rp) :: place(2) = 0, force = 0     !< [m], [N] upwards
+    real(rp) :: strength = 0                !< in the coordinate of the parameter
+    integer :: quantity = 0                 !< the parameter
+  end type helpful_t
+
+  type :: detectability_t
+    type(design_t) :: design
+    real(rp), allocatable :: snr(:)         !< (effects) that would show with a probability of 90 %
+    type(helpful_t), allocatable :: helpful(:) !< (effects)
+    logical :: has_loads = .false.          !< loads at new places could be tried
+  end type detectability_t
+
+contains
+
+  !> On rank 0; the others serve. `store` keeps what is drawn.
+  subroutine find_detectability(s, simulator, found, failure, store)
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(detectability_t), intent(out) :: found
+    type(failure_t), intent(out) :: failure
+    class(calibration_store_t), intent(inout), optional :: store
+    type(calibration_t) :: calibration
+    call build_design(simulator, simulator%null_point(), found%design, failure)
+    if (failure%failed) return
+    call calibrate(found%design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed, calibration, store)
+    call find_detectable(found%design, calibration, size(s%catalogue%effects), LEVEL, found%snr)
+    call find_helpful(s, simulator, found)
+  end subroutine find_detectability
+
+  !> For each effect the load at a new place that would lower this strength most.
+  subroutine find_helpful(s, simulator, found)
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(detectability_t), intent(inout) :: found
+    type(new_load_t), allocatable :: loads(:)
+    real(rp), allocatable :: normal(:, :), lengths(:), shared_sd(:)
+    integer, allocatable :: columns(:), effects(:), both(:), shared(:)
+    real(rp) :: strength
+    integer :: e, i, k, n, best(2)
+    logical :: ok
+    allocate (found%helpful(size(s%catalogue%effects)))
+    call shared_columns(s, shared, shared_sd)
+    columns = [(i, i=1, simulator%n_baseline), shared]
+    n = size(columns)
+    allocate (effects(0))
+    do e = 1, size(s%catalogue%effects)
+      if (.not. s%catalogue%effects(e)%is_testable()) cycle
+      call find_best(s, found%design, e, found%snr(e), best, strength)
+      if (best(1) == 0) cycle
+      effects = [effects, e]
+      columns = [columns, found%design%candidates(best(1))%columns(best(2))]
+    end do
+    allocate (normal(size(columns), size(columns)))
+    call normal_matrix(simulator, simulator%null_point(), columns, shared_sd, normal, ok)
+    if (.not. ok) return
+    call try_loads(s, simulator, simulator%null_point(), columns, loads)
+    found%has_loads = size(loads) > 0
+    if (.not. found%has_loads) return
+    allocate (lengths(size(loads)))
+    do i = 1, size(effects)
+      both = [(k, k=1, n), n + i]
+      do k = 1, size(loads)
+        lengths(k) = separation(normal(both, both) + loads(k)%normal(both, both), [1.0_rp])
+      end do
+      k = maxloc(lengths, 1)
+      associate (load => loads(k))
+        if (.not. lengths(k) > 0) cycle
+        strength = found%snr(effects(i))/lengths(k)
+        found%helpful(effects(i)) = helpful_t(.true., load%place, load%force*sign(1.0_rp, load%direction(3)), strength, &
+                                              columns(n + i))
+      end associate
+    end do
+  end subroutine find_helpful
+
+  !> The candidate of effect e and the number of its parameter that shows from the smallest share of the prior's sd,
+  !> `least`; 0 if none does.
+  subroutine find_best(s, design, e, snr, best, least)
+    class(diagnosis_case_t), intent(in) :: s
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: e
+    real(rp), intent(in) :: snr
+    integer, intent(out) :: best(2)
+    real(rp), intent(out) :: least
+    real(rp) :: strength, length
+    integer :: c, i
+    least = huge(least)
+    best = 0
+    do c = 1, size(design%candidates)
+      associate (one => design%candidates(c))
+        if (one%effect /= e .or. one%df == 0) cycle
+        do i = 1, size(one%columns)
+          length = norm2(one%tangents(:, i))
+          if (.not. length > 0) cycle
+          strength = snr/length/s%catalogue%quantities(one%columns(i))%prior_sd
+          if (.not. strength < least) cycle
+          least = strength
+          best = [c, i]
+        end do
+      end associate
+    end do
+  end subroutine find_best
+end module diagnosis_detectability

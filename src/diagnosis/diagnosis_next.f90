@@ -1,0 +1,216 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Which measurement tells the possible causes apart best (Atkinson and Fedorov 1975, DOI 10.1093/biomet/62.1.57: the
+!> design that maximises the sum of squares by which rival models must differ).
+!>
+!> The rivals of the first cause are all that may be in its stead: each candidate of another effect, at each of its places,
+!> also where the baseline imitates it, as another load may show it. What baseline and rival together cannot imitate of the
+!> cause, at the strength that its score has, is its separation from this rival: the square root of a sum of squares, to which
+!> a load that is repeated adds its share once more, and a load at a new place what it says about all of them. A load is as
+!> good as it separates the rival that is then the nearest. Tangents are those at the baseline.
+module diagnosis_next
+  use base_kinds, only: rp
+  use base_sort, only: key_of_real, sorting_order
+  use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_places, only: new_load_t, normal_matrix, separation, shared_columns, trial_t
+  use diagnosis_wing_simulator, only: wing_simulator_t
+  use inference_engine, only: diagnosis_t
+  implicit none
+  private
+  public :: next_t, rank_loads
+
+  integer, parameter :: MOST_PLACES = 10
+
+  !> The ranking; empty without a cause and rivals.
+  type :: next_t
+    integer :: cause = 0                     !< the candidate
+    integer, allocatable :: rivals(:)        !< candidates, the nearest first
+    real(rp), allocatable :: now(:)          !< sd between the cause and each of these
+    real(rp), allocatable :: after(:)        !< (loads) sd to the nearest with this load once more
+    integer, allocatable :: order(:)         !< loads, the best first
+    type(new_load_t), allocatable :: places(:) !< loads at new places, the best first
+  end type next_t
+
+  type :: places_t
+    integer, allocatable :: list(:)
+  end type places_t
+
+  !> What normal matrices say about a cause and its rivals.
+  type :: duel_t
+    integer, allocatable :: columns(:)       !< quantities of the baseline, what all loads share, of the cause, of rivals
+    integer :: n_shared = 0, n_cause = 0
+    type(places_t), allocatable :: places(:) !< of each rival in `columns`, without what it shares with the cause
+    real(rp), allocatable :: strength(:)     !< of the cause
+    real(rp), allocatable :: normal(:, :)    !< of the loads that have been applied
+    real(rp), allocatable :: white(:, :)     !< (observations, columns) their whitened tangents
+    real(rp), allocatable :: now(:)          !< separation from each rival
+  contains
+    procedure :: init => duel_init
+    procedure :: block => duel_block
+    procedure :: needed => duel_needed
+    procedure :: separation => duel_separation
+  end type duel_t
+
+contains
+
+  !> Ranks the loads of the measurement, and loads at new places. On rank 0; the others serve.
+  subroutine rank_loads(s, simulator, d, next)
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    type(next_t), intent(out) :: next
+    type(duel_t) :: duel
+    integer, allocatable :: order(:), rows(:)
+    integer :: c, l
+    logical :: ok
+    allocate (next%rivals(0), next%now(0), next%after(0), next%order(0), next%places(0))
+    if (size(d%decision%causes) == 0) return
+    next%cause = d%decision%causes(1)
+    associate (candidates => d%design%candidates)
+      next%rivals = pack([(c, c=1, size(candidates))], candidates%effect /= candidates(next%cause)%effect)
+    end associate
+    call duel%init(s, simulator, d, next, ok)
+    if (.not. ok) next%rivals = [integer ::]
+    if (size(next%rivals) == 0) return
+    do l = 1, size(simulator%labels%fold)
+      rows = pack([(c, c=1, simulator%n_observations)], simulator%labels%surface == l)
+      associate (white => duel%white(rows, :))
+        next%after = [next%after, duel%separation([(c, c=1, size(next%rivals))], matmul(transpose(white), white))]
+      end associate
+    end do
+    next%order = sorting_order(key_of_real(-next%after))
+    call rank_places(s, simulator, d, duel, next)
+    order = sorting_order(key_of_real(duel%now))
+    next%rivals = next%rivals(order)
+    next%now = duel%now(order)
+  end subroutine rank_loads
+
+  !> Rivals at all of their places are hundreds: all loads are tried against each effect where it comes nearest now, which
+  !> is an upper bound, and those with the largest bounds against all, until none that is left can be better or
+  !> 3 MOST_PLACES have been tried.
+  subroutine rank_places(s, simulator, d, duel, next)
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(in) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    type(duel_t), intent(in) :: duel
+    type(next_t), intent(inout) :: next
+    type(trial_t) :: trial
+    type(new_load_t) :: one
+    integer, allocatable :: few(:), numbers(:), order(:)
+    real(rp), allocatable :: bounds(:)
+    integer :: l, i, tried
+    logical :: ok
+    few = nearest_of_each(d%design%candidates(next%rivals)%effect, duel%now)
+    allocate (numbers(0), bounds(0))
+    call trial%begin(s, d%baseline%q)
+    do l = 1, trial%n
+      call trial%apply(simulator, l, duel%columns(duel%needed(few)), one, ok)
+      if (.not. ok) cycle
+      numbers = [numbers, l]
+      bounds = [bounds, duel%separation(few, one%normal)]
+    end do
+    order = sorting_order(key_of_real(-bounds))
+    tried = 0
+    do i = 1, size(order)
+      if (tried >= MOST_PLACES) then
+        if (maxval(next%places%after) >= bounds(order(i)) .or. tried >= 3*MOST_PLACES) exit
+      end if
+      call trial%apply(simulator, numbers(order(i)), duel%columns, one, ok)
+      tried = tried + 1
+      if (.not. ok) cycle
+      one%after = duel%separation([(l, l=1, size(next%rivals))], one%normal)
+      next%places = [next%places, one]
+    end do
+    call trial%end()
+    order = sorting_order(key_of_real(-next%places%after))
+    next%places = next%places(order(:min(MOST_PLACES, size(order))))
+  end subroutine rank_places
+
+  !> Of every effect the place at which it comes nearest, of `now`(:).
+  pure function nearest_of_each(effects, now) result(few)
+    integer, intent(in) :: effects(:)
+    real(rp), intent(in) :: now(:)
+    integer, allocatable :: few(:)
+    integer :: e
+    few = [(minloc(now, 1, mask=effects == e), e=1, maxval(effects))]
+    few = pack(few, few > 0)
+  end function nearest_of_each
+
+  !> All rivals against the cause, with the loads that have been applied.
+  subroutine duel_init(self, s, simulator, d, next, ok)
+    class(duel_t), intent(inout) :: self
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    type(next_t), intent(in) :: next
+    logical, intent(out) :: ok
+    integer, allocatable :: shared(:)
+    real(rp), allocatable :: shared_sd(:)
+    integer :: r, i
+    call shared_columns(s, shared, shared_sd)
+    associate (candidates => d%design%candidates, cause => d%design%candidates(next%cause)%columns)
+      self%columns = [d%baseline%active, shared, cause]
+      self%n_shared = size(d%baseline%active) + size(shared)
+      self%n_cause = size(cause)
+      allocate (self%places(size(next%rivals)), self%now(size(next%rivals)))
+      do r = 1, size(next%rivals)
+        allocate (self%places(r)%list(0))
+        associate (parameters => candidates(next%rivals(r))%columns)
+          do i = 1, size(parameters)
+            if (any(cause == parameters(i))) cycle
+            if (all(self%columns(self%n_shared + 1:) /= parameters(i))) self%columns = [self%columns, parameters(i)]
+            self%places(r)%list = [self%places(r)%list, &
+                                   self%n_shared + findloc(self%columns(self%n_shared + 1:), parameters(i), 1)]
+          end do
+        end associate
+      end do
+      self%strength = -matmul(candidates(next%cause)%solve, matmul(d%z, candidates(next%cause)%basis))
+    end associate
+    allocate (self%normal(size(self%columns), size(self%columns)))
+    call normal_matrix(simulator, d%baseline%q, self%columns, shared_sd, self%normal, ok, self%white)
+    if (.not. ok) return
+    do r = 1, size(next%rivals)
+      self%now(r) = separation(self%normal(self%block(r), self%block(r)), self%strength)
+    end do
+  end subroutine duel_init
+
+  !> Places in `columns` of what is fitted beside the cause where rival r is in its stead, then those of the cause.
+  pure function duel_block(self, r) result(block)
+    class(duel_t), intent(in) :: self
+    integer, intent(in) :: r
+    integer, allocatable :: block(:)
+    integer :: i
+    block = [[(i, i=1, self%n_shared)], self%places(r)%list, [(i, i=self%n_shared + 1, self%n_shared + self%n_cause)]]
+  end function duel_block
+
+  !> Places in `columns` that these rivals need.
+  pure function duel_needed(self, rivals) result(needed)
+    class(duel_t), intent(in) :: self
+    integer, intent(in) :: rivals(:)
+    integer, allocatable :: needed(:)
+    logical :: is_needed(size(self%columns))
+    integer :: r
+    is_needed = .false.
+    do r = 1, size(rivals)
+      is_needed(self%block(rivals(r))) = .true.
+    end do
+    needed = pack([(r, r=1, size(is_needed))], is_needed)
+  end function duel_needed
+
+  !> Least separation of these rivals with a further load, of which `normal` is the normal matrix of the columns that they
+  !> need.
+  real(rp) function duel_separation(self, rivals, normal) result(least)
+    class(duel_t), intent(in) :: self
+    integer, intent(in) :: rivals(:)
+    real(rp), intent(in) :: normal(:, :)
+    integer :: place(size(self%columns)), i, r
+    place = 0
+    place(self%needed(rivals)) = [(i, i=1, size(normal, 1))]
+    least = huge(least)
+    do i = 1, size(rivals)
+      r = rivals(i)
+      associate (block => self%block(r))
+        least = min(least, separation(self%normal(block, block) + normal(place(block), place(block)), self%strength))
+      end associate
+    end do
+  end function duel_separation
+end module diagnosis_next

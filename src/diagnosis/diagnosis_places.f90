@@ -1,0 +1,295 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Loads that nobody has applied yet: what each would say about the unknowns of a diagnosis, as the whitened normal
+!> matrix of its tangents, at places all over the wing, up and down.
+!>
+!> At a place at the distance r from the root the force is that of the nearest load that was applied, at r0, times r0/r:
+!> the moment at the root is one that the wing has borne. The scan is that of this load.
+!>
+!> What all loads share, the gain of forces and D, known by their sd, are columns behind those of the baseline.
+module diagnosis_places
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_lapack, only: factorise, solve_lower
+  use base_text, only: number_text
+  use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, make_bins
+  use diagnosis_wing_lattice, only: lattice
+  use diagnosis_wing_quantities, only: make_setup, quantity_tangent, setup_coordinates, setup_t, wing_quantity_t, &
+                                       KIND_INSTRUMENT, KIND_PARAMETER
+  use diagnosis_wing_simulator, only: wing_simulator_t, N_COMMON_NUISANCES
+  use inference_whitener, only: whitener_t
+  use measurement_data, only: measured_load_t, measurement_t, observation_t
+  use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
+  use measurement_experiment, only: experiment_t
+  use measurement_instrument, only: FORCE_GAIN
+  use measurement_simulation, only: N_NUISANCES
+  use solid_params, only: PARAM_PLATE
+  implicit none
+  private
+  public :: new_load_t, trial_t, shared_columns, try_loads, normal_matrix, separation
+
+  real(rp), parameter :: SPACING = 0.15_rp, NEAR_ROOT = 0.2_rp !< of the wing's size
+
+  type :: new_load_t
+    integer :: number = 0                    !< of the trial
+    real(rp) :: place(2) = 0                 !< [m]
+    real(rp) :: force = 0                    !< [N]
+    real(rp) :: direction(3) = 0
+    real(rp), allocatable :: normal(:, :)    !< (columns, columns)
+    real(rp) :: after = 0                    !< sd between rivals with this load too
+  end type new_load_t
+
+  !> A wing to which new loads are applied.
+  type :: trial_t
+    integer :: n = 0 !< loads
+    type(measurement_t), private :: m
+    type(bins_t), private :: bins
+    type(setup_t), private :: setup
+    type(evaluation_work_t), private :: work
+    type(wing_quantity_t), allocatable, private :: kinds(:)
+    real(rp), allocatable, private :: q(:)
+  contains
+    procedure :: begin => trial_begin
+    procedure :: apply => trial_apply
+    procedure :: end => trial_end
+  end type trial_t
+
+contains
+
+  !> The loads that the wing at q carries without a snap, with their normal matrices of the quantities `columns`. On
+  !> rank 0 alone.
+  subroutine try_loads(s, simulator, q, columns, loads)
+    class(diagnosis_case_t), intent(in) :: s
+    type(wing_simulator_t), intent(in) :: simulator
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    type(new_load_t), allocatable, intent(out) :: loads(:)
+    type(trial_t) :: trial
+    type(new_load_t) :: one
+    integer :: l
+    logical :: ok
+    allocate (loads(0))
+    call trial%begin(s, q)
+    do l = 1, trial%n
+      call trial%apply(simulator, l, columns, one, ok)
+      if (ok) loads = [loads, one]
+    end do
+    call trial%end()
+  end subroutine try_loads
+
+  !> Makes the wing at q ready for the new loads, of which there are `n`, perhaps none. On rank 0 alone.
+  subroutine trial_begin(self, s, q)
+    class(trial_t), intent(inout) :: self
+    class(diagnosis_case_t), intent(in) :: s
+    real(rp), intent(in) :: q(:)
+    type(experiment_t) :: experiment
+    type(failure_t) :: failure
+    self%n = 0
+    call empty_measurement(s, self%m)
+    if (size(self%m%loads) == 0) return
+    call experiment%init(self%m, s%setup%wing, s%experiment%model%params, [integer ::], s%experiment%options, failure, &
+                         s%instrument, masses=s%experiment%masses)
+    if (failure%failed) return
+    call make_bins(experiment, s%bins%size, self%bins)
+    call make_setup(experiment, s%setup%wing, s%catalogue%kinds, q, self%setup)
+    call self%work%init(self%setup%experiment)
+    self%kinds = s%catalogue%kinds
+    self%q = q
+    self%n = size(self%m%loads)
+  end subroutine trial_begin
+
+  !> Applies load l: `one` with the normal matrix of the quantities `columns`. Not `ok` if the wing does not carry it.
+  subroutine trial_apply(self, simulator, l, columns, one, ok)
+    class(trial_t), intent(inout) :: self
+    type(wing_simulator_t), intent(in) :: simulator
+    integer, intent(in) :: l, columns(:)
+    type(new_load_t), intent(out) :: one
+    logical, intent(out) :: ok
+    one%number = l
+    one%place = self%m%loads(l)%point
+    one%force = self%m%loads(l)%force
+    one%direction = self%m%loads(l)%direction
+    call find_normal(self%kinds, simulator, self%setup, self%work, self%bins, self%q, columns, l, one%normal, ok)
+  end subroutine trial_apply
+
+  subroutine trial_end(self)
+    class(trial_t), intent(inout) :: self
+    if (self%n > 0) call self%work%free()
+    self%n = 0
+  end subroutine trial_end
+
+  !> The measurement that would have all new loads.
+  subroutine empty_measurement(s, m)
+    class(diagnosis_case_t), intent(in) :: s
+    type(measurement_t), intent(out) :: m
+    type(measured_load_t), allocatable :: loads(:)
+    type(observation_t), allocatable :: observations(:)
+    real(rp), allocatable :: places(:, :)
+    real(rp) :: radius
+    integer :: i, k, sign_of_it, nearest, n, n_seen
+    m = s%measurement
+    call lattice(s%setup%wing, s%experiment%model%size, SPACING, places)
+    allocate (loads(2*size(places, 2)), observations(2*size(places, 2)*size(m%observations)))
+    n = 0
+    n_seen = 0
+    do i = 1, size(places, 2)
+      radius = norm2(places(:, i) - s%experiment%root(:2))
+      nearest = nearest_load(m, places(:, i))
+      if (nearest == 0 .or. radius < NEAR_ROOT*s%experiment%model%size) cycle
+      do sign_of_it = 1, -1, -2
+        n = n + 1
+        loads(n) = m%loads(nearest)
+        loads(n)%name = 'new'//number_text(n)
+        loads(n)%point = places(:, i)
+        loads(n)%direction = sign_of_it*m%loads(nearest)%direction
+        loads(n)%force = m%loads(nearest)%force*norm2(m%loads(nearest)%point - s%experiment%root(:2))/radius
+        if (loads(n)%order > 0) loads(n)%order = maxval(m%loads%order) + 1
+        do k = 1, size(m%observations)
+          if (m%observations(k)%load /= nearest) cycle
+          n_seen = n_seen + 1
+          observations(n_seen) = m%observations(k)
+          observations(n_seen)%load = n
+        end do
+      end do
+    end do
+    m%loads = loads(:n)
+    m%observations = observations(:n_seen)
+  end subroutine empty_measurement
+
+  !> The strongest of the loads nearest to a place; 0 if none pushes.
+  pure integer function nearest_load(m, place) result(nearest)
+    type(measurement_t), intent(in) :: m
+    real(rp), intent(in) :: place(2)
+    real(rp) :: distance, least
+    integer :: l
+    nearest = 0
+    least = huge(least)
+    do l = 1, size(m%loads)
+      if (.not. m%loads(l)%force > 0) cycle
+      distance = norm2(m%loads(l)%point - place)
+      if (nearest > 0) then
+        if (distance > least .or. .not. (distance < least .or. m%loads(l)%force > m%loads(nearest)%force)) cycle
+      end if
+      nearest = l
+      least = distance
+    end do
+  end function nearest_load
+
+  !> The normal matrix of load l; not `ok` if it has no shape, or only one behind a snap.
+  subroutine find_normal(kinds, simulator, setup, work, bins, q, columns, l, normal, ok)
+    type(wing_quantity_t), intent(in) :: kinds(:)
+    type(wing_simulator_t), intent(in) :: simulator
+    type(setup_t), intent(in) :: setup
+    type(evaluation_work_t), intent(inout) :: work
+    type(bins_t), intent(in) :: bins
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:), l
+    real(rp), allocatable, intent(out) :: normal(:, :)
+    logical, intent(out) :: ok
+    type(evaluation_t) :: evaluation
+    real(rp) :: u(3, setup%experiment%model%n_all), sd(N_NUISANCES)
+    real(rp) :: raw(setup%experiment%comparisons(l)%n), accidents(size(raw), N_NUISANCES)
+    real(rp) :: white(bins%count(l), size(columns)), seen(bins%count(l), 1), c(bins%count(l), bins%count(l))
+    integer :: i
+    u = 0
+    call evaluation%init(setup%experiment, l, .false.)
+    call evaluate(setup%experiment, work, setup_coordinates(setup, q), l, .false., u, evaluation)
+    ok = evaluation%is_feasible() .and. evaluation%snaps == 0
+    if (.not. ok) return
+    call bin_covariance(bins, simulator%noise, [(i, i=bins%first(l), bins%first(l) + bins%count(l) - 1)], c)
+    call work%nuisance_tangents(setup%experiment, l, accidents, sd)
+    do i = 1, N_NUISANCES
+      call bin_rows(bins, l, sd(i)*accidents(:, i), seen(:, 1))
+      c = c + matmul(seen, transpose(seen))
+    end do
+    do i = 1, size(columns)
+      call quantity_tangent(work, setup, kinds, q, columns(i), l, raw)
+      call bin_rows(bins, l, raw, white(:, i))
+    end do
+    call factorise(c, ok)
+    if (.not. ok) return
+    call solve_lower(c, white)
+    normal = matmul(transpose(white), white)
+  end subroutine find_normal
+
+  !> Quantities that all loads share and that are known by their sd.
+  subroutine shared_columns(s, columns, sd)
+    class(diagnosis_case_t), intent(in) :: s
+    integer, allocatable, intent(out) :: columns(:)
+    real(rp), allocatable, intent(out) :: sd(:)
+    integer :: i
+    allocate (columns(0), sd(0))
+    do i = s%catalogue%n_baseline + 1, size(s%catalogue%kinds)
+      associate (one => s%catalogue%kinds(i), gain_sd => s%measurement%accuracy%force_gain)
+        if (one%kind == KIND_INSTRUMENT .and. one%number == FORCE_GAIN .and. gain_sd > 0) then
+          columns = [columns, i]
+          sd = [sd, gain_sd]
+        else if (one%kind == KIND_PARAMETER .and. one%number == PARAM_PLATE .and. s%membrane_sd > 0) then
+          columns = [columns, i]
+          sd = [sd, s%membrane_sd]
+        end if
+      end associate
+    end do
+  end subroutine shared_columns
+
+  !> The normal matrix of all loads of the measurement. columns(:) are the n_baseline of the baseline, as many as
+  !> shared_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents
+  !> of which it is made. The other ranks serve.
+  subroutine normal_matrix(simulator, q, columns, shared_sd, normal, ok, whitened)
+    type(wing_simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:), shared_sd(:)
+    integer, intent(in) :: columns(:)
+    real(rp), intent(out) :: normal(:, :)
+    logical, intent(out) :: ok
+    real(rp), allocatable, intent(out), optional :: whitened(:, :)
+    type(whitener_t) :: whitener
+    type(failure_t) :: failure
+    real(rp) :: residuals(simulator%n_observations)
+    real(rp), allocatable :: white(:, :), nuisances(:, :), patterns(:, :)
+    integer :: i, n
+    n = simulator%n_observations
+    allocate (white(n, size(columns)), nuisances(n, simulator%n_nuisances), patterns(n, 0))
+    normal = 0
+    call simulator%evaluate(q, columns, residuals, white, ok)
+    if (ok) call simulator%directions(q, nuisances, patterns, ok)
+    if (ok) call whitener%init(simulator, [(i, i=1, n)], failure)
+    if (failure%failed) ok = .false.
+    if (.not. ok) return
+    n = N_NUISANCES*size(simulator%experiment%loads)
+    nuisances(:, n + 1:n + N_COMMON_NUISANCES) = 0 ! they are columns here
+    call whitener%add_directions(nuisances)
+    call whitener%apply(white)
+    normal = matmul(transpose(white), white)
+    if (present(whitened)) whitened = white
+    do i = 1, simulator%n_baseline
+      associate (sd => simulator%quantities(columns(i))%prior_sd)
+        if (sd > 0) normal(i, i) = normal(i, i) + 1/sd**2
+      end associate
+    end do
+    do i = 1, size(shared_sd)
+      n = simulator%n_baseline + i
+      normal(n, n) = normal(n, n) + 1/shared_sd(i)**2
+    end do
+  end subroutine normal_matrix
+
+  !> Length in sd of the direction p(:) of the last size(p) columns beside all that the columns before them can do.
+  real(rp) function separation(normal, p) result(length)
+    real(rp), intent(in) :: normal(:, :), p(:)
+    real(rp), parameter :: RIDGE = 1.0e-10_rp ! of what determines a column
+    real(rp), allocatable :: g(:, :), h(:, :)
+    integer :: i, m, n
+    logical :: ok
+    n = size(normal, 1)
+    m = n - size(p)
+    g = normal(:m, :m)
+    do i = 1, m
+      g(i, i) = g(i, i)*(1 + RIDGE) + tiny(1.0_rp)
+    end do
+    h = reshape(matmul(normal(:m, m + 1:), p), [m, 1])
+    length = dot_product(p, matmul(normal(m + 1:, m + 1:), p))
+    call factorise(g, ok)
+    if (ok) call solve_lower(g, h)
+    if (ok) length = length - sum(h**2)
+    length = sqrt(max(0.0_rp, length))
+  end function separation
+end module diagnosis_places

@@ -1,0 +1,207 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A time step of flexible wings without thickness, together with the flow.
+!>
+!> The fluid has made its step without the wings. The markers meet it where the wings will be at the end of the step,
+!> which is extrapolated, and the wings make their step under the load with which the flow answers it
+!> (fsi_flow_reaction). The forces on the flow are those of the motion that was found: what a wing loses the flow
+!> receives, to the bit. The load is known with the motion, so that it needs no extrapolation and no sub-iterations, and
+!> the wing may be as light as it likes. The strong coupling repeats the step with markers where the wings were found,
+!> until both agree; it looks at the same flow again, and costs no evaluation of the flow.
+!>
+!> The force is the mean one of the step, and the wing feels it at the end: first order in the step.
+module fsi_thin_coupling
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use fluid_solver, only: fluid_t
+  use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_kinematics, only: pose_wing, wing_pose_t
+  use fsi_thin_wings, only: thin_wing_t, thin_wings_t
+  use fsi_wing_deformation, only: show_end, show_motion
+  use fsi_wing_mirror, only: mirror_vectors
+  use fsi_wing_solver, only: wing_solver_t
+  use solid_dynamics, only: dynamic_state_t
+  implicit none
+  private
+  public :: advance_thin_wings, thin_report_t
+
+  !> What a step took.
+  type :: thin_report_t
+    integer :: passes = 0       !< times that the wings have made it
+    real(rp) :: distance = 0    !< between markers as met and as found, over the way of the fastest in the step
+  end type thin_report_t
+
+contains
+
+  !> Takes the wings over the step that `fluid` has just made, at whose end it gets their forces. `states` and `solvers` have
+  !> begun the step; `force` (3, n_all, wings) [N] is the load under which they make it, along the axes of the wing
+  !> file; `wings` keep their place and get the new deformation. Fails if Newton's method does, if markers come too close
+  !> to each other, or if the strong coupling does not converge; then the run cannot go on from this state. Collective.
+  subroutine advance_thin_wings(thin, fluid, wings, params, solvers, states, force, report, failure)
+    type(thin_wings_t), intent(inout) :: thin
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(inout) :: wings
+    type(coupler_params_t), intent(in) :: params
+    type(wing_solver_t), intent(inout) :: solvers(:)
+    type(dynamic_state_t), intent(inout) :: states(:)
+    real(rp), intent(inout) :: force(:, :, :)
+    type(thin_report_t), intent(out) :: report
+    type(failure_t), intent(inout) :: failure
+    type(wing_pose_t) :: poses(size(solvers))
+    real(rp) :: way
+    integer :: i, last
+    logical :: is_held
+    is_held = wings%time + fluid%dt <= params%release
+    do i = 1, size(solvers)
+      associate (given => wings%params%wings(i))
+        call pose_wing(wings%params%body, given%mount, given%motion, fluid%rhs%state%time, poses(i))
+      end associate
+      if (is_held) then
+        states(i)%time = states(i)%time + fluid%dt*params%units%time
+      else
+        call show_end(states(i), params%units, fluid%dt, thin%wings(i)%is_mirrored, wings%deformation(i))
+      end if
+    end do
+    last = merge(params%iterations, 1, params%coupling == COUPLING_STRONG .and. .not. is_held)
+    do while (report%passes < last)
+      report%passes = report%passes + 1
+      do i = 1, size(solvers)
+        call place_markers(thin, i, wings, poses(i))
+        if (report%passes == 1) call follow_shape(thin, i, wings, failure)
+      end do
+      if (failure%failed) return
+      call thin%meet(fluid)
+      do i = 1, size(solvers)
+        call make_step(thin, i, poses(i), fluid%dt, params, is_held, solvers(i), states(i), force(:, :, i))
+      end do
+      do i = 1, size(solvers)
+        if (.not. is_held) call solvers(i)%share(thin%world, states(i), failure)
+      end do
+      if (failure%failed) return
+      do i = 1, size(solvers)
+        call show_motion(states(i), params%units, thin%wings(i)%is_mirrored, wings%deformation(i))
+      end do
+      call move_markers(thin, wings, poses, report%distance)
+      way = fluid%dt*sqrt(maxval(sum(thin%u**2, 1)))
+      report%distance = report%distance/max(way, tiny(way))
+      if (report%distance <= params%tolerance) exit
+    end do
+    if (last > 1 .and. report%distance > params%tolerance) then
+      call failure%raise('the strong coupling has not converged: after '//number_text(report%passes)// &
+                         ' passes the markers still move by '//number_text(report%distance)//' of their way in the step')
+      return
+    end if
+    do i = 1, size(solvers)
+      call take_forces(thin, i, poses(i), params, force(:, :, i))
+    end do
+    call thin%push(fluid, wings, poses)
+  end subroutine advance_thin_wings
+
+  !> The markers of wing i where its deformation puts them at the end of the step.
+  subroutine place_markers(thin, i, wings, pose)
+    type(thin_wings_t), intent(inout) :: thin
+    integer, intent(in) :: i
+    type(flapping_wings_t), intent(in) :: wings
+    type(wing_pose_t), intent(in) :: pose
+    integer :: m
+    associate (wing => thin%wings(i))
+      call wing%markers%positions(wings%deformation(i)%u, wing%bent)
+      do m = 1, wing%markers%n
+        thin%x(:, wing%first + m - 1) = pose%point_to_space(wing%flat(:, m) + wing%bent(:, m))
+      end do
+    end associate
+  end subroutine place_markers
+
+  !> Makes the response of wing i anew if the markers have moved within the wing frame since it was made.
+  subroutine follow_shape(thin, i, wings, failure)
+    type(thin_wings_t), intent(inout) :: thin
+    integer, intent(in) :: i
+    type(flapping_wings_t), intent(in) :: wings
+    type(failure_t), intent(inout) :: failure
+    real(rp), parameter :: FAR = 0.05_rp !< spacings of the markers: the tensor changes over one of them
+    logical :: has_factor
+    associate (wing => thin%wings(i))
+      wing%work = wing%flat + wing%bent
+      if (maxval(sum((wing%work - wing%shape)**2, 1)) <= (FAR*wings%params%thin%spacing)**2) return
+      wing%shape = wing%work
+      call thin%renew(i, has_factor)
+      if (.not. has_factor) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that '// &
+                                               'its markers touch or part, so that its motion does not determine their '// &
+                                               'forces: look at its shape, and at the stiffness in [Wing]')
+    end associate
+  end subroutine follow_shape
+
+  !> On the owner: the step of one wing in the flow that its markers have met. A wing that is held keeps its shape.
+  subroutine make_step(thin, i, pose, dt, params, is_held, solver, state, force)
+    type(thin_wings_t), intent(inout) :: thin
+    integer, intent(in) :: i
+    type(wing_pose_t), intent(in) :: pose
+    real(rp), intent(in) :: dt
+    type(coupler_params_t), intent(in) :: params
+    logical, intent(in) :: is_held
+    type(wing_solver_t), intent(inout) :: solver
+    type(dynamic_state_t), intent(inout) :: state
+    real(rp), intent(inout) :: force(:, :) !< other than that of the flow there is none
+    integer :: m
+    associate (wing => thin%wings(i))
+      if (wing%owner /= thin%world%rank) return
+      do m = 1, wing%markers%n
+        wing%work(:, m) = pose%vector_to_wing(thin%flow(:, wing%first + m - 1))
+      end do
+      if (wing%is_mirrored) call mirror_vectors(wing%work)
+      call wing%reaction%begin(wing%work, dt)
+      if (is_held) then
+        call wing%reaction%force(solver%motion%at(state%time), state%u, state%v, force)
+      else
+        force = 0
+        call solver%solve(thin%world, params%model, params%inertia, params%options, force, dt*params%units%time, &
+                          state, wing%reaction)
+      end if
+    end associate
+  end subroutine make_step
+
+  !> The velocities of the markers in space, and the largest distance [L] of where they are from where they met the flow.
+  subroutine move_markers(thin, wings, poses, distance)
+    type(thin_wings_t), intent(inout) :: thin
+    type(flapping_wings_t), intent(in) :: wings
+    type(wing_pose_t), intent(in) :: poses(:)
+    real(rp), intent(out) :: distance
+    integer :: i, m
+    distance = 0
+    do i = 1, size(poses)
+      associate (wing => thin%wings(i), u => thin%u(:, thin%wings(i)%first:thin%wings(i)%last))
+        call wing%markers%positions(wings%deformation(i)%u, wing%work)
+        distance = max(distance, sqrt(maxval(sum((wing%work - wing%bent)**2, 1))))
+        do m = 1, wing%markers%n
+          u(:, m) = poses(i)%velocity_at(wing%flat(:, m) + wing%work(:, m))
+        end do
+        call wing%markers%positions(wings%deformation(i)%v, wing%work)
+        do m = 1, wing%markers%n
+          u(:, m) = u(:, m) + poses(i)%vector_to_space(wing%work(:, m))
+        end do
+      end associate
+    end do
+  end subroutine move_markers
+
+  !> Gives the forces that the owner of wing i has found to all ranks, as those on the flow and as the load on the points.
+  subroutine take_forces(thin, i, pose, params, force)
+    type(thin_wings_t), intent(inout) :: thin
+    integer, intent(in) :: i
+    type(wing_pose_t), intent(in) :: pose
+    type(coupler_params_t), intent(in) :: params
+    real(rp), intent(inout) :: force(:, :)
+    integer :: m
+    associate (wing => thin%wings(i), units => params%units)
+      if (wing%owner == thin%world%rank) wing%work = wing%reaction%on_flow
+      call thin%broadcast(wing%work, wing%owner)
+      force = 0
+      call wing%markers%spread(wing%work, force)
+      force = -(units%mass*units%length/units%time**2)*force
+      if (wing%is_mirrored) call mirror_vectors(wing%work)
+      do m = 1, wing%markers%n
+        thin%force(:, wing%first + m - 1) = pose%vector_to_space(wing%work(:, m))
+      end do
+    end associate
+  end subroutine take_forces
+end module fsi_thin_coupling

@@ -1,0 +1,65 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The motion of a wing within its frame, from the mechanics (SI units, axes of the wing file) to the flow (L and T, axes
+!> of the wing frame).
+module fsi_wing_deformation
+  use base_kinds, only: rp
+  use fsi_flapping_wings, only: deformation_t
+  use fsi_kinematics, only: wing_pose_t
+  use fsi_wing_mirror, only: mirror_vectors
+  use io_units, only: unit_scales_t
+  use solid_dynamics, only: dynamic_state_t
+  implicit none
+  private
+  public :: show_motion, show_end, show_forces
+
+contains
+
+  !> Sets `bent` to what `state` holds.
+  pure subroutine show_motion(state, units, is_mirrored, bent)
+    type(dynamic_state_t), intent(in) :: state
+    type(unit_scales_t), intent(in) :: units
+    logical, intent(in) :: is_mirrored
+    type(deformation_t), intent(inout) :: bent
+    integer :: n
+    n = size(bent%u, 2)
+    bent%u = state%u(:, :n)/units%length
+    bent%v = state%v(:, :n)*(units%time/units%length)
+    bent%a = state%a(:, :n)*(units%time**2/units%length)
+    if (.not. is_mirrored) return
+    call mirror_vectors(bent%u)
+    call mirror_vectors(bent%v)
+    call mirror_vectors(bent%a)
+  end subroutine show_motion
+
+  !> Sets the displacement in `bent` to what the wing will have at the end of a step dt [T] if its velocity goes on as in
+  !> the last one: to second order, and to first in the first step.
+  pure subroutine show_end(state, units, dt, is_mirrored, bent)
+    type(dynamic_state_t), intent(in) :: state
+    type(unit_scales_t), intent(in) :: units
+    real(rp), intent(in) :: dt
+    logical, intent(in) :: is_mirrored
+    type(deformation_t), intent(inout) :: bent
+    real(rp) :: h
+    integer :: n
+    n = size(bent%u, 2)
+    h = dt*units%time
+    bent%u = (state%u(:, :n) + h*state%v(:, :n))/units%length
+    if (state%old_step > 0) bent%u = bent%u + (h**2/(2*state%old_step*units%length))*(state%v(:, :n) - state%old_v(:, :n))
+    if (is_mirrored) call mirror_vectors(bent%u)
+  end subroutine show_end
+
+  !> Sets on_points(3, n) [rho L^4/T^2], in space, to the forces force(3, at least n) [N] of the wing whose frame is at `pose`.
+  pure subroutine show_forces(force, units, is_mirrored, pose, on_points)
+    real(rp), intent(in) :: force(:, :)
+    type(unit_scales_t), intent(in) :: units
+    logical, intent(in) :: is_mirrored
+    type(wing_pose_t), intent(in) :: pose
+    real(rp), intent(inout) :: on_points(:, :)
+    integer :: p
+    on_points = force(:, :size(on_points, 2))/(units%mass*units%length/units%time**2)
+    if (is_mirrored) call mirror_vectors(on_points)
+    do p = 1, size(on_points, 2)
+      on_points(:, p) = pose%vector_to_space(on_points(:, p))
+    end do
+  end subroutine show_forces
+end module fsi_wing_deformation

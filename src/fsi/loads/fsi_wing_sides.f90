@@ -1,0 +1,135 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Pressure and viscous traction of the flow on each side of every wing.
+!>
+!> Each triangle looks at the flow at the distance d from its centre along its normal n, on both sides. The wall is
+!> continued to these places as a rigid body: its velocity there is v +- d dn/dt. With w the tangential part of the
+!> velocity of the flow relative to it, the traction is nu w/(d - t/2), t/2 being the half thickness of a wing in the
+!> mask (the one-sided difference of fsi_pressure_load). Both are those of the flow d beside the wing: pressure falls
+!> off by about d/c, and the traction is the mean shear of that layer. They show where the load comes from. How large
+!> it is in all, forces.t tells more exactly.
+module fsi_wing_sides
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use fluid_solver, only: fluid_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_rotation, only: cross
+  use fsi_sampling, only: sampler_t
+  use fsi_surface, only: surface_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: wing_sides_t, side_loads_t
+
+  !> Of one wing; the last index is 1 on the side to which the normals point, +z of the wing frame, and 2 on the other.
+  type :: side_loads_t
+    real(rp), allocatable :: pressure(:, :)    !< (m, 2) rho L^2/T^2
+    real(rp), allocatable :: traction(:, :, :) !< (3, m, 2) in space, rho L^2/T^2
+    real(rp), allocatable, private :: places(:, :), values(:)
+  end type side_loads_t
+
+  !> Of all wings. Nothing is allocated after `init`.
+  type :: wing_sides_t
+    type(side_loads_t), allocatable :: wings(:)
+    real(rp) :: distance = 0 !< d, L
+    real(rp), private :: half_thickness = 0
+    type(sampler_t), private :: sampler
+    real(rp), allocatable, private :: pressure(:, :, :, :)
+    logical, allocatable, private :: lines(:, :)
+  contains
+    procedure :: init => sides_init
+    procedure :: look => sides_look
+    procedure :: memory_bytes => sides_memory_bytes
+  end type wing_sides_t
+
+contains
+
+  !> Room for these wings. The distance is one grid spacing beside the mask, or two and a half beside wings without
+  !> thickness, whose forces the flow feels smoothed over about two.
+  subroutine sides_init(self, world, fluid, wings)
+    class(wing_sides_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(fluid_t), intent(in) :: fluid
+    type(flapping_wings_t), intent(in) :: wings
+    real(rp), parameter :: BESIDE_MASK = 1, BESIDE_MARKERS = 2.5_rp
+    integer :: i, m
+    associate (block => fluid%transform%block, p => wings%params)
+      call self%sampler%init(world, fluid%transform%grid, block)
+      allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+      allocate (self%lines(block%count(2), block%count(3)))
+      self%half_thickness = p%half_thickness
+      self%distance = p%half_thickness + p%smoothing + &
+                      merge(BESIDE_MARKERS, BESIDE_MASK, p%thin%is_thin)*fluid%transform%grid%max_spacing()
+    end associate
+    allocate (self%wings(size(wings%surfaces)))
+    do i = 1, size(self%wings)
+      m = size(wings%surfaces(i)%triangles, 2)
+      associate (wing => self%wings(i))
+        allocate (wing%pressure(m, 2), wing%traction(3, m, 2), wing%places(3, 2*m), wing%values(2*m), source=0.0_rp)
+      end associate
+    end do
+  end subroutine sides_init
+
+  !> Takes the flow of the last pass of `fluid`, which must have kept pressure and fields, beside `wings`, which must
+  !> still be where they were in it. Costs an inverse transform. Collective.
+  subroutine sides_look(self, fluid, wings)
+    class(wing_sides_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(in) :: wings
+    integer :: i, c, m
+    call require(allocated(fluid%rhs%fields), 'wing_sides_t: the fluid keeps no velocities')
+    self%lines = .false.
+    do i = 1, size(self%wings)
+      call wings%surfaces(i)%places_beside(self%distance, self%wings(i)%places)
+      call self%sampler%mark(self%wings(i)%places, self%lines)
+    end do
+    call fluid%pressure_field(self%pressure, self%lines)
+    do i = 1, size(self%wings)
+      associate (wing => self%wings(i))
+        m = size(wing%pressure, 1)
+        call self%sampler%sample(wing%places, self%pressure(:, :, :, 1), wing%values)
+        wing%pressure(:, 1) = wing%values(:m)
+        wing%pressure(:, 2) = wing%values(m + 1:)
+        do c = 1, 3
+          call self%sampler%sample(wing%places, fluid%rhs%fields(:, :, :, c), wing%values)
+          wing%traction(c, :, 1) = wing%values(:m)
+          wing%traction(c, :, 2) = wing%values(m + 1:)
+        end do
+        call shear(self, wings%surfaces(i), fluid%rhs%params%nu, wing%traction)
+      end associate
+    end do
+  end subroutine sides_look
+
+  !> Makes tractions of the velocities beside the triangles.
+  pure subroutine shear(self, surface, nu, traction)
+    type(wing_sides_t), intent(in) :: self
+    type(surface_t), intent(in) :: surface
+    real(rp), intent(in) :: nu
+    real(rp), intent(inout) :: traction(:, :, :)
+    real(rp) :: normal(3), rate(3), wall(3), area
+    integer :: i, side
+    do i = 1, size(surface%triangles, 2)
+      associate (x => surface%points, v => surface%velocities, a => surface%triangles(1, i), &
+                 b => surface%triangles(2, i), c => surface%triangles(3, i))
+        normal = cross(x(:, b) - x(:, a), x(:, c) - x(:, a))
+        rate = cross(v(:, b) - v(:, a), x(:, c) - x(:, a)) + cross(x(:, b) - x(:, a), v(:, c) - v(:, a))
+        wall = (v(:, a) + v(:, b) + v(:, c))/3
+      end associate
+      area = norm2(normal)
+      normal = normal/area
+      rate = (rate - normal*dot_product(normal, rate))/area
+      do side = 1, 2
+        associate (w => traction(:, i, side))
+          w = w - wall - merge(1, -1, side == 1)*self%distance*rate
+          w = (nu/(self%distance - self%half_thickness))*(w - normal*dot_product(normal, w))
+        end associate
+      end do
+    end do
+  end subroutine shear
+
+  !> Bytes of this rank's array that grows with the grid.
+  pure real(rp) function sides_memory_bytes(self) result(bytes)
+    class(wing_sides_t), intent(in) :: self
+    bytes = 0
+    if (allocated(self%pressure)) bytes = 8*real(size(self%pressure), rp)
+  end function sides_memory_bytes
+end module fsi_wing_sides

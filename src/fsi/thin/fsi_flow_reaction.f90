@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the flow does to a flexible wing without thickness during a time step: the load of the markers as a function of
+!> the motion that the wing is about to make.
+!>
+!> Let s be the velocities that the flow would have at the markers without the wing, W the weights that tie markers to
+!> points, and M the response of the flow to forces at the markers. The forces on the flow that let it follow a wing
+!> whose points have the velocities v in space, and the load on the points, are
+!>
+!>     F = M^-1 (W v - s)/dt,          f = -W^T F,          -df/dv = W^T M^-1 W/dt.
+!>
+!> The last is the added mass over dt, and a friction. The wing's time step solves for v and F together (solid_reaction),
+!> so that a light wing is no harder than a heavy one (Goza & Colonius 2017, DOI 10.1016/j.jcp.2017.02.027).
+!>
+!> Mechanics in SI units, flow in L, T and rho; all components along the axes of the wing file.
+module fsi_flow_reaction
+  use base_kinds, only: rp
+  use fsi_marker_response, only: marker_response_t
+  use fsi_markers, only: markers_t
+  use io_units, only: unit_scales_t
+  use solid_motion, only: frame_t, inertial_velocity
+  use solid_reaction, only: reaction_t
+  implicit none
+  private
+  public :: flow_reaction_t
+
+  !> The reaction on one wing. `init` allocates; nothing else does.
+  type, extends(reaction_t) :: flow_reaction_t
+    type(marker_response_t) :: response
+    real(rp), allocatable :: on_flow(:, :)            !< (3, n) F of the last call of `force`, rho L^4/T^2
+    type(markers_t), private :: markers
+    real(rp), private :: speed = 1, newton = 1, dt = 1 !< [m/s] of L/T, [N] of rho L^4/T^2, [T] of the step
+    real(rp), allocatable, private :: points(:, :)    !< (3, n_all) [m] unloaded
+    real(rp), allocatable, private :: flow(:, :)      !< (3, n) s, L/T
+    real(rp), allocatable, private :: velocity(:, :), work(:, :) !< (3, n)
+    real(rp), allocatable, private :: moved(:, :)     !< (3, n_all)
+    real(rp), allocatable, private :: blocks(:, :, :) !< (3, 3, n_all) stand-in for W^T M^-1 W, rho L^3
+  contains
+    procedure :: init => reaction_init
+    procedure :: renew => reaction_renew
+    procedure :: begin => reaction_begin
+    procedure :: force => reaction_force
+    procedure :: tangent => reaction_tangent
+    procedure :: block_diagonal => reaction_block_diagonal
+  end type flow_reaction_t
+
+contains
+
+  !> Room for a wing of points(3, n_all) [m] with these markers; the response has been given room and is not made here.
+  subroutine reaction_init(self, markers, points, units)
+    class(flow_reaction_t), intent(inout) :: self
+    type(markers_t), intent(in) :: markers
+    real(rp), intent(in) :: points(:, :)
+    type(unit_scales_t), intent(in) :: units
+    self%markers = markers
+    self%points = points
+    self%speed = units%length/units%time
+    self%newton = units%mass*units%length/units%time**2
+    allocate (self%on_flow(3, markers%n), self%flow(3, markers%n), self%velocity(3, markers%n), &
+              self%work(3, markers%n), source=0.0_rp)
+    allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
+  end subroutine reaction_init
+
+  !> To be called when the response has been made anew; does nothing before `init`. What all points feel when all have the same velocity stands for
+  !> the tangent in the preconditioner of the wing's equations: it is exact for the smoothest motion.
+  subroutine reaction_renew(self)
+    class(flow_reaction_t), intent(inout) :: self
+    integer :: c, p
+    if (.not. allocated(self%blocks)) return
+    do c = 1, 3
+      self%velocity = 0
+      self%velocity(c, :) = 1
+      call self%response%solve(self%velocity, self%work)
+      self%moved = 0
+      call self%markers%spread(self%work, self%moved)
+      self%blocks(:, c, :) = self%moved
+    end do
+    do p = 1, size(self%blocks, 3)
+      associate (b => self%blocks(:, :, p))
+        b = (b + transpose(b))/2
+        if (.not. is_positive(b)) b = diagonal(maxval([b(1, 1), b(2, 2), b(3, 3), 0.0_rp]))
+      end associate
+    end do
+  end subroutine reaction_renew
+
+  !> Whether a symmetric matrix is positive definite.
+  pure logical function is_positive(b)
+    real(rp), intent(in) :: b(3, 3)
+    real(rp) :: minor
+    minor = b(1, 1)*b(2, 2) - b(1, 2)**2
+    is_positive = b(1, 1) > 0 .and. minor > 0 .and. &
+                  b(3, 3)*minor - b(1, 1)*b(2, 3)**2 - b(2, 2)*b(1, 3)**2 + 2*b(1, 2)*b(2, 3)*b(1, 3) > 0
+  end function is_positive
+
+  pure function diagonal(value) result(b)
+    real(rp), intent(in) :: value
+    real(rp) :: b(3, 3)
+    integer :: c
+    b = 0
+    do c = 1, 3
+      b(c, c) = value
+    end do
+  end function diagonal
+
+  !> Begins a time step dt [T], at whose end the flow without the wing has the velocities flow(3, n) [L/T] at the markers.
+  subroutine reaction_begin(self, flow, dt)
+    class(flow_reaction_t), intent(inout) :: self
+    real(rp), intent(in) :: flow(:, :), dt
+    self%flow = flow
+    self%dt = dt
+  end subroutine reaction_begin
+
+  !> See reaction_t; sets `on_flow`.
+  subroutine reaction_force(self, frame, u, v, f)
+    class(flow_reaction_t), intent(inout) :: self
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), v(:, :)
+    real(rp), intent(inout) :: f(:, :)
+    integer :: p
+    do p = 1, size(u, 2)
+      self%moved(:, p) = inertial_velocity(frame, self%points(:, p) + u(:, p), v(:, p))/self%speed
+    end do
+    call self%markers%positions(self%moved, self%velocity)
+    self%velocity = (self%velocity - self%flow)/self%dt
+    call self%response%solve(self%velocity, self%on_flow)
+    f = 0
+    call self%markers%spread(self%on_flow, f)
+    f = -self%newton*f
+  end subroutine reaction_force
+
+  !> See reaction_t.
+  subroutine reaction_tangent(self, x, y)
+    class(flow_reaction_t), intent(inout) :: self
+    real(rp), intent(in) :: x(:, :)
+    real(rp), intent(inout) :: y(:, :)
+    call self%markers%positions(x, self%velocity)
+    self%velocity = (self%newton/(self%speed*self%dt))*self%velocity
+    call self%response%solve(self%velocity, self%work)
+    call self%markers%spread(self%work, y)
+  end subroutine reaction_tangent
+
+  !> See reaction_t.
+  subroutine reaction_block_diagonal(self, d)
+    class(flow_reaction_t), intent(inout) :: self
+    real(rp), intent(inout) :: d(:, :, :)
+    d = (self%newton/(self%speed*self%dt))*self%blocks
+  end subroutine reaction_block_diagonal
+end module fsi_flow_reaction

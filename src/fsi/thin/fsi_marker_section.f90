@@ -1,0 +1,253 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Markers of a wing that a two-dimensional flow sees as a section: a strip whose width lies along y of the wing frame.
+!>
+!> The section is the line in which the plane in the middle of the width cuts the strip. Stations on it are about a
+!> spacing h apart, ends and folds included (fsi_marker_lines). A marker moves as the line across the strip through its
+!> station does in the mean: with N_i the linear functions of the triangles its weights are int N_i dl/int dl. Their
+!> transpose makes of a force on the marker what a load of constant strength along that line does to the points.
+module fsi_marker_section
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use fsi_marker_lines, only: line_place_t, list_links, place_on_lines
+  implicit none
+  private
+  public :: space_stations, station_t
+
+  real(rp), parameter :: SAME = 1.0e-9_rp !< of the size of the strip, lengths that are none
+  real(rp), parameter :: NEAR = 0.5_rp    !< of h, from the station, for what belongs to the line across the strip
+  real(rp), parameter :: LEAST = 0.75_rp    !< of h: wanted least distance of markers, and largest gap
+  integer, parameter :: LOOKS = 16        !< places in a spacing where gaps are looked for
+
+  !> A marker: sum_k weights(k) points(:, nodes(k)).
+  type :: station_t
+    integer, allocatable :: nodes(:)
+    real(rp), allocatable :: weights(:) !< positive, of sum 1
+    logical :: is_edge = .false.        !< an end of the section
+  end type station_t
+
+contains
+
+  !> Stations of a strip. `left_out` counts ends and folds, and other places, that would have been too close to others;
+  !> `largest_gap` is in h. Deterministic. Allocates.
+  subroutine space_stations(points, triangles, spacing, stations, left_out, largest_gap)
+    real(rp), intent(in) :: points(:, :)   !< (3, n) L
+    integer, intent(in) :: triangles(:, :) !< (3, m)
+    real(rp), intent(in) :: spacing        !< h [L]
+    type(station_t), allocatable, intent(out) :: stations(:)
+    integer, intent(out) :: left_out(2)
+    real(rp), intent(out) :: largest_gap
+    type(line_place_t), allocatable :: wanted(:), fine(:), kept(:)
+    real(rp), allocatable :: middle(:, :), x(:, :), gaps(:)
+    integer, allocatable :: links(:, :), first(:), at(:, :)
+    logical, allocatable :: keep(:)
+    real(rp) :: tolerance
+    integer :: i, k
+    tolerance = SAME*maxval(maxval(points, 2) - minval(points, 2))
+    call cut_middle(points, triangles, tolerance, middle, links)
+    call require(size(links, 2) > 0, 'space_stations: the sheet is no strip along y')
+    call place_on_lines(middle, links, spacing, wanted)
+    keep = are_clear(positions(middle, links, wanted), spacing)
+    left_out = [count(wanted%is_corner .and. .not. keep), count(.not. (wanted%is_corner .or. keep))]
+    kept = pack(wanted, keep)
+
+    call place_on_lines(middle, links, spacing/LOOKS, fine)
+    x = positions(middle, links, fine)
+    gaps = [(huge(1.0_rp), i=1, size(fine))]
+    do i = 1, size(kept)
+      call see(kept(i))
+    end do
+    do
+      k = maxloc(anint(gaps/(SAME*spacing) + 0.3719_rp), 1) ! the first of equal ones, whatever round-off says
+      largest_gap = gaps(k)/spacing
+      if (largest_gap < LEAST*(1 - SAME)) exit
+      kept = [kept, fine(k)]
+      call see(fine(k))
+    end do
+
+    call list_links(size(middle, 2), links, first, at)
+    allocate (stations(size(kept)))
+    do i = 1, size(kept)
+      associate (ends => links(:, kept(i)%link))
+        call cut_across(points, triangles, reshape(positions(middle, links, kept(i:i)), [3]), &
+                        direction(middle, links, first, at, kept(i)), NEAR*spacing, tolerance, stations(i))
+        k = ends(merge(1, 2, kept(i)%fraction < 0.5_rp))
+        stations(i)%is_edge = kept(i)%is_corner .and. first(k + 1) - first(k) == 1
+      end associate
+    end do
+
+  contains
+
+    subroutine see(place)
+      type(line_place_t), intent(in) :: place
+      real(rp) :: here(3)
+      integer :: j
+      here = reshape(positions(middle, links, [place]), [3])
+      do j = 1, size(gaps)
+        gaps(j) = min(gaps(j), norm2(x(:, j) - here))
+      end do
+    end subroutine see
+  end subroutine space_stations
+
+  !> Which of x (3, n) are at least `LEAST` spacings from all earlier ones that are.
+  pure function are_clear(x, spacing)
+    real(rp), intent(in) :: x(:, :), spacing
+    logical :: are_clear(size(x, 2))
+    integer :: i, k
+    do i = 1, size(x, 2)
+      are_clear(i) = .true.
+      do k = 1, i - 1
+        if (are_clear(k) .and. norm2(x(:, k) - x(:, i)) < LEAST*spacing*(1 - SAME)) are_clear(i) = .false.
+      end do
+    end do
+  end function are_clear
+
+  !> The line in which the plane in the middle of the width cuts the triangles: points (3, n) and links (2, m).
+  pure subroutine cut_middle(points, triangles, tolerance, middle, links)
+    real(rp), intent(in) :: points(:, :), tolerance
+    integer, intent(in) :: triangles(:, :)
+    real(rp), allocatable, intent(out) :: middle(:, :)
+    integer, allocatable, intent(out) :: links(:, :)
+    real(rp) :: y, t, found(3, 3*size(triangles, 2))
+    integer :: joined(2, 3*size(triangles, 2)), pairs(2, size(triangles, 2)), is(3*size(triangles, 2))
+    integer :: last(size(points, 2)), earlier(3*size(triangles, 2)), i, k, m, n, e, low, high, low_y, high_y
+    y = (minval(points(2, [triangles])) + maxval(points(2, [triangles])))/2
+    n = 0
+    last = 0
+    m = 0
+    do i = 1, size(triangles, 2)
+      ! Points in the plane count as above it, also if round-off puts them below.
+      if (all(is_above(triangles(:, i))) .or. .not. any(is_above(triangles(:, i)))) cycle
+      m = m + 1
+      pairs(:, m) = 0
+      do k = 1, 3
+        low = min(triangles(k, i), triangles(mod(k, 3) + 1, i))
+        high = max(triangles(k, i), triangles(mod(k, 3) + 1, i))
+        if (is_above(low) .eqv. is_above(high)) cycle
+        e = last(low) ! edges that are cut hang in a chain on their first point
+        do while (e > 0)
+          if (joined(2, e) == high) exit
+          e = earlier(e)
+        end do
+        if (e == 0) then
+          n = n + 1
+          e = n
+          joined(:, e) = [low, high]
+          earlier(e) = last(low)
+          last(low) = e
+          low_y = merge(high, low, is_above(low))
+          high_y = merge(low, high, is_above(low))
+          t = max(0.0_rp, min(1.0_rp, (y - points(2, low_y))/(points(2, high_y) - points(2, low_y))))
+          if (points(2, high_y) < y + tolerance) t = 1
+          found(:, e) = (1 - t)*points(:, low_y) + t*points(:, high_y)
+          is(e) = e
+        end if
+        pairs(merge(1, 2, pairs(1, m) == 0), m) = e
+      end do
+    end do
+    do i = 1, m ! edges that are cut in one point have it in common
+      if (norm2(found(:, pairs(1, i)) - found(:, pairs(2, i))) > tolerance) cycle
+      low = minval(is(pairs(:, i)))
+      high = maxval(is(pairs(:, i)))
+      where (is(:n) == high) is(:n) = low
+    end do
+    do i = 1, m
+      pairs(:, i) = is(pairs(:, i))
+    end do
+    links = pairs(:, pack([(i, i=1, m)], pairs(1, :m) /= pairs(2, :m)))
+    middle = found(:, :n)
+
+  contains
+
+    pure elemental logical function is_above(p)
+      integer, intent(in) :: p
+      is_above = points(2, p) > y - tolerance
+    end function is_above
+  end subroutine cut_middle
+
+  !> Where places on links are, (3, n).
+  pure function positions(points, links, places) result(x)
+    real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: links(:, :)
+    type(line_place_t), intent(in) :: places(:)
+    real(rp) :: x(3, size(places))
+    integer :: i
+    do i = 1, size(places)
+      associate (ends => links(:, places(i)%link), t => places(i)%fraction)
+        x(:, i) = (1 - t)*points(:, ends(1)) + t*points(:, ends(2))
+      end associate
+    end do
+  end function positions
+
+  !> Along the section at a place, any length: at a fold half-way between both sides.
+  pure function direction(points, links, first, at, place) result(along)
+    real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: links(:, :), first(:), at(:, :)
+    type(line_place_t), intent(in) :: place
+    real(rp) :: along(3), other(3)
+    integer :: p, k
+    along = points(:, links(2, place%link)) - points(:, links(1, place%link))
+    if (.not. place%is_corner) return
+    p = links(merge(1, 2, place%fraction < 0.5_rp), place%link)
+    if (first(p + 1) - first(p) /= 2) return
+    k = merge(first(p) + 1, first(p), at(1, first(p)) == place%link)
+    other = points(:, links(3 - at(2, k), at(1, k))) - points(:, p)
+    other = other/norm2(other) - merge(1, -1, place%fraction < 0.5_rp)*along/norm2(along)
+    if (norm2(other) > SAME) along = other ! not for a sheet that is folded back on itself
+  end function direction
+
+  !> The mean of the line across the strip at x: of the cuts, by the plane normal to `along`, that are near.
+  subroutine cut_across(points, triangles, x, along, near, tolerance, station)
+    real(rp), intent(in) :: points(:, :), x(3), along(3), near, tolerance
+    integer, intent(in) :: triangles(:, :)
+    type(station_t), intent(out) :: station
+    real(rp) :: normal(3), weights(size(points, 2), 2), total(2)
+    integer :: i, side
+    normal = [along(1), 0.0_rp, along(3)]
+    normal = normal/norm2(normal)
+    weights = 0
+    ! What an edge in the plane carries is that of the triangles beyond it, or of those before it at an end.
+    do side = 1, 2
+      do i = 1, size(triangles, 2)
+        call cut_triangle(points, triangles(:, i), x, normal, near, tolerance, side == 1, weights(:, side))
+      end do
+      total(side) = sum(weights(:, side))
+    end do
+    side = merge(1, 2, total(1) > total(2)/2)
+    call require(total(side) > 0, 'space_stations: the sheet is no strip along y')
+    station%nodes = pack([(i, i=1, size(points, 2))], weights(:, side) > 0)
+    station%weights = weights(station%nodes, side)/total(side)
+  end subroutine cut_across
+
+  !> Adds length times mean linear functions of the cut of one triangle.
+  pure subroutine cut_triangle(points, corners, x, normal, near, tolerance, beyond, weights)
+    real(rp), intent(in) :: points(:, :), x(3), normal(3), near, tolerance
+    integer, intent(in) :: corners(3)
+    logical, intent(in) :: beyond !< corners in the plane count as before it, else as beyond
+    real(rp), intent(inout) :: weights(:)
+    real(rp) :: height(3), share(3, 2), ends(3, 2), aside(3), t
+    logical :: is_before(3)
+    integer :: k, j, n
+    height = matmul(normal, points(:, corners) - spread(x, 2, 3))
+    where (abs(height) < tolerance) height = 0
+    if (beyond) then
+      is_before = height <= 0
+    else
+      is_before = height < 0
+    end if
+    if (all(is_before) .or. .not. any(is_before)) return
+    n = 0
+    do k = 1, 3
+      j = mod(k, 3) + 1
+      if (is_before(k) .eqv. is_before(j)) cycle
+      t = height(k)/(height(k) - height(j))
+      n = n + 1
+      share(:, n) = 0
+      share(k, n) = 1 - t
+      share(j, n) = t
+      ends(:, n) = matmul(points(:, corners), share(:, n))
+    end do
+    aside = (ends(:, 1) + ends(:, 2))/2 - x
+    if (hypot(aside(1), aside(3)) > near) return
+    weights(corners) = weights(corners) + norm2(ends(:, 2) - ends(:, 1))*(share(:, 1) + share(:, 2))/2
+  end subroutine cut_triangle
+end module fsi_marker_section

@@ -1,0 +1,277 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> From the odds of all hypotheses to a verdict.
+!>
+!> | verdict | when |
+!> |---|---|
+!> | adequate | chance alone is as sure as the combined test in more than LEVEL of all experiments |
+!> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high;
+!> and were the truth an unknown cause of this strength, of any kind, the name would be rejected with a probability of at least
+!> POWER |
+!> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
+!> | unknown | no effects of the catalogue, up to three together, leave nothing but noise, or an unknown cause is more
+!> probable than they are and than not |
+!> | insufficient | there is nothing that the data could show |
+module inference_decision
+  use base_kinds, only: i8, rp
+  use inference_calibration, only: calibration_t, statistics_t
+  use inference_design, only: design_t, is_part_of
+  use inference_distributions, only: log_add
+  use inference_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, &
+                                  remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
+  use inference_rejection, only: name_power
+  use inference_together, only: find_together
+  implicit none
+  private
+  public :: decision_t, decide, rank_effects, reject_catalogue, take_back_name, verdict_word
+
+  integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
+                                VERDICT_INSUFFICIENT = 20 !< exit codes
+  !> Why the answer is a set and not a name, as words.
+  character(*), parameter, public :: ALIAS = 'alias', NO_POWER = 'not_rejectable', NOT_SURE = 'probability', &
+                                     NO_FIT = 'no_fit', NO_INTERVAL = 'null_not_excluded', AT_BOUND = 'at_bound', &
+                                     NO_GAIN = 'no_gain'
+  real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
+  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
+  real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
+  real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
+  real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
+  real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which a set, which excludes no other cause, says more
+  integer, parameter :: POWER_DRAWS = 100
+
+  type :: decision_t
+    integer :: verdict = VERDICT_INSUFFICIENT
+    real(rp) :: log_p_global = 0
+    !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, alone or with another one, or
+    !> exactly these together; set, one at least of these is a cause; unknown, a cause that is not in the catalogue.
+    real(rp) :: probability = 0
+    integer, allocatable :: causes(:)       !< candidates of the best explanation
+    !> Effects of which one at least is a cause: those that explain the data alone as well, best first, or all of the causes.
+    integer, allocatable :: set(:)
+    logical :: is_together = .false.        !< the set is no choice: its members explain the data together
+    character(20) :: reason = ''            !< why it is a set: one of the words above, or blank
+    logical :: has_further = .false.        !< the best explanation by several causes has one of the set
+    real(rp) :: remainder_log_p = 0         !< of what the causes leave
+    real(rp) :: name_power = 0              !< see above; 0 where it was not asked
+    !> |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
+    real(rp) :: snr = 0
+    real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1
+    real(rp) :: posterior_none = 0, posterior_together = 0, posterior_unknown = 0
+  end type decision_t
+
+contains
+
+  !> The word for a verdict.
+  pure function verdict_word(verdict) result(word)
+    integer, intent(in) :: verdict
+    character(:), allocatable :: word
+    select case (verdict)
+    case (VERDICT_ADEQUATE)
+      word = 'adequate'
+    case (VERDICT_NAMED)
+      word = 'named'
+    case (VERDICT_SET)
+      word = 'consistent_with_set'
+    case (VERDICT_UNKNOWN)
+      word = 'unknown_cause'
+    case default
+      word = 'data_insufficient'
+    end select
+  end function verdict_word
+
+  !> Effects that can be tested, the largest evidence first.
+  pure function rank_effects(hypotheses) result(order)
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, allocatable :: order(:)
+    real(rp) :: left(size(hypotheses%effect))
+    integer :: e
+    left = hypotheses%effect
+    allocate (order(0))
+    do
+      e = maxloc(left, 1)
+      if (e == 0) exit
+      if (.not. left(e) > IMPOSSIBLE) exit
+      order = [order, e]
+      left(e) = IMPOSSIBLE
+    end do
+  end function rank_effects
+
+  !> The verdict for z(k), in units of the noise, with its statistics and hypotheses; the evidences may have been
+  !> corrected by nonlinear fits.
+  subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    type(statistics_t), intent(in) :: statistics
+    type(hypotheses_t), intent(in) :: hypotheses
+    real(rp), intent(in) :: z(:)
+    integer(i8), intent(in) :: seed
+    type(decision_t), intent(out) :: decision
+    type(explained_t) :: one, together
+    integer, allocatable :: order(:)
+    real(rp) :: log_together
+    integer :: first
+    allocate (decision%causes(0), decision%set(0))
+    decision%log_p_global = calibration%log_p_global(statistics)
+    order = rank_effects(hypotheses)
+    call find_together(design, hypotheses, order, together, log_together)
+    call find_posterior(hypotheses, size(order), log_together, decision)
+    if (size(order) == 0 .and. size(design%families) == 0) return
+    if (decision%log_p_global > log(LEVEL)) then
+      decision%verdict = VERDICT_ADEQUATE
+      decision%probability = decision%posterior_none
+      return
+    end if
+    decision%verdict = VERDICT_UNKNOWN
+    decision%probability = decision%posterior_unknown
+    if (size(order) == 0) return
+    first = order(1)
+    call explain(design, [hypotheses%best(first)], z, one)
+    decision%causes = one%members
+    decision%snr = sqrt(one%square)
+    decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
+    if (hypotheses%is_fitted(first)) then
+      decision%snr = sqrt(max(one%square, hypotheses%gain(first)))
+      decision%remainder_log_p = hypotheses%remainder(first)
+    end if
+    if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
+        decision%posterior_together <= SECOND_ODDS*decision%posterior(first)) then
+      call find_set(design, hypotheses, order, z, decision)
+      if (decision%posterior_unknown > max(LEAST_UNKNOWN, sum(decision%posterior(decision%set)))) then
+        decision%set = [integer ::]
+        return
+      end if
+      call grade(design, calibration, seed, design%candidates(together%members)%effect, decision)
+    else if (size(together%members) > 1) then
+      decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
+      if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) then
+        call reject_catalogue(decision, rejected_probability(decision))
+        return
+      end if
+      if (decision%posterior_unknown > max(LEAST_UNKNOWN, decision%posterior_together)) return
+      decision%causes = together%members
+      decision%snr = sqrt(together%square)
+      decision%set = design%candidates(together%members)%effect
+      decision%is_together = .true.
+      call grade(design, calibration, seed, decision%set, decision)
+    else
+      call reject_catalogue(decision, rejected_probability(decision))
+    end if
+  end subroutine decide
+
+  !> The verdict is an unknown cause, with this probability; what is left of 1 is shared as before.
+  pure subroutine reject_catalogue(decision, probability)
+    type(decision_t), intent(inout) :: decision
+    real(rp), intent(in) :: probability
+    real(rp) :: factor
+    factor = 0
+    if (decision%posterior_unknown < 1) factor = (1 - probability)/(1 - decision%posterior_unknown)
+    decision%posterior = factor*decision%posterior
+    decision%posterior_none = factor*decision%posterior_none
+    decision%posterior_together = factor*decision%posterior_together
+    decision%posterior_unknown = probability
+    decision%probability = probability
+    decision%verdict = VERDICT_UNKNOWN
+    decision%is_together = .false.
+    decision%reason = ''
+    decision%set = [integer ::]
+  end subroutine reject_catalogue
+
+  !> Posterior probability of an unknown cause where the catalogue's best explanation leaves a remainder of this p. A small p
+  !> is evidence of 1/(-e p ln p) against an explanation at most (Sellke, Bayarri and Berger 2001,
+  !> DOI 10.1198/000313001300339950).
+  pure real(rp) function rejected_probability(decision) result(probability)
+    type(decision_t), intent(in) :: decision
+    real(rp) :: factor
+    factor = 1
+    associate (log_p => decision%remainder_log_p)
+      if (log_p < -1) factor = -exp(1 + max(-700.0_rp, log_p))*log_p
+    end associate
+    probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + (PRIOR_ONE + PRIOR_TWO)*factor))
+  end function rejected_probability
+
+  !> Posterior probabilities of all hypotheses.
+  subroutine find_posterior(hypotheses, n, log_together, decision)
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: n
+    real(rp), intent(in) :: log_together
+    type(decision_t), intent(inout) :: decision
+    real(rp) :: total, unknown
+    integer :: e
+    decision%posterior = hypotheses%effect + log_prior(1, n)
+    unknown = log_odds_unknown(hypotheses%unknown)
+    total = log_add(log_add(log(PRIOR_NONE), unknown), log_together)
+    do e = 1, size(decision%posterior)
+      total = log_add(total, decision%posterior(e))
+    end do
+    decision%posterior = exp(max(-700.0_rp, decision%posterior - total))
+    decision%posterior_none = exp(max(-700.0_rp, log(PRIOR_NONE) - total))
+    decision%posterior_together = exp(max(-700.0_rp, log_together - total))
+    decision%posterior_unknown = exp(max(-700.0_rp, unknown - total))
+  end subroutine find_posterior
+
+  !> The first effect and all that the data cannot tell from it: found nearly as good, or expected to be so. What differs
+  !> by a share of ALIAS_SHARE or less belongs to it even where priors have made its evidence small.
+  subroutine find_set(design, hypotheses, order, z, decision)
+    type(design_t), intent(in) :: design
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: order(:)
+    real(rp), intent(in) :: z(:)
+    type(decision_t), intent(inout) :: decision
+    real(rp) :: behind, loss, share, least
+    integer :: i, c
+    decision%set = order(:1)
+    do i = 2, size(order)
+      behind = hypotheses%effect(order(1)) - hypotheses%effect(order(i))
+      least = huge(least)
+      do c = 1, size(design%candidates)
+        if (design%candidates(c)%effect /= order(i)) cycle
+        if (is_part_of(design%candidates(hypotheses%best(order(1))), design%candidates(c))) cycle ! a larger one is no rival
+        call expect_loss(design, hypotheses%best(order(1)), c, z, loss, share)
+        if (behind > 2*ALIAS_LOSS .and. share > ALIAS_SHARE) cycle
+        least = min(least, loss)
+      end do
+      if (behind <= ALIAS_LOSS .or. least <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
+    end do
+  end subroutine find_set
+
+  !> A name or a set, and its probability. `together` are the effects of the best explanation by several.
+  subroutine grade(design, calibration, seed, together, decision)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer(i8), intent(in) :: seed
+    integer, intent(in) :: together(:)
+    type(decision_t), intent(inout) :: decision
+    logical :: is_name
+    integer :: i
+    decision%name_power = name_power(design, calibration, design%candidates(decision%causes)%effect, &
+                                     decision%snr, log(REMAINDER_LEVEL), POWER_DRAWS, seed)
+    decision%has_further = any([(any(together == decision%set(i)), i=1, size(decision%set))])
+    if (decision%is_together) then
+      is_name = .true.
+      decision%probability = decision%posterior_together
+    else
+      is_name = size(decision%set) == 1
+      decision%probability = sum(decision%posterior(decision%set))
+      ! A second cause beside it, however probable, would not make the first one wrong.
+      if (is_name .and. decision%has_further) &
+        decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
+    end if
+    decision%verdict = VERDICT_NAMED
+    if (.not. is_name) then
+      call take_back_name(decision, ALIAS)
+    else if (decision%name_power < POWER) then
+      call take_back_name(decision, NO_POWER)
+    else if (decision%probability < NAME_PROBABILITY) then
+      call take_back_name(decision, NOT_SURE)
+    end if
+  end subroutine grade
+
+  !> A set in place of a name, for a reason.
+  pure subroutine take_back_name(decision, reason)
+    type(decision_t), intent(inout) :: decision
+    character(*), intent(in) :: reason
+    decision%reason = reason
+    decision%verdict = VERDICT_SET
+    decision%probability = sum(decision%posterior(decision%set))
+    if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
+  end subroutine take_back_name
+end module inference_decision

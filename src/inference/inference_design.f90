@@ -1,0 +1,383 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The linear core: everything that can be computed before one looks at the residuals.
+!>
+!> With whitened tangents J of the baseline (priors as further rows) and S of all effects, what the baseline can
+!> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. What is left of all effects and of
+!> patterns of unknown causes spans k dimensions with the orthonormal basis X. z = X^T r holds all that tests ask of
+!> the residuals r: k independent numbers of variance 1 if the baseline is true. This is the min-max test of Doehler,
+!> Mevel and Zhang, Annual Reviews in Control 42 (2016) 244, for which nuisance parameters are rejected by projection.
+module inference_design
+  use base_errors, only: failure_t, require
+  use base_kinds, only: rp
+  use base_lapack, only: decompose, orthogonalise
+  use inference_simulator, only: quantity_t, simulator_t
+  use inference_strengths, only: strength, strengths_t
+  use inference_weights, only: cell_weights
+  use inference_whitener, only: whitener_t
+  implicit none
+  private
+  public :: design_t, candidate_t, family_t, build_design, is_part_of
+
+  real(rp), parameter, public :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
+  !> But what is so large that its remainder still has this signal-to-noise ratio for one prior sd can be seen, down to the
+  !> fraction at which the linear approximation may be what remains.
+  real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
+  real(rp), parameter :: FAINT = 0.5_rp         !< sd that the farthest value in reach makes; a million prior sd is far
+  real(rp), parameter :: FARTHEST = 1.0e6_rp    !< [prior sd], for parameters without bounds
+
+  !> One variant of one effect.
+  type :: candidate_t
+    integer :: effect = 0, variant = 0
+    logical :: is_finer = .false.           !< not scanned
+    real(rp) :: weight = 0                  !< prior share of its effect; those of variants with df > 0 add up to 1
+    integer, allocatable :: columns(:)      !< its parameters
+    integer :: df = 0                       !< directions that the baseline does not absorb; 0: absorbed
+    real(rp) :: retained = 0                !< largest retained fraction of a direction
+    real(rp), allocatable :: basis(:, :)    !< (k, df) orthonormal
+    real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
+    real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is -solve*(basis^T z)
+    real(rp), allocatable :: beside(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
+    type(strengths_t) :: strengths
+  end type candidate_t
+
+  !> Unknown causes of one kind: smooth fields with a Gaussian prior.
+  type :: family_t
+    integer, allocatable :: patterns(:)     !< of the simulator
+    real(rp), allocatable :: basis(:, :)    !< (k, m) principal directions
+    real(rp), allocatable :: scale(:)       !< (m) their sd for unit strength, the largest is 1
+    real(rp), allocatable :: weights(:, :)  !< (patterns, m) pattern amplitudes of unit strength
+    real(rp), allocatable :: alone(:, :)    !< (k, shown) of length 1, those that the baseline does not absorb
+    integer, allocatable :: shown(:)        !< which of `patterns` they are
+    type(strengths_t) :: strength_alone
+    type(strengths_t) :: strengths
+  contains
+    procedure :: map => family_map
+  end type family_t
+
+  type :: design_t
+    real(rp), allocatable :: q(:)           !< the point at which tangents were taken
+    type(whitener_t) :: whitener
+    integer :: k = 0
+    integer :: n_rows = 0                   !< observations and priors
+    integer :: n_rest = 0                   !< degrees of freedom beside baseline and z
+    type(candidate_t), allocatable :: candidates(:)
+    type(family_t), allocatable :: families(:)
+    real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
+    real(rp), allocatable, private :: q_base(:, :), q_all(:, :)
+    integer, allocatable, private :: columns(:)  !< of the tangents
+    real(rp), allocatable :: nuisances(:, :) !< as the simulator gave them
+    real(rp), allocatable, dimension(:, :), private :: tangents, patterns
+  contains
+    procedure :: compress => design_compress
+    procedure :: observed => design_observed
+  end type design_t
+
+contains
+
+  !> Whether a candidate releases a part of what another does.
+  pure logical function is_part_of(one, other)
+    type(candidate_t), intent(in) :: one, other
+    integer :: k
+    is_part_of = size(one%columns) < size(other%columns) .and. &
+                 all([(any(other%columns == one%columns(k)), k=1, size(one%columns))])
+  end function is_part_of
+
+  !> The design of a simulator at q. Candidates whose data are missing, and finer variants that are not released, are left
+  !> out. Fails if the simulator has no result at q. `known` is a design of the same simulator at the same q, of which only
+  !> some effects, or variants, are missing, or at a q close by, whose tangents and patterns are kept; nuisances(n, :), where
+  !> given, take the place of its own, and no direction of a candidate that `known` has is lost to these.
+  subroutine build_design(simulator, q, design, failure, known, nuisances)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    type(design_t), intent(out) :: design
+    type(failure_t), intent(out) :: failure
+    type(design_t), intent(in), optional :: known
+    real(rp), intent(in), optional :: nuisances(:, :)
+    real(rp), allocatable :: tangents(:, :), patterns(:, :), all(:, :), r(:, :)
+    integer, allocatable :: columns(:), least(:)
+    logical :: is_valid
+    integer :: i, n, b
+    n = simulator%n_observations
+    b = simulator%n_baseline
+    columns = [(i, i=1, b), effect_columns(simulator)]
+    design%q = q
+    call take_tangents(simulator, q, columns, design, is_valid, known)
+    if (.not. is_valid) then
+      call failure%raise('the simulator has no result at the best fit of the baseline')
+      return
+    end if
+    if (present(nuisances)) design%nuisances = nuisances
+    call design%whitener%init(simulator, [(i, i=1, n)], failure)
+    if (failure%failed) return
+    call design%whitener%add_directions(design%nuisances)
+    tangents = design%tangents
+    patterns = design%patterns
+    call design%whitener%apply(tangents)
+    call design%whitener%apply(patterns)
+    design%prior = simulator%quantities(:b)%null
+    allocate (design%weight(b), source=0.0_rp)
+    where (simulator%quantities(:b)%prior_sd > 0) design%weight = 1/simulator%quantities(:b)%prior_sd
+    design%n_rows = n + b
+    allocate (all(n + b, b), source=0.0_rp)
+    all(:n, :) = tangents(:, :b)
+    do i = 1, b
+      all(n + i, i) = design%weight(i)
+    end do
+    call orthogonalise(all, design%q_base, r)
+    deallocate (all)
+    allocate (all(n + b, size(columns) - b + size(patterns, 2)), source=0.0_rp)
+    all(:n, :size(columns) - b) = tangents(:, b + 1:)
+    all(:n, size(columns) - b + 1:) = patterns
+    do i = 1, 2 ! once more against rounding
+      all = all - matmul(design%q_base, matmul(transpose(design%q_base), all))
+    end do
+    call orthogonalise(all, design%q_all, r)
+    design%k = size(r, 1)
+    design%n_rest = n + count(design%weight > 0) - b - design%k
+    allocate (least(0))
+    if (present(nuisances) .and. present(known)) least = known%candidates%df
+    call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), &
+                         beside_baseline(tangents, b), least, design)
+    call make_families(simulator, r(:, [(i, i=size(columns) - b + 1, size(r, 2)), &
+                                        field_among(simulator, columns(b + 1:))]), design)
+  end subroutine build_design
+
+  !> All that the simulator has to tell at q. What `known` has is not asked for again.
+  subroutine take_tangents(simulator, q, columns, design, is_valid, known)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    type(design_t), intent(inout) :: design
+    logical, intent(out) :: is_valid
+    type(design_t), intent(in), optional :: known
+    real(rp), allocatable :: residuals(:), fresh(:, :)
+    integer, allocatable :: missing(:)
+    integer :: i, n
+    n = simulator%n_observations
+    design%columns = columns
+    missing = columns
+    if (present(known)) missing = pack(columns, [(all(known%columns /= columns(i)), i=1, size(columns))])
+    allocate (residuals(n), fresh(n, size(missing)), design%tangents(n, size(columns)))
+    call simulator%evaluate(q, missing, residuals, fresh, is_valid)
+    if (.not. is_valid) return
+    call simulator%accept()
+    do i = 1, size(columns)
+      if (any(missing == columns(i))) then
+        design%tangents(:, i) = fresh(:, findloc(missing, columns(i), 1))
+      else
+        design%tangents(:, i) = known%tangents(:, findloc(known%columns, columns(i), 1))
+      end if
+    end do
+    if (present(known)) then
+      design%nuisances = known%nuisances
+      design%patterns = known%patterns
+    else
+      allocate (design%nuisances(n, simulator%n_nuisances), design%patterns(n, simulator%n_patterns))
+      call simulator%directions(q, design%nuisances, design%patterns, is_valid)
+    end if
+  end subroutine take_tangents
+
+  !> Columns b + 1, .. of the tangents without what the first b imitate, whatever priors say.
+  function beside_baseline(tangents, b) result(beside)
+    real(rp), intent(in) :: tangents(:, :)
+    integer, intent(in) :: b
+    real(rp) :: beside(size(tangents, 1), size(tangents, 2) - b)
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :), basis(:, :)
+    integer :: i
+    call decompose(tangents(:, :b), u, s, vt)
+    basis = u(:, :count(s > 1.0e-9_rp*maxval(s)))
+    beside = tangents(:, b + 1:)
+    do i = 1, 2 ! once more against rounding
+      beside = beside - matmul(basis, matmul(transpose(basis), beside))
+    end do
+  end function beside_baseline
+
+  !> Parameters of all effects that the data can show, each once.
+  function effect_columns(simulator) result(columns)
+    class(simulator_t), intent(in) :: simulator
+    integer, allocatable :: columns(:)
+    integer :: e, v, i
+    allocate (columns(0))
+    do e = 1, size(simulator%effects)
+      if (.not. simulator%effects(e)%is_testable()) cycle
+      do v = 1, size(simulator%effects(e)%variants)
+        if (.not. simulator%effects(e)%variants(v)%is_tried()) cycle
+        associate (wanted => simulator%effects(e)%variants(v)%columns)
+          do i = 1, size(wanted)
+            if (.not. any(columns == wanted(i))) columns = [columns, wanted(i)]
+          end do
+        end associate
+      end do
+    end do
+  end function effect_columns
+
+  !> Where the quantities of the simulator's field are among columns(:).
+  pure function field_among(simulator, columns) result(at)
+    class(simulator_t), intent(in) :: simulator
+    integer, intent(in) :: columns(:)
+    integer, allocatable :: at(:)
+    integer :: i
+    allocate (at(0))
+    if (allocated(simulator%field)) at = [(findloc(columns, simulator%field(i), 1), i=1, size(simulator%field))]
+  end function field_among
+
+  !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection; for
+  !> beside(n, :) see candidate_t. Candidate i keeps least(i) directions at least.
+  subroutine make_candidates(simulator, columns, raw, retained, beside, least, design)
+    class(simulator_t), intent(in) :: simulator
+    integer, intent(in) :: columns(:), least(:)
+    real(rp), intent(in) :: raw(:, :), retained(:, :), beside(:, :)
+    type(design_t), intent(inout) :: design
+    integer :: e, v, n, i, j, first
+    integer, allocatable :: at(:)
+    n = 0
+    do e = 1, size(simulator%effects)
+      if (simulator%effects(e)%is_testable()) n = n + count(simulator%effects(e)%variants%is_tried())
+    end do
+    allocate (design%candidates(n))
+    n = 0
+    do e = 1, size(simulator%effects)
+      if (.not. simulator%effects(e)%is_testable()) cycle
+      first = n + 1
+      do v = 1, size(simulator%effects(e)%variants)
+        if (.not. simulator%effects(e)%variants(v)%is_tried()) cycle
+        n = n + 1
+        associate (c => design%candidates(n))
+          c%effect = e
+          c%variant = v
+          c%is_finer = simulator%effects(e)%variants(v)%is_finer
+          c%columns = simulator%effects(e)%variants(v)%columns
+          if (allocated(at)) deallocate (at)
+          allocate (at(size(c%columns)))
+          do i = 1, size(at)
+            at(i) = findloc(columns, c%columns(i), 1)
+          end do
+          call require(all(simulator%quantities(c%columns)%prior_sd > 0), 'inference_design: effects need a prior')
+          c%tangents = retained(:, at)
+          c%beside = beside(:, at)
+          call fill_candidate(raw(:, at), [(simulator%quantities(c%columns(j))%prior_sd, j=1, size(at))], &
+                              [(reach(simulator%quantities(c%columns(j))), j=1, size(at))], &
+                              sum(least(n:min(n, size(least)))), c)
+        end associate
+      end do
+      associate (own => design%candidates(first:n), variants => simulator%effects(e)%variants)
+        own%weight = cell_weights(reshape([(variants(own(i)%variant)%place, i=1, size(own))], [2, size(own)]), &
+                                  own%is_finer, own%df > 0)
+      end associate
+    end do
+  end subroutine make_candidates
+
+  !> The largest distance of a parameter from its null.
+  elemental real(rp) function reach(quantity)
+    type(quantity_t), intent(in) :: quantity
+    reach = max(abs(quantity%upper - quantity%null), abs(quantity%null - quantity%lower))
+  end function reach
+
+  !> Directions of the candidate in units of prior sd, without those that the baseline absorbs and without parameters
+  !> of which not even the farthest value in their reach(:) would show; the first `least` stay.
+  subroutine fill_candidate(raw, prior_sd, reach, least, c)
+    real(rp), intent(in) :: raw(:, :), prior_sd(:), reach(:)
+    integer, intent(in) :: least
+    type(candidate_t), intent(inout) :: c
+    real(rp) :: scaled(size(c%tangents, 1), size(prior_sd)), length
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :)
+    logical, allocatable :: keep(:)
+    integer :: i, m
+    do i = 1, size(prior_sd)
+      scaled(:, i) = c%tangents(:, i)*prior_sd(i)
+      if (norm2(c%tangents(:, i))*min(reach(i), FARTHEST*prior_sd(i)) < FAINT) scaled(:, i) = 0
+    end do
+    call decompose(scaled, u, s, vt)
+    allocate (keep(size(s)), source=.false.)
+    do i = 1, size(s)
+      length = norm2(matmul(raw, prior_sd*vt(i, :)))
+      if (.not. length > 0) cycle
+      c%retained = max(c%retained, min(1.0_rp, s(i)/length))
+      if (s(i) <= 1.0e-9_rp*s(1) .or. .not. s(1) > 0) cycle
+      keep(i) = i <= least .or. s(i) >= ABSORBED*length .or. (s(i) >= SHOWN .and. s(i) >= RELIABLE*length)
+    end do
+    c%df = count(keep)
+    allocate (c%basis(size(u, 1), c%df), c%solve(size(prior_sd), c%df))
+    m = 0
+    do i = 1, size(s)
+      if (.not. keep(i)) cycle
+      m = m + 1
+      c%basis(:, m) = u(:, i)
+      c%solve(:, m) = prior_sd*vt(i, :)/s(i)
+    end do
+    if (c%df > 0) call c%strengths%init(pack(s, keep)/maxval(s, mask=keep))
+  end subroutine fill_candidate
+
+  subroutine make_families(simulator, retained, design)
+    class(simulator_t), intent(in) :: simulator
+    real(rp), intent(in) :: retained(:, :)
+    type(design_t), intent(inout) :: design
+    real(rp), allocatable :: u(:, :), s(:), vt(:, :)
+    integer :: f, i, m
+    m = 0
+    if (size(retained, 2) > 0) m = maxval(simulator%family)
+    allocate (design%families(m))
+    do f = 1, m
+      associate (one => design%families(f))
+        one%patterns = pack([(i, i=1, size(retained, 2))], simulator%family == f)
+        call decompose(retained(:, one%patterns), u, s, vt)
+        i = count(s > 1.0e-6_rp*maxval(s))
+        one%basis = u(:, :i)
+        one%scale = s(:i)/maxval(s)
+        one%weights = transpose(vt(:i, :))/maxval(s)
+        call one%strengths%init(one%scale)
+        call one%strength_alone%init([1.0_rp])
+        one%shown = pack([(i, i=1, size(one%patterns))], one%patterns <= min(simulator%n_patterns, simulator%n_alone) &
+                         .and. norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s))
+        one%alone = retained(:, one%patterns(one%shown))
+        do i = 1, size(one%alone, 2)
+          one%alone(:, i) = one%alone(:, i)/norm2(one%alone(:, i))
+        end do
+      end associate
+    end do
+  end subroutine make_families
+
+  !> Posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
+  subroutine family_map(self, z, mean, sd)
+    class(family_t), intent(in) :: self
+    real(rp), intent(in) :: z(:)
+    real(rp), allocatable, intent(out) :: mean(:), sd(:)
+    real(rp) :: w(size(self%scale)), tau, largest, resolved
+    integer :: i
+    w = matmul(z, self%basis)
+    tau = strength(maxloc(matmul(w**2, self%strengths%gain) - self%strengths%offset, 1))
+    mean = matmul(self%weights, tau*self%scale/(1 + tau*self%scale**2)*w)
+    ! The columns of weights have the length of one over the largest singular value.
+    largest = 1/maxval(norm2(self%weights, 1))
+    allocate (sd(size(mean)))
+    do i = 1, size(sd)
+      resolved = sum(self%weights(i, :)**2*tau*(tau*self%scale**2/(1 + tau*self%scale**2)))
+      sd(i) = sqrt(max(0.0_rp, tau/largest**2 - resolved))
+    end do
+  end subroutine family_map
+
+  !> z(k) and the sum of squares of what lies beside baseline and z, of residuals(n) of the simulator where its baseline
+  !> unknowns have the values p(:).
+  subroutine design_compress(self, residuals, p, z, rest)
+    class(design_t), intent(in) :: self
+    real(rp), intent(in) :: residuals(:), p(:)
+    real(rp), intent(out) :: z(:), rest
+    real(rp) :: r(self%n_rows)
+    integer :: n
+    n = size(residuals)
+    r(:n) = residuals
+    call self%whitener%apply_one(r(:n))
+    r(n + 1:) = (p - self%prior)*self%weight
+    r = r - matmul(self%q_base, matmul(r, self%q_base))
+    z = matmul(r, self%q_all)
+    rest = max(0.0_rp, sum(r**2) - sum(z**2))
+  end subroutine design_compress
+
+  !> What z(k) is among the whitened observations (n).
+  function design_observed(self, z) result(r)
+    class(design_t), intent(in) :: self
+    real(rp), intent(in) :: z(:)
+    real(rp) :: r(self%whitener%n)
+    r = matmul(self%q_all(:self%whitener%n, :), z)
+  end function design_observed
+end module inference_design

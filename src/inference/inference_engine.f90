@@ -1,0 +1,198 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds, nonlinear
+!> refits of the leaders, the same once more with nuisances as the best of them has them, verdict, validation on locations
+!> that were left out, intervals.
+module inference_engine
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use inference_calibration, only: find_detectable, find_statistics, statistics_t
+  use inference_calibration_store, only: calibrate, calibration_store_t
+  use inference_decision, only: decide, reject_catalogue, take_back_name, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, &
+                                AT_BOUND, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET
+  use inference_design, only: build_design, design_t
+  use inference_exchange, only: add_finer
+  use inference_intervals, only: find_intervals, find_support, move_to_better
+  use inference_leaders, only: fit_extended, refit_leaders, slot_of_fit
+  use inference_noise_share, only: find_share
+  use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
+  use inference_refit, only: fit_baseline
+  use inference_second_look, only: model_error_t, take_leaders_view
+  use inference_simulator, only: simulator_t, N_SLOTS
+  use inference_validation, only: compare_folds, validate
+  implicit none
+  private
+  public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
+
+  integer, parameter :: FEWEST_REST = 30    !< degrees of freedom from which the size of the noise is estimated
+
+contains
+
+  !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
+  !> `model_error` renews directions of errors. The simulator then stands where the extended fit has ended, or the baseline's
+  !> without one; see `extended_slot`.
+  subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: starts(:, :)
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(out), target :: d
+    type(failure_t), intent(out) :: failure
+    class(calibration_store_t), intent(inout), optional :: store
+    class(model_error_t), intent(inout), optional :: model_error
+    type(refit_t), allocatable :: before(:)
+    integer :: n_effects
+    real(rp), allocatable :: again(:), best(:, :), nuisances(:, :)
+    logical :: is_scale_known, has_finer, is_new
+    type(design_t) :: finer
+    n_effects = size(simulator%effects)
+    allocate (d%refits(0))
+    call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure, nuisances)
+    if (failure%failed) return
+    if (.not. options%is_scale_known) then
+      call find_share(simulator, d%baseline%q, is_new)
+      best = reshape(d%baseline%q, [size(d%baseline%q), 1])
+      if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure, nuisances)
+      if (failure%failed) return
+    end if
+    d%plain = d%baseline
+    call build_design(simulator, d%baseline%q, d%design, failure, nuisances=nuisances)
+    if (failure%failed) return
+    call simulator%keep() ! where all refits begin
+    ! Without directions that no test uses the noise model is believed.
+    is_scale_known = options%is_scale_known .or. d%design%n_rest < FEWEST_REST
+    if (simulator%n_observations < 2*simulator%n_baseline) then
+      d%decision%verdict = VERDICT_INSUFFICIENT
+      d%decision%causes = [integer ::]
+      d%decision%set = [integer ::]
+      return
+    end if
+    call calibrate(d%design, n_effects, is_scale_known, options%n_draws, options%seed, d%calibration, store)
+    call find_detectable(d%design, d%calibration, n_effects, LEVEL, d%detectable_snr)
+    call judge(simulator, options, is_scale_known, d, failure)
+    if (failure%failed) return
+    if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
+      if (options%validates) &
+        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
+      call simulator%recall()
+      return
+    end if
+    call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
+    if (has_finer) then
+      call build_design(simulator, d%baseline%q, finer, failure, d%design)
+      finer%n_rest = d%design%n_rest
+      d%design = finer
+      if (.not. failure%failed) call judge(simulator, options, is_scale_known, d, failure)
+      if (failure%failed) return
+    end if
+    call refit_leaders(simulator, options, d)
+    call simulator%recall()
+    if (options%validates) &
+      call validate(simulator, d%plain%active, d%plain%q, d%design%nuisances, options%fit, d%validated)
+    call take_leaders_view(simulator, options, d, is_new, model_error)
+    if (is_new) then
+      call judge(simulator, options, is_scale_known, d, failure)
+      if (failure%failed) return
+      before = d%refits
+      call refit_leaders(simulator, options, d, before)
+    end if
+    call confirm(simulator, options, d)
+    call simulator%recall(d%extended_slot)
+  end subroutine run_diagnosis
+
+  !> What the tangents alone say: z, statistics, odds, and a first verdict. Statistics that are there already are those of
+  !> the scan, with which the global p and the size of the noise stay: finer places may leave nothing to tell it from.
+  subroutine judge(simulator, options, is_scale_known, d, failure)
+    class(simulator_t), intent(inout) :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    logical, intent(in) :: is_scale_known
+    type(diagnosis_t), intent(inout) :: d
+    type(failure_t), intent(out) :: failure
+    type(statistics_t) :: scan
+    real(rp) :: rest
+    integer :: n_effects
+    n_effects = size(simulator%effects)
+    scan = d%statistics
+    rest = d%rest
+    if (allocated(d%z)) deallocate (d%z)
+    allocate (d%z(d%design%k))
+    call compress_at(simulator, d%baseline%q, d%design, d%z, d%rest, failure)
+    if (failure%failed) return
+    if (allocated(scan%effect)) d%rest = rest
+    call find_statistics(d%design, n_effects, is_scale_known, d%z, d%rest, d%statistics)
+    if (allocated(scan%effect)) then
+      d%statistics%effect = scan%effect
+      d%statistics%unknown = scan%unknown
+    end if
+    if (.not. is_scale_known) d%scale = d%rest/d%design%n_rest
+    d%z = d%z/sqrt(d%scale)
+    call d%hypotheses%init(d%design, n_effects, d%z)
+    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear)
+    d%decision = d%linear
+  end subroutine judge
+
+  !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
+  !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
+  !> stands at a bound, or if it does not predict better. The rest of several causes gets no name either, as it has been found
+  !> to explain too little.
+  subroutine confirm(simulator, options, d)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout), target :: d
+    integer, parameter :: OWN_SLOT = N_SLOTS
+    logical :: ok
+    if (size(d%decision%causes) == 0) return
+    d%extended_slot = fitted_already(d)
+    if (d%extended_slot == 0) then
+      call fit_extended(simulator, options, d, d%decision%causes, OWN_SLOT, d%extended)
+      if (d%extended%is_found) d%extended_slot = OWN_SLOT
+    end if
+    if (.not. d%extended%is_found) then
+      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision, NO_FIT)
+      return
+    end if
+    d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
+    ! Whatever the causes explain, most of the misfit is something else.
+    if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
+      call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
+    end if
+    call simulator%recall(d%extended_slot)
+    ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next.
+    if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
+      call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
+      if (ok) then
+        d%extended_slot = OWN_SLOT
+        call simulator%keep(OWN_SLOT)
+        call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      end if
+      call find_support(simulator%quantities, d%design%candidates(d%decision%causes), simulator%n_baseline, &
+                        d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
+    end if
+    if (options%validates) then
+      call simulator%recall(d%extended_slot)
+      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
+      call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
+      d%has_gain = ok
+    end if
+    if (d%decision%verdict /= VERDICT_NAMED) return
+    if (options%finds_intervals .and. .not. d%is_null_excluded) then
+      call take_back_name(d%decision, NO_INTERVAL)
+    else if (d%is_at_bound) then
+      call take_back_name(d%decision, AT_BOUND)
+    else if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) then
+      call take_back_name(d%decision, NO_GAIN)
+    end if
+  end subroutine confirm
+
+  !> Where the simulator keeps the fit of a single cause of the verdict, which is then the extended model; 0: it has none.
+  integer function fitted_already(d) result(slot)
+    type(diagnosis_t), intent(inout) :: d
+    integer :: i
+    slot = 0
+    if (size(d%decision%causes) > 1) return
+    do i = 1, size(d%refits)
+      if (d%refits(i)%candidate /= d%decision%causes(1)) cycle
+      d%extended = d%refits(i)%found
+      slot = slot_of_fit(d%design, d%refits(i))
+    end do
+  end function fitted_already
+end module inference_engine

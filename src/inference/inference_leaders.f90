@@ -1,0 +1,279 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Full nonlinear fits of the effects that lead, which correct what tangents say of them.
+module inference_leaders
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use inference_decision, only: decide, rank_effects, VERDICT_UNKNOWN
+  use inference_design, only: design_t, is_part_of
+  use inference_exchange, only: find_exchange
+  use inference_hypotheses, only: explain, explained_t, remainder_log_p
+  use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
+  use inference_refit, only: fit_nested, nested_fit_t, roughly
+  use inference_simulator, only: simulator_t, N_SLOTS
+  use least_squares_fit, only: fit_options_t
+  implicit none
+  private
+
+  integer, parameter :: TRIAL_SLOT = N_SLOTS !< of the simulator, for what may be taken
+  real(rp), parameter :: DISAPPOINTING = 20.0_rp !< of the sum of squares, in units of the noise
+
+  public :: fit_extended, refit_leaders, slot_of_fit
+
+contains
+
+  !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
+  !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much; a part of
+  !> a fitted one is; and if most of the misfit is left, all are until one leaves less. An unknown cause, or several together,
+  !> are the answer only after all were fitted that the tangents prefer to nothing: some effects change their shape with
+  !> their strength. `before`, where given, are refits with other nuisances, from which those of the same effects begin.
+  subroutine refit_leaders(simulator, options, d, before)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(in), optional :: before(:)
+    real(rp), parameter :: FAR = 10.0_rp ! of the log evidence
+    type(refit_t) :: one, full
+    type(explained_t) :: alone
+    logical :: is_better
+    real(rp) :: linear(size(d%hypotheses%effect)), least
+    logical :: is_tried(size(d%hypotheses%effect))
+    integer, allocatable :: order(:)
+    integer :: i, round, turn, n_fitted, known
+    order = rank_effects(d%hypotheses)
+    linear = d%hypotheses%effect
+    least = huge(least)
+    is_tried = .false.
+    if (allocated(d%refits)) deallocate (d%refits)
+    allocate (d%refits(0))
+    do round = 1, 2
+      n_fitted = size(d%refits)
+      do turn = 1, round*size(order) ! in round 2 once more, for parts of what was fitted meanwhile
+        i = modulo(turn - 1, size(order)) + 1
+        one = refit_t(candidate=d%hypotheses%best(order(i)))
+        if (is_tried(order(i)) .or. .not. is_worth_it()) cycle
+        is_tried(order(i)) = .true.
+        known = place_in_before()
+        if (known > 0) then
+          one%candidate = before(known)%candidate
+          call fit_extended(simulator, options, d, [one%candidate], slot_of_fit(d%design, one), one%found, &
+                            before(known))
+        else
+          call fit_extended(simulator, options, d, [one%candidate], slot_of_fit(d%design, one), one%found, &
+                            is_rough=round == 2)
+        end if
+        if (.not. one%found%is_found) cycle
+        call explain(d%design, [one%candidate], d%z, alone)
+        one%promised = alone%square
+        call take_refit(simulator, d, one)
+        if (round == 2 .and. known == 0 .and. .not. is_behind(order(i))) then
+          full = one
+          call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, full%found, one)
+          call take_better(simulator, d, full, one, 0.0_rp, is_better)
+        end if
+        d%refits = [d%refits, one]
+        least = min(least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
+      end do
+      if (round == 2 .and. size(d%refits) == n_fitted) exit
+      do i = 1, size(d%refits)
+        one = d%refits(i)
+        call begin_at_whole(simulator, options, d, one, merge(0, n_fitted, i > n_fitted))
+        d%refits(i) = one
+      end do
+      do i = n_fitted + 1, size(d%refits)
+        if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
+        one = d%refits(i)
+        call improve_place(simulator, options, d, one)
+        d%refits(i) = one
+      end do
+      call d%hypotheses%correct_unknown(d%design)
+      call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
+      if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2 .and. &
+          d%decision%posterior_unknown <= sum(d%decision%posterior(d%decision%set))) exit
+    end do
+
+  contains
+
+    !> Whether the effect in place i of the order is to be fitted in this round.
+    logical function is_worth_it()
+      integer :: k
+      is_worth_it = any([(is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate)), &
+                          k=1, size(d%refits))])
+      if (is_worth_it) return
+      if (round == 2) then
+        is_worth_it = linear(order(i)) > 0 .or. &
+                      any(simulator%quantities(d%design%candidates(one%candidate)%columns)%strong > 0)
+        return
+      end if
+      is_worth_it = i <= options%most_refits .or. least >= LARGEST_SCALE
+      if (.not. is_worth_it .or. any(d%linear%set == order(i))) return
+      is_worth_it = linear(order(i)) >= linear(order(1)) - FAR - maxval(abs(d%hypotheses%correction))
+    end function is_worth_it
+
+    !> Where the effect in place i of the order is in `before`; 0: nowhere.
+    integer function place_in_before() result(known)
+      known = 0
+      if (present(before)) known = findloc(d%design%candidates(before%candidate)%effect, order(i), 1)
+    end function place_in_before
+
+    !> Whether effect e has become so improbable that fits are not worth their time.
+    logical function is_behind(e)
+      integer, intent(in) :: e
+      is_behind = d%hypotheses%effect(e) < maxval(d%hypotheses%effect) - FAR
+    end function is_behind
+
+  end subroutine refit_leaders
+
+  !> Where the simulator keeps the end of a refit.
+  pure integer function slot_of_fit(design, one) result(slot)
+    type(design_t), intent(in) :: design
+    type(refit_t), intent(in) :: one
+    slot = N_SLOTS + design%candidates(one%candidate)%effect
+  end function slot_of_fit
+
+  !> `one` becomes `other`, a fit of the same effect that ended at the place in TRIAL_SLOT, if its sum of squares is smaller by
+  !> more than `worth`.
+  subroutine take_better(simulator, d, other, one, worth, is_better)
+    class(simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: other, one
+    real(rp), intent(in) :: worth
+    logical, intent(out) :: is_better
+    is_better = other%found%is_found
+    if (is_better) is_better = other%found%cost() < one%found%cost() - worth
+    if (.not. is_better) return
+    call simulator%recall(TRIAL_SLOT)
+    call simulator%keep(slot_of_fit(d%design, other))
+    call take_refit(simulator, d, other)
+    one = other
+  end subroutine take_better
+
+  !> Enters what a refit found. It is looked at where the fit ended: a wing may have another equilibrium with the same
+  !> parameters.
+  subroutine take_refit(simulator, d, one)
+    class(simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: one
+    type(explained_t) :: alone
+    type(failure_t) :: failure
+    real(rp) :: z(d%design%k), rest
+    one%gain = (d%baseline%cost() - one%found%cost())/d%scale
+    call explain(d%design, [one%candidate], d%z, alone)
+    call simulator%recall(slot_of_fit(d%design, one))
+    call compress_at(simulator, one%found%q, d%design, z, rest, failure)
+    if (failure%failed) return
+    z = z/sqrt(d%scale)
+    z = z - matmul(alone%basis, matmul(z, alone%basis))
+    one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
+    associate (e => d%design%candidates(one%candidate)%effect)
+      d%hypotheses%best(e) = one%candidate
+      call d%hypotheses%correct(e, 0.5_rp*(one%gain - one%promised), one%gain, one%remainder_log_p, &
+                                z + d%z - alone%left)
+    end associate
+  end subroutine take_refit
+
+  !> Where an effect is a part of others whose fits are better it may be enough alone, but not be found from the baseline,
+  !> where its tangents show nothing of it: fits it also from these, but for the first n_tried refits.
+  subroutine begin_at_whole(simulator, options, d, one, n_tried)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: one
+    integer, intent(in) :: n_tried
+    type(refit_t) :: other
+    logical :: is_better
+    integer :: k
+    do k = n_tried + 1, size(d%refits)
+      if (.not. is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate))) cycle
+      if (d%refits(k)%found%cost() > one%found%cost() - DISAPPOINTING*d%scale) cycle
+      other = one
+      call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, other%found, d%refits(k))
+      call take_better(simulator, d, other, one, 0.0_rp, is_better)
+    end do
+  end subroutine begin_at_whole
+
+  !> Exchanges the variant of a refit for others of its effect as long as they promise to be better, and are.
+  subroutine improve_place(simulator, options, d, one)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(inout) :: one
+    integer, parameter :: MOST = 4
+    real(rp), parameter :: WORTH = 2.0_rp ! of the sum of squares, in units of the noise
+    type(refit_t) :: other
+    real(rp) :: gain
+    logical :: is_better
+    integer :: n
+    other = one
+    do n = 1, MOST
+      call find_exchange(simulator, d%design, d%whitener, one%candidate, one%found, slot_of_fit(d%design, one), &
+                         other%candidate, gain)
+      if (other%candidate == 0 .or. gain < WORTH*d%scale) return
+      call fit_extended(simulator, options, d, [other%candidate], TRIAL_SLOT, other%found, one)
+      call take_better(simulator, d, other, one, WORTH*d%scale, is_better)
+      if (.not. is_better) return
+    end do
+  end subroutine improve_place
+
+  !> The baseline with candidates, fitted in full: from the fit of the baseline, and if that finds much less than the
+  !> tangents promise, or if they tell little of it, also from the values before any fit, as joints that a wrong model
+  !> made rigid do not come back. `near`, where given, is a refit of this or another variant, or of an effect of which this
+  !> is a part: one candidate is then fitted from it, where it has ended, and as without it only if that does not succeed.
+  !> The end is a rough one if `is_rough`; the simulator keeps it in `slot`.
+  subroutine fit_extended(simulator, options, d, candidates, slot, found, near, is_rough)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(in), target :: d
+    integer, intent(in) :: candidates(:), slot
+    type(nested_fit_t), intent(out) :: found
+    type(refit_t), intent(in), optional :: near
+    logical, intent(in), optional :: is_rough
+    type(nested_fit_t) :: other
+    type(fit_options_t) :: how
+    type(explained_t) :: together
+    integer, allocatable :: active(:)
+    real(rp) :: q(size(simulator%quantities)), usual(size(simulator%quantities))
+    logical :: is_strong
+    integer :: i
+    how = options%fit
+    if (present(is_rough)) then
+      if (is_rough) how = roughly(how)
+    end if
+    active = d%baseline%active
+    q = simulator%null_point()
+    do i = 1, size(candidates)
+      associate (one => d%design%candidates(candidates(i)))
+        active = [active, one%columns]
+        if (one%df > 0) q(one%columns) = q(one%columns) - matmul(one%solve, matmul(d%z*sqrt(d%scale), one%basis))
+        where (simulator%quantities(one%columns)%strong > 0) q(one%columns) = simulator%quantities(one%columns)%strong
+      end associate
+    end do
+    usual = q
+    call simulator%recall()
+    if (present(near)) then
+      associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
+        q = near%found%q
+        q(old) = simulator%quantities(old)%null
+        if (size(new) == size(old)) q(new) = near%found%q(old)
+        if (size(new) < size(old)) q(new) = near%found%q(new)
+      end associate
+      call simulator%recall(slot_of_fit(d%design, near), only_shapes=.true.)
+      call fit_nested(simulator, d%whitener, active, q, options%fit, found, usual)
+      call simulator%keep(slot)
+      if (found%is_found) return
+      call simulator%recall()
+    end if
+    call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, usual)
+    call simulator%keep(slot)
+    call explain(d%design, candidates, d%z, together)
+    is_strong = any(simulator%quantities(active)%strong > 0)
+    if (found%is_found .and. .not. is_strong .and. &
+        d%baseline%cost() - found%cost() > d%scale*(together%square - DISAPPOINTING)) return
+    call simulator%recall()
+    q = max(simulator%quantities%lower, min(simulator%quantities%upper, usual))
+    call fit_nested(simulator, d%whitener, active, q, how, other, usual)
+    if (.not. other%is_found) return
+    if (found%is_found .and. .not. other%cost() < found%cost()) return
+    found = other
+    call simulator%keep(slot)
+  end subroutine fit_extended
+end module inference_leaders

@@ -1,0 +1,80 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How much of the errors neighbours share. The scatter of neighbours tells the errors that they do not share; the declared
+!> sd less that tells the rest only where the declared sd is right. So the rest is what makes the data most probable,
+!> under normal priors of the baseline's parameters and of unknown causes of unit strength everywhere, which therefore
+!> are no errors.
+module inference_noise_share
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use inference_simulator, only: simulator_t
+  use inference_whitener, only: whitener_t
+  implicit none
+  private
+  public :: find_share
+
+  integer, parameter :: MOST_EVALUATIONS = 9
+  real(rp), parameter :: LARGEST = 0.9_rp !< share of the variance
+
+contains
+
+  !> Sets the share at the baseline q by golden section over it. is_new: it is another one than before by more than a
+  !> thousandth. Where something fails the share stays.
+  subroutine find_share(simulator, q, is_new)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    logical, intent(out) :: is_new
+    real(rp), parameter :: GOLDEN = 0.6180339887498949_rp
+    real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :), directions(:, :)
+    real(rp) :: ends(2), inner(2), values(2), before
+    integer :: i, n, m
+    logical :: ok
+    is_new = .false.
+    before = simulator%common_share()
+    if (before < 0) return
+    n = simulator%n_observations
+    m = simulator%n_baseline
+    allocate (residuals(n), jacobian(n, m), nuisances(n, simulator%n_nuisances), patterns(n, simulator%n_patterns))
+    call simulator%evaluate(q, [(i, i=1, m)], residuals, jacobian, ok)
+    if (ok) call simulator%directions(q, nuisances, patterns, ok)
+    if (.not. ok) return
+    do i = 1, m
+      jacobian(:, i) = jacobian(:, i)*simulator%quantities(i)%prior_sd
+    end do
+    directions = reshape([nuisances, jacobian, patterns], [n, size(nuisances, 2) + m + size(patterns, 2)])
+    ends = [0.0_rp, LARGEST]
+    inner = ends(2) - (ends(2) - ends(1))*[GOLDEN, 1 - GOLDEN]
+    values = [log_likelihood(inner(1)), log_likelihood(inner(2))]
+    do i = 3, MOST_EVALUATIONS
+      if (values(1) > values(2)) then
+        ends(2) = inner(2)
+        inner = [ends(2) - GOLDEN*(ends(2) - ends(1)), inner(1)]
+        values = [log_likelihood(inner(1)), values(1)]
+      else
+        ends(1) = inner(1)
+        inner = [inner(2), ends(1) + GOLDEN*(ends(2) - ends(1))]
+        values = [values(2), log_likelihood(inner(2))]
+      end if
+    end do
+    call simulator%set_common_share(merge(sum(ends)/2, before, maxval(values) > -huge(1.0_rp)))
+    is_new = abs(simulator%common_share() - before) > 1.0e-3_rp
+
+  contains
+
+    !> Logarithm of the probability density of the data, without a constant.
+    real(rp) function log_likelihood(share) result(value)
+      real(rp), intent(in) :: share
+      type(whitener_t) :: whitener
+      type(failure_t) :: failure
+      real(rp) :: left(n)
+      integer :: k
+      call simulator%set_common_share(share)
+      value = -huge(1.0_rp)
+      call whitener%init(simulator, [(k, k=1, n)], failure)
+      if (failure%failed) return
+      call whitener%add_directions(directions)
+      left = residuals
+      call whitener%apply_one(left)
+      value = -0.5_rp*(whitener%log_determinant + sum(left**2))
+    end function log_likelihood
+  end subroutine find_share
+end module inference_noise_share

@@ -1,0 +1,90 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a diagnosis is asked for and everything that comes out of it.
+module inference_record
+  use base_errors, only: failure_t
+  use base_kinds, only: i8, rp
+  use inference_calibration, only: calibration_t, statistics_t
+  use inference_decision, only: decision_t
+  use inference_design, only: design_t
+  use inference_hypotheses, only: hypotheses_t
+  use inference_refit, only: nested_fit_t
+  use inference_simulator, only: simulator_t
+  use inference_validation, only: validation_t
+  use inference_whitener, only: whitener_t
+  use least_squares_fit, only: fit_options_t
+  use least_squares_profile, only: interval_t
+  implicit none
+  private
+  public :: compress_at, diagnosis_options_t, diagnosis_t, refit_t
+
+  real(rp), parameter, public :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
+
+  type :: diagnosis_options_t
+    !> Of a sum of squares of about a thousand, to a hundredth: log evidences are compared in units of one.
+    type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=1.0e-5_rp, most_rejections=4)
+    integer :: n_draws = 4000            !< of the bootstrap
+    integer(i8) :: seed = 1
+    integer :: most_refits = 5           !< leaders that are fitted in full
+    logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
+    logical :: validates = .true.
+    logical :: finds_intervals = .true.
+  end type diagnosis_options_t
+
+  !> A leader that was fitted in full.
+  type :: refit_t
+    integer :: candidate = 0
+    type(nested_fit_t) :: found
+    real(rp) :: gain = 0                 !< of the sum of squares over the baseline, in units of the noise
+    real(rp) :: promised = 0             !< the same by the tangents
+    real(rp) :: remainder_log_p = 0
+  end type refit_t
+
+  !> Everything that came out.
+  type :: diagnosis_t
+    type(whitener_t) :: whitener
+    type(nested_fit_t) :: plain          !< the baseline for itself
+    type(nested_fit_t) :: baseline       !< the same with the nuisances of the refits, which may be those at the leader
+    real(rp), allocatable :: spread(:)   !< of the starts, see fit_baseline
+    type(design_t) :: design
+    type(calibration_t) :: calibration
+    real(rp) :: scale = 1                !< estimated over declared variance of the noise
+    real(rp), allocatable :: z(:)        !< in units of the noise
+    real(rp) :: rest = 0
+    real(rp) :: extended_scale = 0       !< variance of what the extended model leaves over that of the noise model
+    type(statistics_t) :: statistics
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: linear, decision !< before and after the refits
+    type(refit_t), allocatable :: refits(:)
+    type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
+    integer :: extended_slot = 0         !< where the simulator keeps its end, 0: the end of the baseline
+    type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
+    logical :: is_null_excluded = .false. !< for each of the causes
+    logical :: is_at_bound = .false.     !< a parameter that excludes its null
+    type(validation_t) :: validated, validated_extended
+    real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out
+    logical :: has_gain = .false.
+    real(rp), allocatable :: detectable_snr(:) !< (effects)
+    integer :: n_design_evaluations = 0
+  end type diagnosis_t
+
+contains
+
+  !> z and rest of the data at the point q.
+  subroutine compress_at(simulator, q, design, z, rest, failure)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    type(design_t), intent(in) :: design
+    real(rp), intent(out) :: z(:), rest
+    type(failure_t), intent(out) :: failure
+    real(rp) :: residuals(simulator%n_observations), jacobian(simulator%n_observations, 0)
+    logical :: is_valid
+    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    if (.not. is_valid) then
+      z = 0
+      rest = 0
+      call failure%raise('the simulator has no result at a point that was fitted')
+      return
+    end if
+    call design%compress(residuals, q(:simulator%n_baseline), z, rest)
+  end subroutine compress_at
+end module inference_record

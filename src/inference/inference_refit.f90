@@ -1,0 +1,327 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Full nonlinear fits of nested models: the unknowns of the baseline and, with them, parameters of effects.
+!>
+!> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out.
+!> The directions of nuisances depend on the point, and are taken anew at the optimum of the baseline until it stays.
+!> Effects have no prior here: no name may rest on what was thought of its strength before.
+module inference_refit
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use inference_simulator, only: simulator_t
+  use inference_whitener, only: whitener_t
+  use least_squares_fit, only: fit, fit_options_t, fit_report_t
+  use least_squares_posterior, only: find_posterior, posterior_t
+  use least_squares_problem, only: least_squares_t, unknowns_t
+  implicit none
+  private
+  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_roughly, nested_unknowns, roughly, &
+            settle_nuisances
+
+  real(rp), parameter :: ROUGH = 1.0e-3_rp !< of the sum of squares
+
+  !> A model with the quantities `active` free and all others at q.
+  type, extends(least_squares_t) :: nested_problem_t
+    class(simulator_t), pointer :: simulator => null()
+    type(whitener_t), pointer :: whitener => null()
+    integer, allocatable :: active(:)
+    real(rp), allocatable :: q(:)
+    real(rp), allocatable, private :: raw(:), raw_jacobian(:, :)
+  contains
+    procedure :: init => nested_init
+    procedure :: evaluate => nested_evaluate
+    procedure :: accept => nested_accept
+    procedure :: keep => nested_keep
+    procedure :: go_back => nested_go_back
+  end type nested_problem_t
+
+  !> A model that was fitted.
+  type :: nested_fit_t
+    logical :: is_found = .false.
+    integer, allocatable :: active(:)
+    real(rp), allocatable :: q(:)            !< all quantities
+    real(rp) :: chi2 = 0, prior_chi2 = 0     !< of whitened residuals, of priors
+    real(rp), allocatable :: covariance(:, :) !< (active, active) in the linear approximation
+    logical, allocatable :: is_at_bound(:)   !< (active)
+    integer :: n_evaluations = 0
+  contains
+    procedure :: cost => nested_cost
+  end type nested_fit_t
+
+contains
+
+  !> The problem over the observations of the whitener, from the point q. Both must live as long as the problem.
+  subroutine nested_init(self, simulator, whitener, active, q)
+    class(nested_problem_t), intent(inout) :: self
+    class(simulator_t), intent(in), target :: simulator
+    type(whitener_t), intent(in), target :: whitener
+    integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
+    self%simulator => simulator
+    self%whitener => whitener
+    self%n_residuals = whitener%n
+    self%active = active
+    self%q = q
+    if (allocated(self%raw)) deallocate (self%raw, self%raw_jacobian)
+    allocate (self%raw(simulator%n_observations), self%raw_jacobian(simulator%n_observations, size(active)))
+  end subroutine nested_init
+
+  subroutine nested_evaluate(self, p, residuals, jacobian, is_valid)
+    class(nested_problem_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    real(rp) :: both(size(residuals), size(p) + 1)
+    self%q(self%active) = p
+    residuals = 0
+    jacobian = 0
+    call self%simulator%evaluate(self%q, self%active, self%raw, self%raw_jacobian, is_valid)
+    if (.not. is_valid) return
+    both(:, 1) = self%raw(self%whitener%rows)
+    both(:, 2:) = self%raw_jacobian(self%whitener%rows, :)
+    call self%whitener%apply(both)
+    residuals = both(:, 1)
+    jacobian = both(:, 2:)
+  end subroutine nested_evaluate
+
+  subroutine nested_accept(self)
+    class(nested_problem_t), intent(inout) :: self
+    call self%simulator%accept()
+  end subroutine nested_accept
+
+  subroutine nested_keep(self, slot)
+    class(nested_problem_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    call self%simulator%keep(slot)
+  end subroutine nested_keep
+
+  subroutine nested_go_back(self, slot)
+    class(nested_problem_t), intent(inout) :: self
+    integer, intent(in) :: slot
+    call self%simulator%recall(slot)
+  end subroutine nested_go_back
+
+  !> Sum of squares with priors.
+  pure real(rp) function nested_cost(self) result(cost)
+    class(nested_fit_t), intent(in) :: self
+    cost = self%chi2 + self%prior_chi2
+  end function nested_cost
+
+  !> Bounds and priors of the quantities `active`, and usual changes for a search that starts at q.
+  function nested_unknowns(simulator, active, q) result(unknowns)
+    class(simulator_t), intent(in) :: simulator
+    integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
+    type(unknowns_t) :: unknowns
+    integer :: i
+    call unknowns%init(size(active))
+    do i = 1, size(active)
+      associate (one => simulator%quantities(active(i)))
+        unknowns%lower(i) = one%lower
+        unknowns%upper(i) = one%upper
+        unknowns%prior(i) = one%null
+        if (active(i) <= simulator%n_baseline) then
+          unknowns%prior_sd(i) = one%prior_sd
+        else if (.not. one%is_log) then
+          unknowns%unit(i) = max(one%prior_sd, abs(q(active(i)) - one%null))
+        end if
+      end associate
+    end do
+  end function nested_unknowns
+
+  !> Fits the quantities `active` over the observations of the whitener, from q. usual(quantities), where given, is a
+  !> point as far from their null as effects are expected to be.
+  subroutine fit_nested(simulator, whitener, active, q, options, found, usual)
+    class(simulator_t), intent(inout), target :: simulator
+    type(whitener_t), intent(in), target :: whitener
+    integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
+    type(fit_options_t), intent(in) :: options
+    type(nested_fit_t), intent(out) :: found
+    real(rp), intent(in), optional :: usual(:)
+    type(nested_problem_t) :: problem
+    type(unknowns_t) :: unknowns
+    type(fit_report_t) :: report
+    type(posterior_t) :: posterior
+    call problem%init(simulator, whitener, active, q)
+    if (present(usual)) then
+      unknowns = nested_unknowns(simulator, active, usual)
+    else
+      unknowns = nested_unknowns(simulator, active, q)
+    end if
+    call fit(problem, unknowns, q(active), options, report)
+    found%is_found = report%is_converged .or. report%n_accepted > 0
+    found%active = active
+    found%q = q
+    found%q(active) = report%p
+    found%chi2 = report%chi2
+    found%prior_chi2 = report%prior_chi2
+    found%is_at_bound = report%is_at_bound
+    found%n_evaluations = report%n_evaluations
+    posterior = find_posterior(unknowns, report)
+    found%covariance = posterior%covariance
+  end subroutine fit_nested
+
+  !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
+  !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
+  !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of
+  !> `nuisances` at this point, and the fit is the best one with these. spread(starts) is how much less
+  !> probable than the best each start ended (sum of squares and log determinant), huge without an end. Fails if none has
+  !> one.
+  subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure, nuisances)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: starts(:, :)
+    type(fit_options_t), intent(in) :: options
+    type(whitener_t), intent(out), target :: whitener
+    type(nested_fit_t), intent(out) :: found
+    real(rp), allocatable, intent(out) :: spread(:)
+    type(failure_t), intent(out) :: failure
+    real(rp), allocatable, intent(out), optional :: nuisances(:, :)
+    integer, parameter :: MOST_PASSES = 6
+    real(rp), parameter :: SETTLED = 0.05_rp ! in units of the sum of squares
+    type(nested_fit_t) :: one
+    type(failure_t) :: failed
+    real(rp), allocatable :: q(:), seen(:)
+    real(rp) :: before, least
+    integer :: i, s, pass, active(simulator%n_baseline)
+    logical :: is_valid
+    active = [(i, i=1, simulator%n_baseline)]
+    call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
+    if (failure%failed) return
+    allocate (spread(size(starts, 2)), source=huge(1.0_rp))
+    least = huge(least)
+    do s = 1, size(starts, 2)
+      call fit_roughly(simulator, starts(:, s), options, whitener, one, failed)
+      if (failed%failed) cycle
+      spread(s) = one%cost() + whitener%log_determinant
+      if (found%is_found .and. .not. spread(s) < least) cycle
+      least = spread(s)
+      found = one
+      call simulator%keep()
+    end do
+    if (.not. found%is_found) then
+      call failure%raise('the baseline could not be fitted from any start')
+      return
+    end if
+    where (spread < huge(1.0_rp)) spread = spread - least
+    call simulator%recall()
+    least = huge(least)
+    one = found
+    do pass = 1, MOST_PASSES
+      before = one%cost()
+      q = one%q
+      call simulator%forget()
+      call take_directions(simulator, q, whitener, is_valid)
+      if (.not. is_valid) exit
+      call fit_nested(simulator, whitener, active, q, options, one)
+      if (.not. one%is_found) exit
+      if (pass == 1 .or. one%cost() + whitener%log_determinant < least) then
+        least = one%cost() + whitener%log_determinant
+        found = one
+        call simulator%keep()
+      end if
+      if (pass > 1 .and. abs(one%cost() - before) <= SETTLED) exit
+      call settle_nuisances(simulator, whitener, one%q, is_valid)
+    end do
+    call simulator%recall()
+    call take_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
+    if (.not. is_valid) then
+      call failure%raise('the simulator has no result at the best fit of the baseline')
+      return
+    end if
+    ! Without an end of the passes these directions may be others than those of the fit.
+    call whitener%apply_one(seen)
+    if (abs(sum(seen**2) + found%prior_chi2 - found%cost()) <= SETTLED) return
+    call fit_nested(simulator, whitener, active, found%q, options, one)
+    if (one%is_found) found = one
+  end subroutine fit_baseline
+
+  !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
+  !> ends. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are
+  !> found from rest, and if they are others it goes on from them, if that is possible.
+  subroutine fit_roughly(simulator, q, options, whitener, found, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: q(:)
+    type(fit_options_t), intent(in) :: options
+    type(whitener_t), intent(inout), target :: whitener
+    type(nested_fit_t), intent(out) :: found
+    type(failure_t), intent(out) :: failure
+    real(rp), parameter :: SAME = 0.01_rp ! sum of squares of the difference, in units of the noise
+    type(nested_fit_t) :: one
+    real(rp) :: followed(simulator%n_observations), nothing(simulator%n_observations, 0)
+    real(rp), allocatable :: from_rest(:)
+    integer :: i, active(simulator%n_baseline)
+    logical :: is_valid
+    active = [(i, i=1, simulator%n_baseline)]
+    call simulator%forget()
+    call take_directions(simulator, q, whitener, is_valid)
+    if (is_valid) call fit_nested(simulator, whitener, active, q, roughly(options), found)
+    if (.not. found%is_found) then
+      call failure%raise('the baseline could not be fitted')
+      return
+    end if
+    call simulator%evaluate(found%q, [integer ::], followed, nothing, is_valid)
+    call simulator%forget()
+    if (is_valid) call take_directions(simulator, found%q, whitener, is_valid, from_rest)
+    if (.not. is_valid) return
+    followed = followed - from_rest
+    call whitener%apply_one(followed)
+    if (sum(followed**2) <= SAME) then
+      call whitener%apply_one(from_rest)
+      found%chi2 = sum(from_rest**2)
+      return
+    end if
+    call fit_nested(simulator, whitener, active, found%q, roughly(options), one)
+    if (one%is_found) found = one
+  end subroutine fit_roughly
+
+  !> The same choices, with an end where little is gained.
+  pure function roughly(options) result(rough_options)
+    type(fit_options_t), intent(in) :: options
+    type(fit_options_t) :: rough_options
+    rough_options = options
+    rough_options%reduction_tolerance = max(ROUGH, options%reduction_tolerance)
+  end function roughly
+
+  !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear. The
+  !> directions of the whitener, over all observations, are then those at q before that, if there is anything to settle. If
+  !> there is no result (`is_valid` false) errors are as before.
+  subroutine settle_nuisances(simulator, whitener, q, is_valid)
+    class(simulator_t), intent(inout) :: simulator
+    type(whitener_t), intent(inout) :: whitener
+    real(rp), intent(in) :: q(:)
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
+    integer :: n
+    is_valid = .true.
+    if (.not. simulator%settles()) return
+    n = simulator%n_observations
+    allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
+    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    if (is_valid) call simulator%directions(q, nuisances, patterns, is_valid)
+    if (.not. is_valid) return
+    call whitener%add_directions(nuisances)
+    call whitener%apply(nuisances)
+    call whitener%apply_one(residuals)
+    call simulator%settle(-matmul(residuals, nuisances), q, is_valid)
+  end subroutine settle_nuisances
+
+  !> Nuisances at q, where the simulator goes; it then sees these residuals.
+  subroutine take_directions(simulator, q, whitener, is_valid, seen, directions)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    type(whitener_t), intent(inout) :: whitener
+    logical, intent(out) :: is_valid
+    real(rp), allocatable, intent(out), optional :: seen(:), directions(:, :)
+    real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
+    integer :: n
+    n = simulator%n_observations
+    allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
+    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    if (.not. is_valid) return
+    call simulator%accept()
+    if (present(seen)) seen = residuals
+    call simulator%directions(q, nuisances, patterns, is_valid)
+    if (is_valid) call whitener%add_directions(nuisances(whitener%rows, :))
+    if (present(directions)) call move_alloc(nuisances, directions)
+  end subroutine take_directions
+end module inference_refit

@@ -1,0 +1,82 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Whether the rule for names could have rejected one: what it does to data of causes that nobody knows.
+!>
+!> A name that the rule would also have given to most random fields of the same strength says nothing. The name is an effect
+!> and not one of its places, so that in every draw the rule takes the place that suits it best, as it has done with the
+!> data.
+module inference_rejection
+  use base_kinds, only: i8, rp
+  use base_random, only: random_stream_t
+  use inference_calibration, only: calibration_t
+  use inference_design, only: design_t
+  use inference_hypotheses, only: average_variants, explain, explained_t, remainder_log_p
+  implicit none
+  private
+  public :: name_power
+
+  integer(i8), parameter :: UNKNOWN_STREAM = 11
+
+contains
+
+  !> The probability that a name, these effects(:) together, were rejected if the truth were an unknown cause of
+  !> signal-to-noise ratio `snr`: n_draws random fields of each family, that of the family which imitates the name best. (On
+  !> average over families a soft place has power enough: no bent scan looks like one. But a wave of stiffness along its vein
+  !> does.) Names are rejected where log p of what they leave is log_level at most.
+  !> (Odds have no part in it: they hardly ever prefer a wrong name, by the priors alone, and have been asked of the data.)
+  real(rp) function name_power(design, calibration, effects, snr, log_level, n_draws, seed) result(power)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer, intent(in) :: effects(:)
+    real(rp), intent(in) :: snr, log_level
+    integer, intent(in) :: n_draws
+    integer(i8), intent(in) :: seed
+    type(random_stream_t) :: stream
+    real(rp) :: z(design%k), signal(design%k)
+    integer :: d, f, n(size(design%families))
+    power = 0
+    if (size(design%families) == 0) return
+    stream = random_stream_t(seed=seed, stream=UNKNOWN_STREAM)
+    n = 0
+    do f = 1, size(design%families)
+      do d = 1, n_draws
+        call draw_unknown(design, f, stream, signal)
+        call stream%gaussians(z)
+        if (is_rejected(design, calibration, effects, z + snr*signal, log_level)) n(f) = n(f) + 1
+      end do
+    end do
+    power = real(minval(n), rp)/n_draws
+  end function name_power
+
+  !> Whether what the name leaves of z(k) rejects it. Further causes are given the places that suit what those before them
+  !> leave.
+  logical function is_rejected(design, calibration, effects, z, log_level)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer, intent(in) :: effects(:)
+    real(rp), intent(in) :: z(:), log_level
+    type(explained_t) :: found
+    real(rp) :: left(size(z)), most, average
+    integer :: i, members(size(effects))
+    left = z
+    do i = 1, size(effects)
+      call average_variants(design, effects(i), left, members(i), most, average)
+      associate (basis => design%candidates(members(i))%basis)
+        left = left - matmul(basis, matmul(left, basis))
+      end associate
+    end do
+    call explain(design, members, z, found)
+    is_rejected = remainder_log_p(design, calibration, found%left) <= log_level
+  end function is_rejected
+
+  !> A random field of family f, of length 1.
+  subroutine draw_unknown(design, f, stream, signal)
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: f
+    type(random_stream_t), intent(inout) :: stream
+    real(rp), intent(out) :: signal(:)
+    real(rp) :: amplitudes(size(design%families(f)%scale))
+    call stream%gaussians(amplitudes)
+    signal = matmul(design%families(f)%basis, amplitudes*design%families(f)%scale)
+    signal = signal/max(norm2(signal), tiny(1.0_rp))
+  end subroutine draw_unknown
+end module inference_rejection

@@ -1,0 +1,145 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Nuisances where the leader is, not where the baseline is.
+!>
+!> What an error of a force, of a place or of the mesh does depends on the wing. Seen from a baseline that is wrong, as one
+!> cause is missing, it is wrong too: the rest then looks like a second cause, and intervals are too narrow. So where a
+!> cause is clear the nuisances are taken anew at its fit, and all hypotheses are compared once more with these.
+module inference_second_look
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use inference_design, only: build_design, design_t
+  use inference_leaders, only: slot_of_fit
+  use inference_record, only: diagnosis_options_t, diagnosis_t
+  use inference_refit, only: fit_nested, nested_fit_t, settle_nuisances
+  use inference_simulator, only: simulator_t, N_SLOTS
+  use inference_whitener, only: whitener_t
+  implicit none
+  private
+  public :: model_error_t, take_leaders_view
+
+  !> Directions of errors of a simulator that only fits of other models tell, such as one on another mesh.
+  type, abstract :: model_error_t
+  contains
+    !> Gives the simulator new ones at q, where it stands after a fit with the whitener. If that cannot be done the old ones
+    !> stay.
+    procedure(renew_interface), deferred :: renew
+  end type model_error_t
+
+  abstract interface
+    subroutine renew_interface(self, whitener, q)
+      import :: model_error_t, rp, whitener_t
+      class(model_error_t), intent(inout) :: self
+      type(whitener_t), intent(in), target :: whitener
+      real(rp), intent(in) :: q(:)
+    end subroutine renew_interface
+  end interface
+
+  !> Gain of the sum of squares, in units of the noise, below which a cause changes no nuisance by what would matter.
+  real(rp), parameter :: CLEAR = 25.0_rp
+  integer, parameter :: LEADER_SLOT = N_SLOTS !< of the simulator, for where the fit of the leader ends
+
+contains
+
+  !> Takes all nuisances at the best of the refits: errors that settle, directions, the whitener, the fit of the baseline and
+  !> the design are then new, and so is this refit. `is_new` false: nothing has changed, as no cause is clear or something
+  !> has no result.
+  subroutine take_leaders_view(simulator, options, d, is_new, model_error)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout), target :: d
+    logical, intent(out) :: is_new
+    class(model_error_t), intent(inout), optional :: model_error
+    type(whitener_t), target :: whitener
+    type(nested_fit_t) :: baseline, leader
+    type(design_t) :: design
+    type(failure_t) :: failure
+    real(rp) :: nuisances(simulator%n_observations, simulator%n_nuisances)
+    integer :: i
+    is_new = .false.
+    if (size(d%refits) == 0) return
+    i = maxloc(d%refits%gain, 1)
+    if (d%refits(i)%gain < CLEAR) return
+    leader = d%refits(i)%found
+    whitener = d%whitener
+    call simulator%recall(slot_of_fit(d%design, d%refits(i)))
+    call follow_leader(simulator, options, d%scale, whitener, leader, nuisances, is_new, model_error)
+    if (is_new) then
+      call simulator%keep(slot_of_fit(d%design, d%refits(i)))
+      call simulator%recall(only_shapes=.true.)
+      call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, options%fit, baseline)
+      is_new = baseline%is_found
+    end if
+    if (is_new) call build_design(simulator, baseline%q, design, failure, d%design, nuisances)
+    is_new = is_new .and. .not. failure%failed
+    if (.not. is_new) then
+      call simulator%recall()
+      return
+    end if
+    design%n_rest = d%design%n_rest ! of the scan, as the scale is
+    d%design = design
+    d%whitener = whitener
+    d%baseline = baseline
+    d%refits(i)%found = leader
+    call simulator%keep()
+  end subroutine take_leaders_view
+
+  !> The fit of the leader and the nuisances at it, in turn, until it stays or becomes less probable: the larger the errors
+  !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. The simulator
+  !> stands where the fit has ended, before and after. `is_new` false: it has not become more probable.
+  subroutine follow_leader(simulator, options, scale, whitener, leader, nuisances, is_new, model_error)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    real(rp), intent(in) :: scale
+    type(whitener_t), intent(inout), target :: whitener
+    type(nested_fit_t), intent(inout) :: leader
+    real(rp), intent(out) :: nuisances(:, :)
+    logical, intent(out) :: is_new
+    class(model_error_t), intent(inout), optional :: model_error
+    integer, parameter :: MOST_ROUNDS = 4
+    real(rp), parameter :: STAYS = 0.3_rp ! of the sd of a parameter
+    type(whitener_t), target :: other
+    type(nested_fit_t) :: found
+    real(rp), dimension(size(nuisances, 1), size(nuisances, 2)) :: next
+    real(rp) :: residuals(size(next, 1)), nothing(size(next, 1), 0), moved, score
+    integer :: round, k
+    logical :: is_valid
+    is_new = .false.
+    score = improbability(leader, whitener, scale)
+    do round = 1, MOST_ROUNDS
+      other = whitener
+      call simulator%evaluate(leader%q, [integer ::], residuals, nothing, is_valid)
+      if (is_valid) call simulator%accept()
+      ! Twice: what the errors did for the baseline is another thing than what they do for the leader.
+      if (is_valid) call settle_nuisances(simulator, other, leader%q, is_valid)
+      if (is_valid) call settle_nuisances(simulator, other, leader%q, is_valid)
+      if (is_valid .and. present(model_error)) call model_error%renew(other, leader%q)
+      if (is_valid) call simulator%directions(leader%q, next, nothing, is_valid)
+      if (is_valid) then
+        call other%add_directions(next)
+        call fit_nested(simulator, other, leader%active, leader%q, options%fit, found)
+        is_valid = found%is_found
+      end if
+      if (is_valid) is_valid = improbability(found, other, scale) < score
+      if (.not. is_valid) exit
+      moved = maxval([(abs(found%q(found%active(k)) - leader%q(found%active(k)))/ &
+                       sqrt(max(tiny(moved), found%covariance(k, k))), &
+                       k=simulator%n_baseline + 1, size(found%active))])
+      is_new = .true.
+      score = improbability(found, other, scale)
+      whitener = other
+      leader = found
+      nuisances = next
+      call simulator%keep(LEADER_SLOT)
+      if (moved < STAYS) exit
+    end do
+    if (is_new) call simulator%recall(LEADER_SLOT)
+  end subroutine follow_leader
+
+  !> Twice the negative logarithm of the probability density of data and parameters, without a constant.
+  real(rp) function improbability(found, whitener, scale)
+    type(nested_fit_t), intent(in) :: found
+    type(whitener_t), intent(in) :: whitener
+    real(rp), intent(in) :: scale
+    improbability = found%cost()/scale + whitener%log_determinant
+  end function improbability
+end module inference_second_look

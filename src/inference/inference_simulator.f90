@@ -1,0 +1,236 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the statistics see of a simulator and of an experiment, whatever they are: numbers that were observed, their
+!> covariance, a baseline model with unknowns, and candidates for what it lacks.
+!>
+!> All parameters stand in one vector: the unknowns of the baseline, then those of the effects, which have a null value
+!> at which the effect is absent. A candidate is an effect with one or more variants (positions, for instance), and a
+!> variant is a set of parameters that are released together. Surfaces, ring-down or forces differ only in what
+!> extends `simulator_t`.
+module inference_simulator
+  use base_errors, only: require
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: simulator_t, labels_t, quantity_t, effect_t, slot_of, variant_t
+
+  !> Places where a simulator stood, that it can keep: slots 1 to N_SLOTS are anybody's; slot N_SLOTS + e is where the fit of
+  !> effect e ended.
+  integer, parameter, public :: N_SLOTS = 3
+
+  !> A parameter, in the coordinate that the simulator takes (a logarithm for what varies by factors).
+  type :: quantity_t
+    character(:), allocatable :: name
+    character(:), allocatable :: unit         !< of the value, '1' if it has none
+    logical :: is_log = .false.               !< the coordinate is the natural logarithm of the value
+    real(rp) :: null = 0                      !< start of the baseline, or where the effect is absent
+    real(rp) :: prior_sd = 0                  !< about `null`; 0: nothing was known (baseline only)
+    real(rp) :: lower = -huge(1.0_rp), upper = huge(1.0_rp)
+    !> Where a fit begins too, if the effect looks otherwise there than the tangent at its null; 0: nowhere.
+    real(rp) :: strong = 0
+  end type quantity_t
+
+  !> One way in which an effect may be present.
+  type :: variant_t
+    character(:), allocatable :: label        !< where, or empty
+    integer, allocatable :: columns(:)        !< parameters that it releases
+    real(rp) :: place(2) = 0                  !< [m] of a position on the wing
+    !> Not scanned, but tried once the scan has found something near, and it is released.
+    logical :: is_finer = .false., is_released = .false.
+  contains
+    procedure :: is_tried => variant_is_tried
+  end type variant_t
+
+  !> An entry of the catalogue.
+  type :: effect_t
+    character(:), allocatable :: name         !< a word, as in ini files
+    character(:), allocatable :: title
+    character(:), allocatable :: sentence     !< for a biologist
+    logical :: is_measurement = .false.       !< of the measurement, not of the wing
+    character(:), allocatable :: missing      !< what the data lack to test it; empty: nothing
+    type(variant_t), allocatable :: variants(:)
+  contains
+    procedure :: is_testable => effect_is_testable
+  end type effect_t
+
+  !> To what every observation belongs. Surfaces are numbered from 1; what is said of a surface has their number as
+  !> index.
+  type :: labels_t
+    integer, allocatable :: surface(:)        !< (n) load under which it was observed
+    integer, allocatable :: block(:)          !< (n) observations of different blocks have independent errors
+    real(rp), allocatable :: place(:, :)      !< (2, n) [m]
+    real(rp), allocatable :: observed(:)      !< (n) what was observed
+    integer, allocatable :: fold(:)           !< (surfaces) location: all levels and repeats of it are one fold
+    real(rp), allocatable :: level(:)         !< (surfaces) signed strength of the load
+    real(rp), allocatable :: order(:)         !< (surfaces) in the sequence of measurements, 0: not stated
+    real(rp), allocatable :: hold(:)          !< (surfaces) [s], negative: not stated
+    real(rp), allocatable :: moment(:)        !< (surfaces) of the load about the root
+    integer, allocatable :: twin(:)           !< (surfaces) first surface under the same load, itself if none
+  end type labels_t
+
+  type, abstract :: simulator_t
+    integer :: n_observations = 0
+    integer :: n_baseline = 0                 !< parameters 1 .. n_baseline are the unknowns of the baseline
+    integer :: n_nuisances = 0                !< directions of errors that are known only by their sd
+    integer :: n_patterns = 0                 !< of unknown causes
+    integer :: n_alone = huge(1)              !< so many of them, the first, may also be alone such a cause
+    type(labels_t) :: labels
+    type(quantity_t), allocatable :: quantities(:)
+    type(effect_t), allocatable :: effects(:)
+    !> Quantities whose values may all differ from what they should be: their tangents are patterns too, behind the others.
+    integer, allocatable :: field(:)
+    integer, allocatable :: family(:)         !< (n_patterns + size(field)) 1, 2, .. kind of unknown cause
+    real(rp), allocatable :: pattern_place(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
+    logical, allocatable :: is_skipped(:)     !< (surfaces) see `skip`
+  contains
+    procedure(evaluate_interface), deferred :: evaluate
+    procedure(covariance_interface), deferred :: covariance
+    procedure(directions_interface), deferred :: directions
+    procedure :: accept => simulator_accept
+    procedure :: keep => simulator_keep
+    procedure :: recall => simulator_recall
+    procedure :: forget => simulator_forget
+    procedure :: settle => simulator_settle
+    procedure :: settles => simulator_settles
+    procedure :: skip => simulator_skip
+    procedure :: skip_none => simulator_skip_none
+    procedure :: null_point => simulator_null_point
+    procedure :: common_share => simulator_common_share
+    procedure :: set_common_share => simulator_set_common_share
+  end type simulator_t
+
+  abstract interface
+    !> residuals(n) (computed minus observed) at q(quantities), and their derivatives jacobian(n, size(columns)) with
+    !> respect to the quantities `columns`. `is_valid` false: there is no result at q.
+    subroutine evaluate_interface(self, q, columns, residuals, jacobian, is_valid)
+      import :: simulator_t, rp
+      class(simulator_t), intent(inout) :: self
+      real(rp), intent(in) :: q(:)
+      integer, intent(in) :: columns(:)
+      real(rp), intent(out) :: residuals(:), jacobian(:, :)
+      logical, intent(out) :: is_valid
+    end subroutine evaluate_interface
+
+    !> c(size(rows), size(rows)): covariance of the noise of these observations, which are of one block.
+    subroutine covariance_interface(self, rows, c)
+      import :: simulator_t, rp
+      class(simulator_t), intent(in) :: self
+      integer, intent(in) :: rows(:)
+      real(rp), intent(out) :: c(:, :)
+    end subroutine covariance_interface
+
+    !> At q: nuisances(n, n_nuisances), what an error of one sd of each nuisance does to the residuals; and
+    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do, or patterns(n, 0).
+    subroutine directions_interface(self, q, nuisances, patterns, is_valid)
+      import :: simulator_t, rp
+      class(simulator_t), intent(inout) :: self
+      real(rp), intent(in) :: q(:)
+      real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
+      logical, intent(out) :: is_valid
+    end subroutine directions_interface
+  end interface
+
+contains
+
+  !> Whether the variant is among the candidates.
+  pure elemental logical function variant_is_tried(self) result(is_tried)
+    class(variant_t), intent(in) :: self
+    is_tried = self%is_released .or. .not. self%is_finer
+  end function variant_is_tried
+
+  !> Whether the data can show the effect at all.
+  pure logical function effect_is_testable(self) result(is_testable)
+    class(effect_t), intent(in) :: self
+    is_testable = .true.
+    if (allocated(self%missing)) is_testable = self%missing == ''
+  end function effect_is_testable
+
+  !> Of the variance of a single error, the part that neighbours share; negative where that is not to be asked.
+  pure real(rp) function simulator_common_share(self) result(share)
+    class(simulator_t), intent(in) :: self
+    share = -1
+    if (self%n_observations < 0) share = -2
+  end function simulator_common_share
+
+  !> Sets that part; what neighbours do not share stays.
+  subroutine simulator_set_common_share(self, share)
+    class(simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: share
+    if (share < 0) self%n_observations = self%n_observations
+  end subroutine simulator_set_common_share
+
+  !> The point that was evaluated last is where a solver now stands.
+  subroutine simulator_accept(self)
+    class(simulator_t), intent(inout) :: self
+    self%n_observations = self%n_observations
+  end subroutine simulator_accept
+
+  !> Remembers where the solver stands and about which errors nuisances are, in the place of what it remembered before in
+  !> this slot, see N_SLOTS; without one where the next stage of a diagnosis begins.
+  subroutine simulator_keep(self, slot)
+    class(simulator_t), intent(inout) :: self
+    integer, intent(in), optional :: slot
+    call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
+  end subroutine simulator_keep
+
+  !> The solver and the nuisances are again where they were at the last `keep` with this slot; if `only_shapes`, the solver
+  !> alone, and errors stay those about which nuisances are now.
+  subroutine simulator_recall(self, slot, only_shapes)
+    class(simulator_t), intent(inout) :: self
+    integer, intent(in), optional :: slot
+    logical, intent(in), optional :: only_shapes
+    if (present(only_shapes)) self%n_observations = self%n_observations
+    call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
+  end subroutine simulator_recall
+
+  !> Index of a slot, 0 without one.
+  pure integer function slot_of(slot)
+    integer, intent(in), optional :: slot
+    slot_of = 0
+    if (present(slot)) slot_of = slot
+  end function slot_of
+
+  !> The solver does not begin where it stands: another equilibrium may have been followed there than the one that a wing
+  !> at rest comes to.
+  subroutine simulator_forget(self)
+    class(simulator_t), intent(inout) :: self
+    self%n_observations = self%n_observations
+  end subroutine simulator_forget
+
+  !> Nuisances are about errors(n_nuisances) sd from now on, as far as they are not linear: residuals are those with these
+  !> errors less what the tangents there, which are the new directions, say of them. At q, where the solver stands. If
+  !> that has no result (`is_valid` false) nothing has changed. `whitener_t` needs its directions anew.
+  subroutine simulator_settle(self, errors, q, is_valid)
+    class(simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: errors(:), q(:)
+    logical, intent(out) :: is_valid
+    self%n_observations = self%n_observations
+    is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%quantities)
+  end subroutine simulator_settle
+
+  !> Whether nuisances are not linear, so that `settle` does something.
+  pure logical function simulator_settles(self) result(settles)
+    class(simulator_t), intent(in) :: self
+    settles = self%n_nuisances < 0
+  end function simulator_settles
+
+  !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing
+  !> of them.
+  subroutine simulator_skip(self, is_skipped)
+    class(simulator_t), intent(inout) :: self
+    logical, intent(in) :: is_skipped(:)
+    self%is_skipped = is_skipped
+  end subroutine simulator_skip
+
+  !> Everything is wanted again.
+  subroutine simulator_skip_none(self)
+    class(simulator_t), intent(inout) :: self
+    if (allocated(self%is_skipped)) deallocate (self%is_skipped)
+  end subroutine simulator_skip_none
+
+  !> All quantities at their null values.
+  pure function simulator_null_point(self) result(q)
+    class(simulator_t), intent(in) :: self
+    real(rp) :: q(size(self%quantities))
+    q = self%quantities%null
+  end function simulator_null_point
+end module inference_simulator

@@ -1,0 +1,114 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Two or three effects that explain the data together.
+!>
+!> What is chosen first is chosen without the others, and may stand for several of them at once. So all pairs with one of the
+!> leaders are tried, not those with the first alone, then every third effect beside the best pair; and then every effect in
+!> the place of each of the three, until no exchange is better.
+module inference_together
+  use base_kinds, only: rp
+  use inference_design, only: design_t
+  use inference_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, IMPOSSIBLE
+  implicit none
+  private
+  public :: find_together
+
+  integer, parameter :: MOST_TOGETHER = 3, MOST_LEADERS = 8, MOST_EXCHANGES = 10
+
+contains
+
+  !> The best two or three of the effects `order`, the most probable one first; log_together is the logarithm of their odds.
+  !> What the nonlinear fit of the first has left is what the others have to explain. No members, and IMPOSSIBLE, where
+  !> there are no two.
+  subroutine find_together(design, hypotheses, order, together, log_together)
+    type(design_t), intent(in) :: design
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: order(:)
+    type(explained_t), intent(out) :: together
+    real(rp), intent(out) :: log_together
+    type(explained_t) :: next
+    integer :: i
+    allocate (together%members(0))
+    log_together = IMPOSSIBLE
+    if (size(order) < 2) return
+    together%log_evidence = IMPOSSIBLE
+    do i = 1, min(size(order), MOST_LEADERS)
+      call add_best(design, chain(design, hypotheses, order(i:i)), order(i + 1:), together)
+    end do
+    if (.not. together%log_evidence > IMPOSSIBLE) return
+    do while (size(together%members) < min(MOST_TOGETHER, size(order)))
+      next%log_evidence = IMPOSSIBLE
+      call add_best(design, together, order, next)
+      if (.not. next%log_evidence > IMPOSSIBLE) exit
+      call exchange(design, hypotheses, order, next)
+      if (next%log_evidence <= together%log_evidence .or. log_odds(next) < log_odds(together)) exit
+      together = next
+    end do
+    log_together = log_odds(together)
+
+  contains
+
+    real(rp) function log_odds(causes)
+      type(explained_t), intent(in) :: causes
+      log_odds = causes%log_evidence + log_prior(size(causes%members), size(order))
+    end function log_odds
+
+  end subroutine find_together
+
+  !> Puts other effects in the place of members, one at a time, as long as that is better.
+  subroutine exchange(design, hypotheses, order, together)
+    type(design_t), intent(in) :: design
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: order(:)
+    type(explained_t), intent(inout) :: together
+    type(explained_t) :: one, best
+    logical :: is_in(size(order)), is_other(size(order))
+    integer :: m, j, n
+    do n = 1, MOST_EXCHANGES
+      is_in = [(any(design%candidates(together%members)%effect == order(j)), j=1, size(order))]
+      best = together
+      do m = 1, size(order)
+        if (.not. is_in(m)) cycle
+        do j = 1, size(order)
+          if (is_in(j)) cycle
+          is_other = is_in
+          is_other(m) = .false.
+          is_other(j) = .true.
+          one = chain(design, hypotheses, pack(order, is_other))
+          if (one%log_evidence > best%log_evidence) best = one
+        end do
+      end do
+      if (.not. best%log_evidence > together%log_evidence) exit
+      together = best
+    end do
+  end subroutine exchange
+
+  !> These effects one after the other, the most probable one first, each where it explains most beside those before it.
+  function chain(design, hypotheses, effects) result(known)
+    type(design_t), intent(in) :: design
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: effects(:)
+    type(explained_t) :: known, next
+    integer :: i
+    call explain(design, hypotheses%best(effects(:1)), hypotheses%z(:, effects(1)), known)
+    known%log_evidence = hypotheses%effect(effects(1))
+    do i = 2, size(effects)
+      call add_effect(design, known, effects(i), next)
+      known = next
+    end do
+  end function chain
+
+  !> `best` becomes `known` with one of the effects `others` that are not in it, if that has more evidence.
+  subroutine add_best(design, known, others, best)
+    type(design_t), intent(in) :: design
+    type(explained_t), intent(in) :: known
+    integer, intent(in) :: others(:)
+    type(explained_t), intent(inout) :: best
+    type(explained_t) :: one
+    integer :: j
+    do j = 1, size(others)
+      if (any(design%candidates(known%members)%effect == others(j))) cycle
+      call add_effect(design, known, others(j), one)
+      if (one%log_evidence > best%log_evidence) best = one
+    end do
+  end subroutine add_best
+end module inference_together

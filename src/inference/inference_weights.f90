@@ -1,0 +1,35 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How probable each variant of an effect is before the data, if the effect is there.
+!>
+!> All places of a scan are equally probable. Finer ones are tried where the data have found something, and an average over
+!> all alike would be one over a set that the data chose: they share what the scan gives to their neighbourhood.
+module inference_weights
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: cell_weights
+
+contains
+
+  !> weight(n) of variants at place(2, n), which add up to 1 over those that are shown and are 0 for others. A finer variant
+  !> belongs to the cell of the nearest one of the scan, and a cell has the weight that its variants of the scan would have
+  !> without finer ones; all that are in it, finer or not, share it equally.
+  pure function cell_weights(place, is_finer, is_shown) result(weight)
+    real(rp), intent(in) :: place(:, :)
+    logical, intent(in) :: is_finer(:), is_shown(:)
+    real(rp) :: weight(size(is_finer))
+    logical :: is_scanned(size(is_finer))
+    integer :: i, cell(size(is_finer))
+    weight = 0
+    is_scanned = is_shown .and. .not. is_finer
+    if (.not. any(is_scanned)) is_scanned = is_shown
+    cell = 0
+    do i = 1, size(cell)
+      if (is_shown(i)) cell(i) = minloc(norm2(place - spread(place(:, i), 2, size(cell)), 1), 1, mask=is_scanned)
+    end do
+    do i = 1, size(cell)
+      if (.not. is_shown(i)) cycle
+      weight(i) = real(count(is_scanned .and. cell == cell(i)), rp)/(count(is_scanned)*count(cell == cell(i)))
+    end do
+  end function cell_weights
+end module inference_weights

@@ -1,0 +1,92 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A fit that begins far from where the data lead, by continuation from a heavily regularised problem to the declared one.
+!> With r the residuals in units of the declared errors, a stage minimises
+!>
+!>     |r(p)|^2/s^2 + |(p - prior)/prior_sd|^2,
+!>
+!> the problem of data with errors s times as large, or of priors s times as narrow. An unknown that moves nothing which
+!> such data could resolve as long as others are wrong stays at its prior until they are right; with the declared errors it
+!> is driven far away, often to a bound, by misfits that are not its own, and does not come back.
+!>
+!> s begins as |r| at the start, so that all data together first weigh as much as one prior: the misfit of a start far away
+!> is no scatter, of which n residuals tell more than one, but one mistake that all of them share. It then follows |r| down,
+!> by a factor of STEP at least, until the residuals are within the declared errors. The last stage is s = 1, solved to the
+!> full tolerances: stages decide which of several minima is found, never where it lies. (Iterated regularisation:
+!> Kaltenbacher, Neubauer and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
+module least_squares_continuation
+  use base_kinds, only: rp
+  use least_squares_fit, only: fit, fit_options_t, fit_report_t
+  use least_squares_problem, only: least_squares_t, unknowns_t
+  implicit none
+  private
+  public :: fit_by_continuation
+
+  real(rp), parameter :: STEP = 10 !< s falls by this factor at least, so that there are finitely many stages
+  ! A stage needs to end only where the next one can begin.
+  real(rp), parameter :: STAGE_REDUCTION = 1.0e-3_rp, STAGE_STEP = 1.0e-2_rp
+
+contains
+
+  !> As `fit`, of which `report` is that of the last stage, but for n_evaluations, which counts all, and for its path,
+  !> whose evaluations do. path(4, :) has every point accepted in any stage: evaluations so far, chi^2 and the priors'
+  !> chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' falls. A start that fits within the declared
+  !> errors has no stage but the last; one that is not valid has none.
+  subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path)
+    class(least_squares_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    real(rp), intent(in) :: start(:)
+    type(fit_options_t), intent(in) :: options
+    logical, intent(in) :: has_stages !< otherwise there is but the last
+    type(fit_report_t), intent(out) :: report
+    real(rp), allocatable, intent(out) :: path(:, :)
+    type(unknowns_t) :: narrowed
+    type(fit_options_t) :: rough
+    real(rp), allocatable :: from(:)
+    real(rp) :: s
+    integer :: n_evaluations
+    allocate (path(4, 0))
+    n_evaluations = 0
+    report%p = start
+    s = 1
+    rough = options
+    if (has_stages) then
+      rough%most_iterations = 0
+      call fit(problem, unknowns, start, rough, report) ! the start alone
+      n_evaluations = report%n_evaluations
+      if (size(report%path) == 0) return
+      s = sqrt(report%chi2)
+    end if
+    rough%most_iterations = options%most_iterations
+    rough%reduction_tolerance = max(options%reduction_tolerance, STAGE_REDUCTION)
+    rough%step_tolerance = max(options%step_tolerance, STAGE_STEP)
+    narrowed = unknowns
+    do while (s > 1)
+      if (report%chi2 <= size(report%residuals)) exit
+      narrowed%prior_sd = unknowns%prior_sd/s
+      from = report%p
+      call fit(problem, narrowed, from, rough, report)
+      call add_stage(s)
+      if (size(report%path) == 0) return
+      s = min(s/STEP, sqrt(report%chi2))
+    end do
+    from = report%p
+    call fit(problem, unknowns, from, options, report)
+    call add_stage(1.0_rp)
+
+  contains
+
+    subroutine add_stage(s)
+      real(rp), intent(in) :: s
+      real(rp), allocatable :: rows(:, :)
+      report%path(1, :) = report%path(1, :) + n_evaluations
+      n_evaluations = n_evaluations + report%n_evaluations
+      report%n_evaluations = n_evaluations
+      allocate (rows(4, size(report%path, 2)))
+      rows(:2, :) = report%path(:2, :)
+      rows(3, :) = report%path(3, :)/s**2
+      rows(4, :) = s
+      path = reshape([path, rows], [4, size(path, 2) + size(rows, 2)])
+    end subroutine add_stage
+
+  end subroutine fit_by_continuation
+end module least_squares_continuation

@@ -1,0 +1,307 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Levenberg's and Marquardt's method with bounds and priors.
+!>
+!> A step d minimises |r + J d|^2 + damping |D d|^2 over the unknowns that are not held at a bound, with D the
+!> largest norms of the columns of J so far (More), within the bounds and a largest step. The damping follows the
+!> ratio of actual and predicted reduction (Nielsen). Priors are residuals like others.
+module least_squares_fit
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use base_lapack, only: solve_least_squares, triangle_of
+  use least_squares_problem, only: least_squares_t, unknowns_t
+  implicit none
+  private
+  public :: fit, fit_options_t, fit_report_t
+
+  !> Choices of the algorithm.
+  type :: fit_options_t
+    real(rp) :: damping = 1.0e-3_rp       !< of the first step; 0: a full Gauss-Newton step
+    real(rp) :: step_tolerance = 1.0e-9_rp      !< of an unknown, in its unit (1 where it is a logarithm)
+    real(rp) :: reduction_tolerance = 1.0e-12_rp !< relative, of the sum of squares
+    real(rp) :: largest_step = 2.0_rp           !< of an unknown, in its unit
+    integer :: most_iterations = 100            !< steps tried
+    !> Rejected steps in a row after which the sum of squares is said to jump, as where a load stands at a fold, and the best
+    !> point is taken for the minimum.
+    integer :: most_rejections = huge(1)
+    logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see least_squares_t
+  end type fit_options_t
+
+  !> What came out. Everything belongs to the point p.
+  type :: fit_report_t
+    logical :: is_converged = .false.
+    logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
+    character(:), allocatable :: reason         !< why it ended
+    real(rp), allocatable :: p(:)
+    real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
+    real(rp) :: chi2 = 0                        !< sum of their squares
+    real(rp) :: prior_chi2 = 0                  !< the same of the priors
+    logical, allocatable :: is_at_bound(:)
+    integer :: n_accepted = 0, n_evaluations = 0
+    real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step tried
+    real(rp), allocatable :: path(:, :)         !< (3, 0:n_accepted) evaluations so far, chi2, prior_chi2
+  end type fit_report_t
+
+contains
+
+  !> Minimises the sum of squares from `start`, cut to the box. Fails, as a report that is not converged, if the
+  !> start is not valid or the steps do not end; p is then the best point found.
+  subroutine fit(problem, unknowns, start, options, report)
+    class(least_squares_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    real(rp), intent(in) :: start(:)
+    type(fit_options_t), intent(in) :: options
+    type(fit_report_t), intent(out) :: report
+    ! Of the sum of squares: its rounding, and the errors of residuals that come from iterations of their own.
+    real(rp), parameter :: UNRESOLVED = 1.0e-13_rp, NOISE = 1.0e-8_rp
+    integer, parameter :: MOST_JUMPS = 6 ! in a row; the step is then 1/64 of the first that met one
+    real(rp), allocatable :: residuals(:), jacobian(:, :), p(:), scale(:), d(:), triangle(:, :)
+    integer, allocatable :: free(:)
+    real(rp) :: damping, growth, radius, predicted, actual, ratio
+    logical :: is_valid
+    integer :: iteration, n, m, rejections, jumps
+
+    n = size(start)
+    m = problem%n_residuals
+    call require(size(unknowns%lower) == n .and. all(unknowns%lower <= unknowns%upper), &
+                 'least_squares_fit: bounds of other unknowns, or in the wrong order')
+    allocate (residuals(m), jacobian(m, n), report%residuals(m), report%jacobian(m, n), d(n), source=0.0_rp)
+    allocate (scale(n), source=0.0_rp)
+    report%p = max(unknowns%lower, min(unknowns%upper, start))
+    call problem%evaluate(report%p, report%residuals, report%jacobian, is_valid)
+    if (options%is_smooth) report%has_jumped = problem%has_jumped()
+    is_valid = is_valid .and. .not. report%has_jumped
+    report%n_evaluations = 1
+    report%reason = 'the start is not valid'
+    allocate (report%is_at_bound(n), source=.false.)
+    allocate (report%path(3, 0:-1))
+    if (.not. is_valid) return
+    call problem%accept()
+    call sum_squares(unknowns, report%p, report%residuals, report%chi2, report%prior_chi2)
+    call remember(report)
+    damping = options%damping
+    growth = 2
+    rejections = 0
+    jumps = 0
+    radius = options%largest_step
+    report%reason = 'too many steps were tried'
+    do iteration = 1, options%most_iterations
+      call select_free(unknowns, report, free, triangle)
+      scale(free) = max(scale(free), column_norms(triangle))
+      call find_step(triangle, free, scale, max(unknowns%lower - report%p, -radius*unknowns%unit), &
+                     min(unknowns%upper - report%p, radius*unknowns%unit), damping, d)
+      p = max(unknowns%lower, min(unknowns%upper, report%p + d))
+      d = p - report%p
+      predicted = predicted_reduction(triangle, d(free))
+      report%last_step = maxval(abs(d)/unknowns%unit)
+      if (report%last_step <= options%step_tolerance .and. damping <= options%damping) then
+        report%reason = 'the step is small'
+        report%is_converged = .true.
+        exit
+      end if
+      if (.not. predicted > options%reduction_tolerance*(report%chi2 + report%prior_chi2)) then
+        ! A step that is small only because it is damped says nothing.
+        report%is_converged = damping <= 1
+        report%reason = 'no step reduces the sum of squares'
+        if (.not. report%is_converged) report%reason = 'even the smallest steps fail'
+        exit
+      end if
+      call try_point(problem, unknowns, report, p, residuals, jacobian, is_valid, actual)
+      ratio = -1
+      if (options%is_smooth) then
+        jumps = merge(jumps + 1, 0, problem%has_jumped())
+        is_valid = is_valid .and. jumps == 0
+        if (jumps >= MOST_JUMPS) then
+          report%reason = 'the sum of squares jumps wherever a step leads'
+          exit
+        end if
+      end if
+      if (is_valid) ratio = actual/predicted
+      ! Reductions that the sum of squares cannot resolve are believed.
+      if (is_valid .and. max(predicted, -actual) <= UNRESOLVED*(report%chi2 + report%prior_chi2)) ratio = 1
+      if (ratio > 1.0e-4_rp) then
+        report%p = p
+        report%residuals = residuals
+        report%jacobian = jacobian
+        report%n_accepted = report%n_accepted + 1
+        call problem%accept()
+        call sum_squares(unknowns, p, residuals, report%chi2, report%prior_chi2)
+        call remember(report)
+        damping = damping*max(1.0_rp/3, 1 - (2*ratio - 1)**3)
+        growth = 2
+        rejections = 0
+        if (ratio > 0.25_rp) radius = min(2*radius, options%largest_step)
+      else
+        if (is_valid .and. max(predicted, -actual) <= NOISE*(report%chi2 + report%prior_chi2)) then
+          report%reason = 'the sum of squares is reduced no further'
+          report%is_converged = .true.
+          exit
+        end if
+        rejections = rejections + 1
+        if (rejections >= options%most_rejections) then
+          report%reason = 'the sum of squares jumps'
+          report%is_converged = .true.
+          exit
+        end if
+        radius = max(0.5_rp*min(radius, report%last_step), options%step_tolerance)
+        damping = max(damping, 1.0e-8_rp)*growth
+        growth = 2*growth
+        if (report%last_step <= options%step_tolerance) then
+          report%reason = 'even the smallest steps fail'
+          exit
+        end if
+      end if
+    end do
+    report%has_jumped = jumps > 0 .and. .not. report%is_converged
+    report%is_at_bound = .not. unknowns%is_fixed .and. (report%p <= unknowns%lower .or. report%p >= unknowns%upper)
+  end subroutine fit
+
+  !> Adds the present point to the path.
+  pure subroutine remember(report)
+    type(fit_report_t), intent(inout) :: report
+    real(rp), allocatable :: longer(:, :)
+    allocate (longer(3, 0:report%n_accepted))
+    longer(:, :report%n_accepted - 1) = report%path
+    longer(:, report%n_accepted) = [real(report%n_evaluations, rp), report%chi2, report%prior_chi2]
+    call move_alloc(longer, report%path)
+  end subroutine remember
+
+  !> Evaluates at p; `actual` is the reduction of the sum of squares that comes with it.
+  subroutine try_point(problem, unknowns, report, p, residuals, jacobian, is_valid, actual)
+    class(least_squares_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    type(fit_report_t), intent(inout) :: report
+    real(rp), intent(in) :: p(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :), actual
+    logical, intent(out) :: is_valid
+    real(rp) :: chi2, prior_chi2
+    call problem%evaluate(p, residuals, jacobian, is_valid)
+    report%n_evaluations = report%n_evaluations + 1
+    actual = 0
+    if (.not. is_valid) return
+    call sum_squares(unknowns, p, residuals, chi2, prior_chi2)
+    actual = report%chi2 + report%prior_chi2 - chi2 - prior_chi2
+  end subroutine try_point
+
+  pure subroutine sum_squares(unknowns, p, residuals, chi2, prior_chi2)
+    type(unknowns_t), intent(in) :: unknowns
+    real(rp), intent(in) :: p(:), residuals(:)
+    real(rp), intent(out) :: chi2, prior_chi2
+    chi2 = sum(residuals**2)
+    prior_chi2 = sum(((p - unknowns%prior)/merge(unknowns%prior_sd, 1.0_rp, unknowns%prior_sd > 0))**2, &
+                     mask=unknowns%prior_sd > 0)
+  end subroutine sum_squares
+
+  !> The unknowns that may move: neither fixed nor at a bound to which the descent would push them; and the triangle
+  !> of the QR factorisation of their columns and the residuals (the last column), priors included.
+  subroutine select_free(unknowns, report, free, triangle)
+    type(unknowns_t), intent(in) :: unknowns
+    type(fit_report_t), intent(in) :: report
+    integer, allocatable, intent(out) :: free(:)
+    real(rp), allocatable, intent(out) :: triangle(:, :)
+    real(rp), allocatable :: rows(:, :)
+    real(rp) :: slope(size(report%p)), offset(size(report%p)), weight(size(report%p))
+    logical :: may_move(size(report%p))
+    integer :: i, k, m
+    m = size(report%residuals)
+    weight = 0
+    where (unknowns%prior_sd > 0) weight = 1/unknowns%prior_sd
+    offset = (report%p - unknowns%prior)*weight
+    slope = matmul(report%residuals, report%jacobian) + offset*weight
+    may_move = .not. unknowns%is_fixed .and. .not. (report%p <= unknowns%lower .and. slope > 0) &
+               .and. .not. (report%p >= unknowns%upper .and. slope < 0)
+    free = pack([(i, i=1, size(report%p))], may_move)
+    allocate (rows(m + size(free), size(free) + 1), source=0.0_rp)
+    do k = 1, size(free)
+      rows(:m, k) = report%jacobian(:, free(k))
+      rows(m + k, k) = weight(free(k))
+      rows(m + k, size(free) + 1) = offset(free(k))
+    end do
+    rows(:m, size(free) + 1) = report%residuals
+    triangle = triangle_of(rows)
+  end subroutine select_free
+
+  pure function column_norms(triangle) result(norms)
+    real(rp), intent(in) :: triangle(:, :)
+    real(rp) :: norms(size(triangle, 2) - 1)
+    integer :: k
+    norms = [(norm2(triangle(:, k)), k=1, size(norms))]
+  end function column_norms
+
+  !> d minimises |R d + q|^2 + damping |scale d|^2 with [R q] the triangle, between `least` and `most`; 0 for
+  !> unknowns that are not free. The one that would leave this box farthest is put on its side and the others are
+  !> found anew, until none leaves it: one badly determined unknown must not hold back the others.
+  subroutine find_step(triangle, free, scale, least, most, damping, d)
+    real(rp), intent(in) :: triangle(:, :), scale(:), least(:), most(:)
+    integer, intent(in) :: free(:)
+    real(rp), intent(inout) :: damping
+    real(rp), intent(out) :: d(:)
+    real(rp), parameter :: HUGE_EXCESS = 1.0e30_rp ! of a step at its bound, instead of an overflow
+    real(rp) :: excess(size(free)), step(size(free)), room
+    logical :: is_put(size(free))
+    integer :: k, pass
+    is_put = .false.
+    step = 0
+    do pass = 1, size(free) + 1
+      call find_free_step(triangle, scale(free), is_put, damping, step)
+      do k = 1, size(free)
+        room = merge(most(free(k)), -least(free(k)), step(k) > 0)
+        excess(k) = merge(0.0_rp, abs(step(k))/max(room, abs(step(k))/HUGE_EXCESS, tiny(room)), is_put(k))
+      end do
+      if (all(excess <= 1)) exit
+      k = maxloc(excess, 1)
+      is_put(k) = .true.
+      step(k) = merge(most(free(k)), least(free(k)), step(k) > 0)
+    end do
+    if (.not. predicted_reduction(triangle, step) > 0) then
+      is_put = .false.
+      call find_free_step(triangle, scale(free), is_put, damping, step)
+      do k = 1, size(free)
+        room = merge(most(free(k)), -least(free(k)), step(k) > 0)
+        excess(k) = abs(step(k))/max(room, abs(step(k))/HUGE_EXCESS, tiny(room))
+      end do
+      step = step/max(1.0_rp, maxval(excess))
+    end if
+    d = 0
+    d(free) = step
+  end subroutine find_step
+
+  !> The same for the unknowns that are not put where `step` has them. `damping` grows if the system is singular.
+  subroutine find_free_step(triangle, scale, is_put, damping, step)
+    real(rp), intent(in) :: triangle(:, :), scale(:)
+    logical, intent(in) :: is_put(:)
+    real(rp), intent(inout) :: damping, step(:)
+    real(rp), parameter :: SMALLEST = 1.0e-15_rp ! damping that makes a singular system regular
+    integer :: columns(count(.not. is_put))
+    real(rp) :: rows(size(step) + size(columns), size(columns)), right(size(step) + size(columns)), found(size(columns))
+    logical :: ok
+    integer :: k, n
+    n = size(step)
+    columns = pack([(k, k=1, n)],.not. is_put)
+    right = 0
+    right(:n) = -triangle(:n, n + 1)
+    do k = 1, n
+      if (is_put(k)) right(:n) = right(:n) - triangle(:n, k)*step(k)
+    end do
+    do
+      rows = 0
+      rows(:n, :) = triangle(:n, columns)
+      do k = 1, size(columns)
+        rows(n + k, k) = sqrt(damping)*merge(scale(columns(k)), 1.0_rp, scale(columns(k)) > 0)
+      end do
+      call solve_least_squares(rows, right, found, ok)
+      if (ok) exit
+      damping = max(SMALLEST, 10*damping)
+    end do
+    step(columns) = found
+  end subroutine find_free_step
+
+  !> By how much the linearised sum of squares falls with the step.
+  pure real(rp) function predicted_reduction(triangle, step) result(reduction)
+    real(rp), intent(in) :: triangle(:, :), step(:)
+    real(rp) :: change(size(step))
+    integer :: n
+    n = size(step)
+    change = matmul(triangle(:n, :n), step)
+    reduction = -dot_product(change, change + 2*triangle(:n, n + 1))
+  end function predicted_reduction
+end module least_squares_fit

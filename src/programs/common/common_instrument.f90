@@ -1,0 +1,125 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> [Instrument]: what a measurement did beyond what its file says. It is read by `msm_train`; in the input of a wing's
+!> shape or flight, where a trained wing may bring it along, it is known to have no effect.
+module common_instrument
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_suggest, only: suggestion_t
+  use measurement_instrument, only: instrument_t, N_INSTRUMENT
+  use solid_parameter, only: parameter_t
+  implicit none
+  private
+  public :: register_instrument_keys, register_idle_instrument, read_instrument, instrument_lines, instrument_hint
+
+contains
+
+  !> Adds the section for those who use it.
+  subroutine register_instrument_keys(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Instrument', 'what the measurement did beyond what its file says')
+    call r%add_text('Instrument', 'parameters', '', 'pairs of name and value, separated by commas: force_gain, '// &
+                    'force_offset [N], drift and others of docs/effects.md')
+  end subroutine register_instrument_keys
+
+  !> Adds the section for those who do not.
+  subroutine register_idle_instrument(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_inert_section('Instrument', 'What a measurement did, for msm_train; it is no property of the wing.')
+    call r%add_inert('Instrument', 'parameters', 'belongs to the measurement, not to the wing')
+  end subroutine register_idle_instrument
+
+  !> Sets what the section says; all mistakes go to `errors` in one message.
+  subroutine read_instrument(config, instrument, errors)
+    type(config_t), intent(in) :: config
+    type(instrument_t), intent(inout) :: instrument
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: text, problem, problems
+    integer :: position, first, last
+    logical :: found
+    text = config%get_text('Instrument', 'parameters')
+    problems = ''
+    position = 1
+    do
+      call next_word(text, ',', position, first, last, found)
+      if (.not. found) exit
+      call read_pair(text(first:last), instrument, problem)
+      if (allocated(problem)) problems = problems//'; '//problem
+    end do
+    if (problems /= '') call config%complain(errors, 'Instrument', 'parameters', problems(3:))
+  end subroutine read_instrument
+
+  subroutine read_pair(text, instrument, problem)
+    character(*), intent(in) :: text
+    type(instrument_t), intent(inout) :: instrument
+    character(:), allocatable, intent(out) :: problem
+    type(parameter_t) :: known
+    real(rp) :: value
+    integer :: position, first(3), last(3), n, number
+    logical :: found
+    position = 1
+    n = 0
+    do while (n < 3)
+      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
+      if (.not. found) exit
+      n = n + 1
+    end do
+    if (n /= 2) then
+      problem = quoted(trim(adjustl(text)))//' is no pair of a name and a value'
+      return
+    end if
+    associate (name => text(first(1):last(1)))
+      number = instrument%find(name)
+      if (number == 0) then
+        problem = quoted(name)//' is unknown'//instrument_hint(name)
+        return
+      end if
+      call parse_real(text(first(2):last(2)), value, problem)
+      if (allocated(problem)) return
+      known = instrument%describe(number)
+      if (value >= known%lower .and. value <= known%upper) then
+        call instrument%set(number, value)
+      else
+        problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)// &
+                  ' '//known%unit
+      end if
+    end associate
+  end subroutine read_pair
+
+  !> Valid names, and the one that may have been meant.
+  function instrument_hint(name) result(text)
+    character(*), intent(in) :: name
+    character(:), allocatable :: text
+    type(instrument_t) :: instrument
+    type(parameter_t) :: p
+    type(suggestion_t) :: suggestion
+    integer :: i
+    call suggestion%start(name)
+    text = '; valid: '
+    do i = 1, N_INSTRUMENT
+      p = instrument%describe(i)
+      call suggestion%offer(p%name)
+      if (i > 1) text = text//' | '
+      text = text//p%name
+    end do
+    text = text//suggestion%hint()
+  end function instrument_hint
+
+  !> The section as text of an ini file; '' if the instrument does nothing.
+  function instrument_lines(instrument) result(text)
+    type(instrument_t), intent(in) :: instrument
+    character(:), allocatable :: text
+    type(instrument_t) :: null
+    type(parameter_t) :: p
+    integer :: i
+    text = ''
+    do i = 1, N_INSTRUMENT
+      p = instrument%describe(i)
+      if (abs(instrument%get(i) - null%get(i)) > 0) text = text//', '//p%name//' '//number_text(instrument%get(i))
+    end do
+    if (text /= '') text = '[Instrument]'//new_line('a')//'parameters = '//text(3:)//'; of the measurement'// &
+                           new_line('a')
+  end function instrument_lines
+end module common_instrument

@@ -1,0 +1,193 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The list of [Train] parameters and of [Diagnose] parameters: what is sought, and in which box.
+module common_sought
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use cmaes_box, only: box_problem
+  use common_wing_effects, only: unplaced_effect
+  use io_config, only: config_t
+  use io_suggest, only: suggestion_t
+  use measurement_instrument, only: instrument_t, N_INSTRUMENT
+  use measurement_sought, only: sought_t
+  use solid_params, only: parameter_t, solid_params_t, N_COMMON, PARAM_PLATE, PARAM_THICKNESS
+  implicit none
+  private
+  public :: read_sought
+
+  real(rp), parameter :: PAPER_JOINT(2) = [1.0e-6_rp, 1.0e-2_rp] ! [N m/rad] 0.1 to 1000 mN cm/rad
+
+contains
+
+  !> Reads the list; all mistakes go to `errors` in one message. Bounds are those of the wing's parameters and, for
+  !> joints, those that Truong et al. searched in.
+  subroutine read_sought(config, section, params, instrument, scale_is_log, sought, errors)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: section !< that has the key `parameters`
+    type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
+    logical, intent(in) :: scale_is_log
+    type(sought_t), intent(out) :: sought
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: text, problem, problems
+    integer :: position, first, last
+    logical :: found
+    text = config%get_text(section, 'parameters')
+    allocate (sought%numbers(0), sought%instrument_numbers(0), sought%lower(0), sought%upper(0), sought%is_log(0))
+    problems = ''
+    position = 1
+    do
+      call next_word(text, ',', position, first, last, found)
+      if (.not. found) exit
+      call read_entry(text(first:last), params, instrument, scale_is_log, sought, problem)
+      if (allocated(problem)) problems = problems//'; '//problem
+    end do
+    if (problems == '' .and. sought%count() == 0) problems = '; nothing is sought'
+    if (any(sought%numbers == PARAM_PLATE) .and. any(sought%numbers == PARAM_THICKNESS)) &
+      problems = problems//'; D and thickness are one parameter'
+    if (problems /= '') call config%complain(errors, section, 'parameters', problems(3:))
+  end subroutine read_sought
+
+  !> NAME, NAME LOWER UPPER, or NAME LOWER UPPER SCALE.
+  subroutine read_entry(text, params, instrument, scale_is_log, sought, problem)
+    character(*), intent(in) :: text
+    type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
+    logical, intent(in) :: scale_is_log
+    type(sought_t), intent(inout) :: sought
+    character(:), allocatable, intent(out) :: problem
+    integer :: position, first(5), last(5), n, k, i
+    real(rp) :: bounds(2)
+    type(parameter_t) :: p
+    logical :: found, is_log, is_known
+    position = 1
+    n = 0
+    do while (n < 5)
+      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
+      if (.not. found) exit
+      n = n + 1
+    end do
+    if (n == 0) then
+      problem = 'an entry between commas is empty'
+      return
+    else if (n /= 1 .and. n /= 3 .and. n /= 4) then
+      problem = quoted(trim(adjustl(text)))//' is not NAME, NAME LOWER UPPER or NAME LOWER UPPER log|linear'
+      return
+    end if
+    do k = 2, min(n, 3)
+      call parse_real(text(first(k):last(k)), bounds(k - 1), problem)
+      if (allocated(problem)) return
+    end do
+    is_log = scale_is_log
+    if (n == 4) then
+      select case (text(first(4):last(4)))
+      case ('log')
+        is_log = .true.
+      case ('linear')
+        is_log = .false.
+      case default
+        problem = quoted(text(first(4):last(4)))//' is no scale; valid: log | linear'
+        return
+      end select
+    end if
+    is_known = .false.
+    do i = 1, params%count() + N_INSTRUMENT
+      p = description(params, instrument, i)
+      if (.not. matches(text(first(1):last(1)), p%name)) cycle
+      is_known = .true.
+      if (n == 1) bounds = usual_bounds(params, p, i)
+      call add(sought, params, p, i, bounds, is_log, n == 4, problem)
+      if (allocated(problem)) return
+    end do
+    if (.not. is_known) problem = quoted(text(first(1):last(1)))//' is unknown'// &
+                                  hint(text(first(1):last(1)), params, instrument)
+  end subroutine read_entry
+
+  !> Parameter i of the wing, or behind those of the wing one of the instrument.
+  function description(params, instrument, i) result(p)
+    type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
+    integer, intent(in) :: i
+    type(parameter_t) :: p
+    if (i <= params%count()) then
+      p = params%describe(i)
+    else
+      p = instrument%describe(i - params%count())
+    end if
+  end function description
+
+  !> Whether `known` is this name, or begins with it if that ends in :*.
+  pure logical function matches(name, known)
+    character(*), intent(in) :: name, known
+    matches = known == name
+    if (len(name) > 2) then
+      if (name(len(name) - 1:) == ':*') matches = index(known, name(:len(name) - 1)) == 1
+    end if
+  end function matches
+
+  function usual_bounds(params, p, i) result(bounds)
+    type(solid_params_t), intent(in) :: params
+    type(parameter_t), intent(in) :: p
+    integer, intent(in) :: i
+    real(rp) :: bounds(2)
+    bounds = [p%lower, p%upper]
+    if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_usual()) bounds = PAPER_JOINT
+  end function usual_bounds
+
+  subroutine add(sought, params, p, i, bounds, is_log, scale_is_given, problem)
+    type(sought_t), intent(inout) :: sought
+    type(solid_params_t), intent(in) :: params
+    type(parameter_t), intent(in) :: p
+    integer, intent(in) :: i
+    real(rp), intent(in) :: bounds(2)
+    logical, intent(in) :: is_log, scale_is_given
+    character(:), allocatable, intent(out) :: problem
+    character(:), allocatable :: fault
+    logical :: log_scale
+    integer :: n
+    log_scale = is_log .and. (p%is_log .or. scale_is_given)
+    if (any(sought%numbers == i) .or. any(sought%instrument_numbers == i - params%count())) then
+      problem = quoted(p%name)//' stands twice'
+      return
+    end if
+    if (unplaced_effect(params%effects, p%name) /= '') then
+      problem = quoted(p%name)//' '//unplaced_effect(params%effects, p%name)
+      return
+    end if
+    fault = box_problem(bounds(1), bounds(2), log_scale)
+    if (fault == '' .and. p%is_log .and. .not. bounds(1) > 0) fault = 'the lower bound must be positive'
+    if (fault /= '') then
+      problem = quoted(p%name)//': '//fault//', not '//number_text(bounds(1))//' and '//number_text(bounds(2))
+      return
+    end if
+    n = sought%count()
+    if (i <= params%count()) n = size(sought%numbers)
+    if (i <= params%count()) then
+      sought%numbers = [sought%numbers, i]
+    else
+      sought%instrument_numbers = [sought%instrument_numbers, i - params%count()]
+    end if
+    sought%lower = [sought%lower(:n), bounds(1), sought%lower(n + 1:)]
+    sought%upper = [sought%upper(:n), bounds(2), sought%upper(n + 1:)]
+    sought%is_log = [sought%is_log(:n), log_scale, sought%is_log(n + 1:)]
+  end subroutine add
+
+  function hint(name, params, instrument) result(text)
+    character(*), intent(in) :: name
+    type(solid_params_t), intent(in) :: params
+    type(instrument_t), intent(in) :: instrument
+    character(:), allocatable :: text
+    type(parameter_t) :: p
+    type(suggestion_t) :: suggestion
+    integer :: i
+    call suggestion%start(name)
+    text = '; valid: '
+    do i = 1, params%count() + N_INSTRUMENT
+      p = description(params, instrument, i)
+      call suggestion%offer(p%name)
+      if (i > 1) text = text//' | '
+      text = text//p%name
+    end do
+    text = text//' | joint:* | E:* | hardening:*'//suggestion%hint()
+  end function hint
+end module common_sought

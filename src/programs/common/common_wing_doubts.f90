@@ -1,0 +1,78 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Remarks on the material of a wing: numbers of a blowfly that stand in for those that nobody stated, and numbers that are
+!> orders of magnitude off.
+module common_wing_doubts
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_magnitude, only: magnitude_doubt
+  use io_config, only: config_t
+  use solid_mass, only: mass_params_t, mass_t
+  use solid_params, only: solid_params_t
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: notice_assumptions, notice_magnitudes
+
+  character(*), parameter :: PAPER = 'Truong et al.'
+  !> Ranges in which insects lie, with a decade of room.
+  real(rp), parameter :: YOUNG(2) = [1.0e7_rp, 1.0e11_rp]        !< cuticle of veins [Pa]
+  real(rp), parameter :: PLATE(2) = [1.0e-13_rp, 1.0e-5_rp]      !< membrane of 0.3 to 30 um [N m]
+  real(rp), parameter :: DENSITY(2) = [100.0_rp, 1.0e4_rp]       !< cuticle [kg/m^3]
+  real(rp), parameter :: AREAL(2) = [1.0e-4_rp, 1.0e-1_rp]       !< membrane [kg/m^2]
+  real(rp), parameter :: LONGEST = 0.2_rp                        !< wings beyond this length are no insect's [m]
+
+contains
+
+  !> Says which numbers are assumed because neither the input nor the wing file states them, and whose they are.
+  subroutine notice_assumptions(c, wing, needs_mass, notices)
+    type(config_t), intent(in) :: c
+    type(wing_t), intent(in) :: wing
+    logical, intent(in) :: needs_mass
+    type(message_list_t), intent(inout) :: notices
+    logical :: has_membrane
+    has_membrane = size(wing%triangles, 2) > 0
+    if (c%get_word('Wing', 'preset') /= 'paper') then
+      if (size(wing%veins) > 0) call assume('Wing', 'E', '12.58 GPa, the mean of nine blowflies ('//PAPER//')')
+      if (has_membrane) call assume('Wing', 'D', '2e-7 N m, which regularises and was measured on no wing')
+    end if
+    if (.not. needs_mass .or. .not. has_membrane .or. wing%mass%law /= '') return
+    if (any([c%is_given('Mass', 'membrane_law'), c%is_given('Mass', 'areal_density')])) return
+    call assume('Mass', 'membrane_mass', '81.475 ug spread by the bilinear law of a blowfly''s wing ('//PAPER//'), as the wing '// &
+                'file does not say what its membrane weighs')
+
+  contains
+
+    subroutine assume(section, key, what)
+      character(*), intent(in) :: section, key, what
+      if (.not. c%is_given(section, key)) call c%complain(notices, section, key, 'is not given: assumed is '//what)
+    end subroutine assume
+  end subroutine notice_assumptions
+
+  !> Names numbers that no insect wing has, with the unit in which they may be meant. Large wings are not judged.
+  subroutine notice_magnitudes(c, wing, params, material, mass, notices)
+    type(config_t), intent(in) :: c
+    type(wing_t), intent(in) :: wing
+    type(solid_params_t), intent(in) :: params
+    type(mass_params_t), intent(in) :: material
+    type(mass_t), intent(in) :: mass
+    type(message_list_t), intent(inout) :: notices
+    if (maxval(abs(wing%points)) > LONGEST) return
+    if (size(wing%veins) > 0) then
+      call doubt('Wing', 'E', params%young, YOUNG, 'Pa', 'veins of insects')
+      call doubt('Mass', 'vein_density', material%vein_density, DENSITY, 'kg/m^3', 'veins of insects')
+    end if
+    if (size(wing%triangles, 2) == 0) return
+    call doubt('Wing', 'D', params%plate, PLATE, 'N m', 'membranes of insects')
+    if (mass%area > 0) call doubt('Mass', 'membrane_mass', mass%membrane/mass%area, AREAL, 'kg/m^2', 'membranes of insects')
+
+  contains
+
+    subroutine doubt(section, key, value, range, unit, whose)
+      character(*), intent(in) :: section, key, unit, whose
+      real(rp), intent(in) :: value, range(2)
+      character(:), allocatable :: text
+      text = magnitude_doubt(value, range(1), range(2), unit, whose, index(unit, '/') == 0)
+      if (text /= '') call c%complain(notices, section, key, text)
+    end subroutine doubt
+  end subroutine notice_magnitudes
+end module common_wing_doubts

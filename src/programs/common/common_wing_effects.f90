@@ -1,0 +1,99 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> [Wing] keys of effects that a usual wing leaves out: where they act. How strong they are stands in [Wing] parameters.
+module common_wing_effects
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: BLANKS, next_word, parse_real, quoted
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_suggest, only: suggestion_t
+  use solid_effects, only: effects_t
+  use solid_params, only: solid_params_t
+  implicit none
+  private
+  public :: register_effect_keys, read_effect_places, unplaced_effect, refuse_root_compliance
+
+contains
+
+  !> Adds the keys to [Wing] of `r`.
+  subroutine register_effect_keys(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_reals('Wing', 'damage_disc', [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and radius of the disc in which the '// &
+                     'parameter damage multiplies all stiffness; radius 0: none', unit='m', length=3)
+    call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the '// &
+                    'hinge at the point inside this vein that is nearest to this share (0 to 1) of its length')
+    call r%add_switch('Wing', 'sided_joints', .false., &
+                      'joints can tell up from down, for the parameters one_way:NAME')
+    call r%add_switch('Wing', 'sided_veins', .false., &
+                      'veins feel how the membrane turns, for the parameters torsion '// &
+                      'and camber_span, camber_chord, camber_twist')
+  end subroutine register_effect_keys
+
+  !> Reads them; mistakes go to `errors`.
+  subroutine read_effect_places(c, params, errors)
+    type(config_t), intent(in) :: c
+    type(solid_params_t), intent(inout) :: params
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: text, problem
+    type(suggestion_t) :: suggestion
+    integer :: position, first(3), last(3), n, i
+    logical :: found
+    params%effects%disc = c%get_reals('Wing', 'damage_disc')
+    params%effects%has_sides = c%get_switch('Wing', 'sided_joints')
+    params%effects%has_sided_veins = c%get_switch('Wing', 'sided_veins')
+    if (params%effects%disc(3) < 0) call c%complain(errors, 'Wing', 'damage_disc', 'the radius must not be negative')
+    text = c%get_text('Wing', 'soft_place')
+    if (text == '') return
+    position = 1
+    n = 0
+    do while (n < 3)
+      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
+      if (.not. found) exit
+      n = n + 1
+    end do
+    if (n /= 2) then
+      call c%complain(errors, 'Wing', 'soft_place', quoted(text)//' is no VEIN SHARE')
+      return
+    end if
+    call parse_real(text(first(2):last(2)), params%effects%soft_share, problem)
+    if (allocated(problem)) then
+      call c%complain(errors, 'Wing', 'soft_place', problem)
+    else if (.not. (params%effects%soft_share > 0 .and. params%effects%soft_share < 1)) then
+      call c%complain(errors, 'Wing', 'soft_place', 'the share of the length lies between 0 and 1')
+    end if
+    associate (name => text(first(1):last(1)))
+      if (all(params%vein_names /= name)) then
+        call suggestion%start(name)
+        do i = 1, size(params%vein_names)
+          call suggestion%offer(trim(params%vein_names(i)))
+        end do
+        call c%complain(errors, 'Wing', 'soft_place', 'there is no vein '//quoted(name)//suggestion%hint())
+      else
+        params%effects%soft_vein = name
+      end if
+    end associate
+  end subroutine read_effect_places
+
+  !> A clamp that gives way is a matter of statics: a wing in motion is held by its frame.
+  subroutine refuse_root_compliance(c, params, errors)
+    type(config_t), intent(in) :: c
+    type(solid_params_t), intent(in) :: params
+    type(message_list_t), intent(inout) :: errors
+    if (abs(params%effects%root_flap) + abs(params%effects%root_twist) > 0) &
+      call c%complain(errors, 'Wing', 'parameters', 'root_flap and root_twist turn the clamp of a test bench; a '// &
+                      'wing in motion is held by its frame: leave them out')
+  end subroutine refuse_root_compliance
+
+  !> What is missing to seek or to set the parameter called `name`; '' if nothing.
+  function unplaced_effect(effects, name) result(problem)
+    type(effects_t), intent(in) :: effects
+    character(*), intent(in) :: name
+    character(:), allocatable :: problem
+    problem = ''
+    if (name == 'damage' .and. .not. effects%has_damage()) problem = 'needs a disc: [Wing] damage_disc'
+    if (name == 'soft' .and. .not. allocated(effects%soft_vein)) problem = 'needs a place: [Wing] soft_place'
+    if (index(name, 'one_way:') == 1 .and. .not. effects%has_sides) problem = 'needs [Wing] sided_joints = yes'
+    if ((name == 'torsion' .or. index(name, 'camber_') == 1) .and. .not. effects%has_sided_veins) &
+      problem = 'needs [Wing] sided_veins = yes'
+  end function unplaced_effect
+end module common_wing_effects

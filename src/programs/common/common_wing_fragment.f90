@@ -1,0 +1,40 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A wing's stiffness as the section [Wing] of an ini file, for [include].
+module common_wing_fragment
+  use base_text, only: number_text
+  use solid_effect_places, only: effect_place_lines
+  use solid_params, only: parameter_t, solid_params_t, N_COMMON
+  use solid_wing, only: wing_t, Z_SIDES
+  implicit none
+  private
+  public :: wing_lines
+
+  character(*), parameter :: NL = new_line('a')
+
+contains
+
+  !> The section with every value that differs from what it would be without, and the side that these mean by +z.
+  function wing_lines(p, wing) result(text)
+    type(solid_params_t), intent(in) :: p
+    type(wing_t), intent(in) :: wing !< for which the values were found
+    character(:), allocatable :: text, list, side
+    type(parameter_t) :: known
+    integer :: i
+    side = trim(wing%z_side)
+    if (side == '') side = trim(Z_SIDES(1))
+    text = '[Wing]'//NL//'z_side = '//side//';'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '// &
+           number_text(p%plate)//'; N m'//NL// &
+           'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)
+    if (p%slack < 1) text = text//'slack = '//number_text(p%slack)//';'//NL//'slack_width = '// &
+                            number_text(p%slack_width)//'; m'//NL
+    list = ''
+    do i = 1, p%count()
+      known = p%describe(i)
+      if (any(known%name == [character(9) :: 'E', 'D', 'thickness'])) cycle
+      if (i > N_COMMON .and. i <= N_COMMON + size(p%vein_factor) .and. abs(p%get(i) - 1) <= 0) cycle
+      if (known%is_effect .and. abs(p%get(i) - known%null) <= 0) cycle
+      list = list//', '//known%name//' '//number_text(p%get(i))
+    end do
+    text = text//'parameters = '//list(3:)//'; N m/rad of joints, N/m of springs, factors'//NL
+  end function wing_lines
+end module common_wing_fragment

@@ -1,0 +1,284 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
+!> and its mass. Whatever a user can do wrong is found here. SI units.
+module common_wing_settings
+  use common_wing_doubts, only: notice_assumptions, notice_magnitudes
+  use common_wing_effects, only: read_effect_places, unplaced_effect
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use io_config, only: config_t
+  use io_shared_text, only: named_path
+  use solid_inertia, only: inertia_t
+  use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
+  use solid_model, only: solid_model_t
+  use solid_params, only: default_params, membrane_note, parameter_t, solid_params_t
+  use solid_wing_case, only: wing_case_t
+  use parallel_world, only: world_t
+  use solid_wing_file, only: read_wing, load_shared_wing => load_wing
+  implicit none
+  private
+  public :: load_wing, read_damping, find_beside, check_name
+
+contains
+
+  !> Reads the wing of the ini file `ini`, whose keys are loaded in `config`; all mistakes go to `errors`,
+  !> remarks to `notices`. Without `found` there is no model. A wing without a valid mass is a mistake if the
+  !> mass is needed and a remark if not.
+  subroutine load_wing(config, ini, needs_mass, s, found, errors, notices, world, file)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: ini
+    logical, intent(in) :: needs_mass
+    type(wing_case_t), intent(out) :: s
+    logical, intent(out) :: found
+    type(message_list_t), intent(inout) :: errors, notices
+    type(world_t), intent(in), optional :: world !< with it root reads the file for all, and this is collective
+    character(*), intent(in), optional :: file   !< to take in place of [Wing] file
+    type(failure_t) :: failure
+    character(:), allocatable :: problem, name
+    real(rp) :: centre(3)
+    integer :: n_before
+    found = .false.
+    if (.not. config%is_given('Wing', 'file')) return
+    name = config%get_text('Wing', 'file')
+    if (present(file)) name = file
+    call find_beside(ini, name, s%path, problem, world)
+    if (allocated(problem)) then
+      call config%complain(errors, 'Wing', 'file', problem)
+      return
+    end if
+    n_before = errors%count()
+    if (present(world)) then
+      call load_shared_wing(world, s%path, s%wing, errors)
+    else
+      call read_wing(s%path, s%wing, errors)
+    end if
+    if (errors%count() > n_before) return
+    call read_z_side(config, s, notices)
+    call scale_wing(config, s)
+    call read_material(config, s, errors, notices)
+    call read_mass(config, needs_mass, s, errors, notices)
+    call notice_assumptions(config, s%wing, needs_mass, notices)
+    if (s%has_mass) call notice_magnitudes(config, s%wing, s%asked, s%material, s%mass, notices)
+    call s%model%init(s%wing, s%asked, failure)
+    if (failure%failed) then
+      call errors%add(s%path//': '//failure%reason)
+      return
+    end if
+    associate (points => s%wing%points)
+      centre = sum(points(:, s%wing%root), 2)/size(s%wing%root)
+      s%tip = maxloc(sum((points - spread(centre, 2, size(points, 2)))**2, 1), 1)
+    end associate
+    found = .true.
+  end subroutine load_wing
+
+  !> The side to which z points. What [Wing] says counts, as its parameters may have been found with another file.
+  subroutine read_z_side(config, s, notices)
+    type(config_t), intent(in) :: config
+    type(wing_case_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: notices
+    character(:), allocatable :: stated
+    character(len(s%wing%z_side)) :: in_file
+    logical :: was_dorsal
+    stated = config%get_word('Wing', 'z_side')
+    if (stated == 'file') return
+    in_file = s%wing%z_side
+    was_dorsal = s%wing%z_is_dorsal()
+    s%wing%z_side = stated
+    if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
+      stated//' counts, although '//s%path//' says '//trim(in_file)//': it is what [Wing] parameters mean by +z')
+  end subroutine read_z_side
+
+  !> Gives the wing the size that [Wing] asks for: first similar to that of its file, then stretched along y.
+  subroutine scale_wing(config, s)
+    type(config_t), intent(in) :: config
+    type(wing_case_t), intent(inout) :: s
+    real(rp) :: length, chord, a(2), b(2), area, stretch
+    integer :: i
+    length = config%get_real('Wing', 'length')
+    chord = config%get_real('Wing', 'mean_chord')
+    associate (points => s%wing%points, triangles => s%wing%triangles)
+      if (length > 0) s%scale = length/maxval(points(1, :))
+      points = s%scale(1)*points
+      do i = 1, size(s%wing%veins)
+        s%wing%veins(i)%diameters = s%scale(1)*s%wing%veins(i)%diameters
+      end do
+      area = 0
+      do i = 1, size(triangles, 2)
+        a = points(:2, triangles(2, i)) - points(:2, triangles(1, i))
+        b = points(:2, triangles(3, i)) - points(:2, triangles(1, i))
+        area = area + (a(1)*b(2) - a(2)*b(1))/2
+      end do
+      if (chord > 0 .and. area > 0) then
+        stretch = chord*(maxval(points(1, :)) - minval(points(1, :)))/area
+        s%scale(2) = stretch*s%scale(2)
+        points(2, :) = stretch*points(2, :)
+      end if
+    end associate
+  end subroutine scale_wing
+
+  !> Where the file `name` is: as it stands, or else in the folder of the input file `ini`.
+  subroutine find_beside(ini, name, path, problem, world)
+    character(*), intent(in) :: ini, name
+    character(:), allocatable, intent(out) :: path, problem
+    type(world_t), intent(in), optional :: world !< with it root looks for all, and this is collective
+    path = named_path(name, ini, world)
+    if (path == '') problem = quoted(name)//' does not exist, neither here nor beside the input file'
+  end subroutine find_beside
+
+  !> The first part of the names of all files goes into an index for viewers, which is XML.
+  subroutine check_name(config, name, errors)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: name
+    type(message_list_t), intent(inout) :: errors
+    if (scan(name, '<>&"'':') > 0) &
+      call config%complain(errors, 'Saving', 'name', 'must not contain < > & : or quotes')
+  end subroutine check_name
+
+  subroutine read_material(c, s, errors, notices)
+    type(config_t), intent(in) :: c
+    type(wing_case_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable :: note
+    real(rp) :: joint
+    logical :: is_soft
+    associate (p => s%asked)
+      p = default_params(s%wing)
+      p%young = c%get_real('Wing', 'E')
+      p%plate = c%get_real('Wing', 'D')
+      p%k_vein = c%get_real('Wing', 'k_e')
+      p%k_membrane = p%k_vein
+      p%k_cross = p%k_vein
+      p%cross_springs = c%get_word('Wing', 'cross_springs') == 'yes' .or. &
+                        (c%get_word('Wing', 'cross_springs') == 'preset' .and. c%get_word('Wing', 'preset') == 'paper')
+      p%slack = c%get_real('Wing', 'slack')
+      p%slack_width = c%get_real('Wing', 'slack_width')
+      joint = c%get_real('Wing', 'joint_stiffness')
+      if (.not. joint > 0 .and. abs(joint + 1) > 0) &
+        call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1: as the vein without the joint')
+      p%joint = joint
+      call read_effect_places(c, p, errors)
+      call read_parameters(c, p, errors)
+      call membrane_note(p, note, is_soft)
+      if (is_soft .and. size(s%wing%triangles) > 0) call notices%add(note)
+    end associate
+  end subroutine read_material
+
+  subroutine read_mass(c, needs_mass, s, errors, notices)
+    type(config_t), intent(in) :: c
+    logical, intent(in) :: needs_mass
+    type(wing_case_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    type(message_list_t) :: messages
+    integer :: i
+    logical :: is_stated
+    s%material%vein_density = c%get_real('Mass', 'vein_density')
+    if (.not. c%is_given('Mass', 'vein_density') .and. s%wing%mass%vein_density > 0) &
+      s%material%vein_density = s%wing%mass%vein_density
+    is_stated = c%is_given('Mass', 'membrane_law') .or. c%is_given('Mass', 'membrane_mass') .or. &
+                c%is_given('Mass', 'areal_density')
+  s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, c%get_word('Mass', 'membrane_law') == 'bilinear')
+    s%material%membrane_mass = c%get_real('Mass', 'membrane_mass')
+    s%material%areal_density = c%get_real('Mass', 'areal_density')
+    if (.not. is_stated .and. s%wing%mass%law /= '') then ! what the file says of this very wing
+      s%material%membrane_law = MEMBRANE_BILINEAR
+      s%material%membrane_mass = s%wing%mass%membrane
+      s%material%weights = [1.0_rp, 0.0_rp, 0.0_rp]
+      if (s%wing%mass%law == 'bilinear') s%material%weights = s%wing%mass%weights
+    end if
+    s%material%weights(2:) = s%material%weights(2:)/s%scale ! the law belongs to the unscaled wing
+    call lump_mass(s%wing, s%material, s%mass, messages)
+    s%has_mass = messages%count() == 0
+    do i = 1, messages%count()
+      if (needs_mass) then
+        call c%complain(errors, 'Mass', 'membrane_law', messages%text(i))
+      else
+        call notices%add(messages%text(i)//'; the mass is not reported')
+      end if
+    end do
+  end subroutine read_mass
+
+  !> The pairs "name value" of [Wing] parameters.
+  subroutine read_parameters(config, params, errors)
+    type(config_t), intent(in) :: config
+    type(solid_params_t), intent(inout) :: params
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: text, problem, problems
+    integer :: position, first, last
+    logical :: found
+    text = config%get_text('Wing', 'parameters')
+    problems = ''
+    position = 1
+    do
+      call next_word(text, ',', position, first, last, found)
+      if (.not. found) exit
+      call read_pair(text(first:last), params, problem)
+      if (allocated(problem)) problems = problems//'; '//problem
+    end do
+    if (len(problems) > 0) call config%complain(errors, 'Wing', 'parameters', problems(3:))
+  end subroutine read_parameters
+
+  subroutine read_pair(text, params, problem)
+    character(*), intent(in) :: text
+    type(solid_params_t), intent(inout) :: params
+    character(:), allocatable, intent(out) :: problem
+    type(parameter_t) :: known
+    real(rp) :: value
+    integer :: position, first, last, first_value, last_value, behind, end_behind, number
+    logical :: has_name, has_value, has_more
+    position = 1
+    call next_word(text, BLANKS, position, first, last, has_name)
+    call next_word(text, BLANKS, position, first_value, last_value, has_value)
+    call next_word(text, BLANKS, position, behind, end_behind, has_more)
+    if (.not. has_value .or. has_more) then
+      problem = quoted(trim(adjustl(text)))//' is no pair of a name and a value'
+      return
+    end if
+    associate (name => text(first:last))
+      if (any(name == [character(9) :: 'E', 'D', 'thickness'])) then
+        problem = quoted(name)//' has a key of its own: '//merge('E', 'D', name == 'E')
+        return
+      end if
+      number = params%find(name)
+      if (number == 0) then
+        problem = quoted(name)//' is unknown; valid: '//names_of(params)
+        return
+      end if
+      call parse_real(text(first_value:last_value), value, problem)
+      if (allocated(problem)) return
+      known = params%describe(number)
+      if (known%is_log .and. .not. value > 0) then
+        problem = quoted(name)//' must be positive'
+      else if (unplaced_effect(params%effects, name) /= '') then
+        problem = quoted(name)//' '//unplaced_effect(params%effects, name)
+      else if (known%is_effect .and. .not. (value >= known%lower .and. value <= known%upper)) then
+        problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)
+      else
+        call params%set(number, value)
+      end if
+    end associate
+  end subroutine read_pair
+
+  function names_of(params) result(text)
+    type(solid_params_t), intent(in) :: params
+    character(:), allocatable :: text
+    type(parameter_t) :: known
+    integer :: i
+    text = ''
+    do i = 1, params%count()
+      known = params%describe(i)
+      if (all(known%name /= [character(9) :: 'E', 'D', 'thickness'])) text = text//' | '//known%name
+    end do
+    text = text(4:)
+  end function names_of
+
+  !> [Damping], for the motion within the wing frame.
+  subroutine read_damping(config, model, inertia)
+    type(config_t), intent(in) :: config
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(inout) :: inertia !< initialised
+    inertia%rayleigh_mass = config%get_real('Damping', 'rayleigh_mass')
+    inertia%rayleigh_stiffness = config%get_real('Damping', 'rayleigh_stiffness')
+    inertia%nodal(model%movable) = config%get_real('Damping', 'nodal')
+  end subroutine read_damping
+end module common_wing_settings

@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> flusi: incompressible flow around solid bodies.
+program flusi
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use base_constants, only: EXIT_OK, EXIT_USER
+  use base_errors, only: message_list_t
+  use base_process, only: exit_with, launched_rank
+  use common_version, only: print_version
+  use flusi_command, only: command_t, parse_command_line, print_usage, ACTION_CHECK, ACTION_COMPARE_KEYS, &
+                           ACTION_DRY_RUN, ACTION_HELP, ACTION_KEYVALUES, &
+                           ACTION_PARAMETERS, ACTION_RUN, ACTION_SOLID, ACTION_SOLID_CHECK, ACTION_STATIC, &
+                           ACTION_STATIC_CHECK, ACTION_VERSION
+  use flusi_dry_run, only: print_dry_run
+  use flusi_keys, only: write_reference
+  use flusi_parameters, only: read_parameters
+  use flusi_postprocess, only: run_keyvalues, run_compare_keys
+  use flusi_settings, only: settings_t
+  use flusi_simulation, only: simulation_t
+  use flusi_solid, only: check_solid, run_solid
+  use flusi_static, only: run_static
+  use parallel_world, only: world_t
+  use spectral_backends, only: HAS_P3DFFT
+  implicit none
+  type(command_t) :: command
+  type(message_list_t) :: errors
+  type(settings_t) :: settings
+  type(simulation_t) :: simulation
+  type(world_t) :: world
+  integer :: code
+  logical :: needs_mpi
+
+  call parse_command_line(command, errors)
+  needs_mpi = errors%count() == 0 .and. any(command%action == [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])
+  ! Whatever runs without MPI is said once, also behind a launcher.
+  if (.not. needs_mpi .and. launched_rank() > 0) call exit_with(EXIT_OK)
+  if (errors%count() > 0) then
+    call errors%print(error_unit, 'flusi: ')
+    call print_usage(error_unit)
+    call exit_with(EXIT_USER)
+  end if
+
+  code = EXIT_OK
+  select case (command%action)
+  case (ACTION_HELP)
+    call print_usage(output_unit)
+  case (ACTION_VERSION)
+    call print_version(output_unit, HAS_P3DFFT)
+  case (ACTION_PARAMETERS)
+    call write_reference(output_unit)
+  case (ACTION_KEYVALUES)
+    call run_keyvalues(command, code)
+  case (ACTION_COMPARE_KEYS)
+    call run_compare_keys(command, code)
+  case (ACTION_STATIC, ACTION_STATIC_CHECK)
+    call run_static(command, code)
+  case (ACTION_SOLID_CHECK)
+    call check_solid(command, code)
+  case (ACTION_SOLID)
+    call world%start()
+    call run_solid(command, world, code)
+    call world%stop()
+  case (ACTION_CHECK)
+    call read_parameters(command, settings, code)
+    if (code == EXIT_OK) call settings%config%print_effective(output_unit)
+  case default
+    call world%start()
+    call read_parameters(command, settings, code, world)
+    if (code == EXIT_OK .and. command%action == ACTION_DRY_RUN) then
+      call print_dry_run(world, settings)
+    else if (code == EXIT_OK) then
+      call simulation%init(world, settings, command)
+      call simulation%run()
+      call simulation%finish()
+      code = simulation%exit_code
+    end if
+    call world%stop()
+  end select
+  call exit_with(code)
+end program flusi

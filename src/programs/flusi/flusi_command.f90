@@ -1,0 +1,123 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The command line of `flusi`.
+module flusi_command
+  use base_errors, only: message_list_t
+  use common_arguments, only: arguments_t, parse_arguments, print_lines
+  implicit none
+  private
+  public :: command_t, parse_command_line, print_usage
+  public :: ACTION_RUN, ACTION_CHECK, ACTION_DRY_RUN, ACTION_VERSION, ACTION_HELP, ACTION_KEYVALUES, &
+            ACTION_COMPARE_KEYS, ACTION_PARAMETERS, ACTION_STATIC, ACTION_STATIC_CHECK, ACTION_SOLID, ACTION_SOLID_CHECK
+
+  integer, parameter :: ACTION_RUN = 1, ACTION_CHECK = 2, ACTION_DRY_RUN = 3, ACTION_VERSION = 4, ACTION_HELP = 5, &
+                        ACTION_KEYVALUES = 6, ACTION_COMPARE_KEYS = 7, ACTION_PARAMETERS = 8, ACTION_STATIC = 9, &
+                        ACTION_STATIC_CHECK = 10, ACTION_SOLID = 11, ACTION_SOLID_CHECK = 12
+  !> In the order of the numbers above, from the second to the eighth.
+  character(14), parameter :: ACTIONS(7) = [character(14) :: '--check', '--dry-run', '--version', '--help', &
+                                                                        '--keyvalues', '--compare-keys', '--parameters']
+
+  !> What the user wants.
+  type :: command_t
+    integer :: action = ACTION_RUN
+    character(:), allocatable :: ini          !< parameter file
+    logical :: restart = .false.
+    character(:), allocatable :: restart_file !< empty: the newest valid backup
+    logical :: flusi_compat = .false.         !< duplicate keys: the first wins
+    logical :: postprocess = .false.          !< called in FLUSI's way, results go to files
+    character(:), allocatable :: file, other_file
+  end type command_t
+
+contains
+
+  !> Reads the arguments; every mistake is added to `errors`.
+  subroutine parse_command_line(command, errors)
+    type(command_t), intent(out) :: command
+    type(message_list_t), intent(inout) :: errors
+    character(*), parameter :: FLAGS(5) = [character(14) :: '--static', '--solid', '--flusi-compat', &
+                                                                                                  '--postprocess', '-p']
+    type(arguments_t) :: arguments
+    call parse_arguments(ACTIONS, FLAGS, .true., arguments, errors)
+    command%action = ACTION_RUN + arguments%action
+    command%ini = ''
+    command%file = arguments%file
+    command%other_file = arguments%other_file
+    command%restart = arguments%restart
+    command%restart_file = arguments%restart_file
+    if (arguments%is_final) return
+    command%flusi_compat = arguments%has_flag(3)
+    command%postprocess = any(arguments%has_flag(4:5))
+    associate (is_static => arguments%has_flag(1), is_solid => arguments%has_flag(2))
+      if (is_static .and. is_solid) call errors%add('--solid contradicts --static')
+      if (is_static) call choose_wing_alone(command, '--static', ACTION_STATIC, ACTION_STATIC_CHECK, errors)
+      if (is_solid .and. .not. is_static) &
+        call choose_wing_alone(command, '--solid', ACTION_SOLID, ACTION_SOLID_CHECK, errors)
+    end associate
+    call check_files(command, arguments%n_files, errors)
+  end subroutine parse_command_line
+
+  !> --static and --solid change what is run or checked.
+  subroutine choose_wing_alone(command, argument, to_run, to_check, errors)
+    type(command_t), intent(inout) :: command
+    character(*), intent(in) :: argument
+    integer, intent(in) :: to_run, to_check
+    type(message_list_t), intent(inout) :: errors
+    select case (command%action)
+    case (ACTION_RUN)
+      command%action = to_run
+    case (ACTION_CHECK)
+      command%action = to_check
+    case default
+      call errors%add(argument//' goes with '//trim(merge('--check, --restart and --flusi-compat', &
+                                                          '--check and --flusi-compat           ', &
+                                                          to_run == ACTION_SOLID))//' only')
+    end select
+  end subroutine choose_wing_alone
+
+  subroutine check_files(command, n_files, errors)
+    type(command_t), intent(inout) :: command
+    integer, intent(in) :: n_files
+    type(message_list_t), intent(inout) :: errors
+    integer :: wanted
+    wanted = merge(2, 1, command%action == ACTION_COMPARE_KEYS)
+    if (n_files > wanted) call errors%add('too many file names')
+    select case (command%action)
+    case (ACTION_KEYVALUES)
+      if (n_files < 1) call errors%add('--keyvalues needs the name of an HDF5 field')
+    case (ACTION_COMPARE_KEYS)
+      if (n_files < 2) call errors%add('--compare-keys needs the names of two key files')
+    case default
+      if (command%postprocess) call errors%add('--postprocess knows --keyvalues and --compare-keys')
+      if (n_files < 1) call errors%add('the name of a parameter file is missing')
+      command%ini = command%file
+    end select
+    if (command%restart .and. all(command%action /= [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])) &
+      call errors%add('--restart goes with a run')
+  end subroutine check_files
+
+  !> Writes how the program is called.
+  subroutine print_usage(unit)
+    integer, intent(in) :: unit
+    character(*), parameter :: LINES(20) = [character(84) :: &
+                                            'usage: mpirun -n RANKS flusi FILE.ini [options]', &
+                                            '', &
+                                          '  --check             print every effective value and where it comes from', &
+                                 '  --dry-run           print memory, time step, steps and output files; run nothing', &
+                                            '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
+                                        '  --flusi-compat      where a key stands twice, the first wins, as in FLUSI', &
+                                            '  --parameters        print the reference of all parameters (Markdown)', &
+                                            '  --version           print version, commit, compiler and flags', &
+                                            '  --help              print this', &
+                                            '', &
+                               '       flusi --static FILE.ini [--check]           shape of a wing under given loads', &
+                                '       flusi --solid FILE.ini [--check|--restart]  motion of a wing without a fluid', &
+                                            '       flusi [--postprocess] --keyvalues FIELD.h5', &
+                                            '       flusi [--postprocess] --compare-keys A.key B.key', &
+                                            '', &
+                                   'exit codes: 0 the run reached its end       3 numerical failure, checkpoint kept', &
+                                     '            1 defect of program or machine  4 stopped early with a checkpoint:', &
+                                           '            2 mistake in the input            start again with --restart', &
+                                            '', &
+                                            'parameters: docs/parameters.md, examples: ini/']
+    call print_lines(unit, LINES)
+  end subroutine print_usage
+end module flusi_command

@@ -1,0 +1,141 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a run would need and do, without doing it.
+module flusi_dry_run
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_constants, only: PI
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t
+  use fluid_timestep, only: next_step_length
+  use flusi_memory, only: memory_t, estimate_memory
+  use flusi_report, only: print_scales
+  use flusi_settings, only: settings_t, output_params_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: print_dry_run
+
+contains
+
+  !> Prints memory per rank for this and other numbers of ranks, the estimated step and number of steps,
+  !> and the files that would be written. Writes no file. Root prints; not collective.
+  subroutine print_dry_run(world, settings)
+    type(world_t), intent(in) :: world
+    type(settings_t), intent(in) :: settings
+    type(fluid_params_t) :: endless
+    real(rp) :: speed, dt, steps
+    integer :: ranks, i
+    if (.not. world%is_root) return
+    associate (p => settings%fluid, o => settings%output, unit => output_unit)
+      write (unit, '(a,3(i0,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), ''
+      call print_scales(unit, settings)
+      write (unit, '(a)') 'memory per rank                     while running      at the start'
+      call print_memory(unit, world%size, settings)
+      ranks = 1
+      do i = 1, 14
+        if (ranks /= world%size) call print_memory(unit, ranks, settings)
+        ranks = 2*ranks
+      end do
+      speed = reference_speed(p)
+      if (p%moving) speed = max(speed, 0.5_rp*PI*settings%flight%tip_speed()) ! the peak of a cosine
+      endless = p
+      endless%t_max = huge(1.0_rp)
+      dt = next_step_length(endless, speed, 0.0_rp, 0.0_rp, [0.0_rp])
+      steps = min(p%t_max/dt, real(p%nt, rp))
+      write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
+  if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
+      call print_files(unit, settings, min(p%t_max, p%nt*dt))
+    end associate
+    flush (output_unit)
+  end subroutine print_dry_run
+
+  subroutine print_memory(unit, ranks, settings)
+    integer, intent(in) :: unit, ranks
+    type(settings_t), intent(in) :: settings
+    type(memory_t) :: m
+    m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
+                        settings%looks_at_pressure(), ranks)
+    if (.not. m%possible) return
+    if (m%largest_buffer > huge(1)) then
+      write (unit, '(i8,a)') ranks, ' ranks: too few for this grid'
+    else
+      write (unit, '(i8,a,i0,a,i0,t30,2(f14.1,a))') ranks, ' ranks = ', m%rows, ' x ', m%columns, m%running/1.0e6_rp, &
+        ' MB', m%starting/1.0e6_rp, ' MB'
+    end if
+  end subroutine print_memory
+
+  !> A velocity that the flow will have, as far as the parameters tell.
+  pure real(rp) function reference_speed(p) result(speed)
+    type(fluid_params_t), intent(in) :: p
+    speed = max(norm2(p%mean_velocity), norm2(p%us_fixed))
+    select case (p%inicond)
+    case ('VortexRing')
+      speed = max(speed, abs(p%omega1)/(PI*max(p%size, tiny(1.0_rp))))
+    case ('taylor_green', 'taylor_green_2d')
+      speed = max(speed, 1.0_rp)
+    case ('turbulence_rogallo')
+      speed = max(speed, 3*sqrt(2*p%omega1/3))
+    end select
+    if (p%mask == 'couette') speed = max(speed, p%omega*p%r1)
+  end function reference_speed
+
+  subroutine print_files(unit, settings, t_end)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    real(rp), intent(in) :: t_end
+    character(:), allocatable :: prefixes
+    real(rp) :: times, bytes
+    integer :: n
+    associate (o => settings%output, p => settings%fluid)
+      prefixes = ''
+      n = 0
+      if (o%velocity) call add('ux uy uz', 3)
+      if (o%vorticity) call add('vorx vory vorz', 3)
+      if (o%vorticity_magnitude) call add('vorabs', 1)
+      if (o%pressure) call add('p', 1)
+      if (o%mask) call add('mask', 1)
+      if (o%solid_velocity) call add('usx usy usz', 3)
+      write (unit, '(a)') 'files that would be written'
+      write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
+      if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
+      if ((p%penalized .or. p%moving) .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
+      if (p%moving .and. settings%flight%thin%is_thin) write (unit, '(a)') '            slip.t'
+      if (p%moving) then
+        write (unit, '(a)') '            kinematics.t aero_power.t'//of_sides(settings, 'wing', '.t')
+        if (settings%flexible) write (unit, '(a)') '           '//of_sides(settings, 'bending', '.t')// &
+          of_sides(settings, 'coupling', '.t')
+        write (unit, '(a)') '  at the end summary.txt'
+        write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing', '')
+      end if
+      if (n > 0) then
+        ! One save at the start, one at the end, and one at each multiple between.
+        times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1
+        bytes = n*times*product(real(p%grid%n, rp)/o%stride)*merge(4, 8, o%single_precision)
+       write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
+          bytes/1.0e9_rp, ' GB, and one .xmf index'
+      end if
+      if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'
+      if (o%backup) write (unit, '(a)') '  backups   runtime_backup0.h5 runtime_backup1.h5'
+    end associate
+
+  contains
+
+    subroutine add(names, count)
+      character(*), intent(in) :: names
+      integer, intent(in) :: count
+      prefixes = trim(prefixes//' '//names)
+      n = n + count
+    end subroutine add
+  end subroutine print_files
+
+  !> The names of such files of all wings, each after a blank.
+  function of_sides(settings, name, ending) result(names)
+    type(settings_t), intent(in) :: settings
+    character(*), intent(in) :: name, ending
+    character(:), allocatable :: names
+    integer :: i
+    names = ''
+    do i = 1, size(settings%flight%wings)
+      names = names//' '//name//'_'//trim(settings%flight%wings(i)%side)//ending
+    end do
+  end function of_sides
+end module flusi_dry_run

@@ -1,0 +1,229 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Flexible wings in the flow: their keys, and from them the mechanics that the coupler needs.
+module flusi_flexible
+  use common_wing_keys, only: register_damping_keys, register_wing_keys
+  use common_wing_effects, only: refuse_root_compliance
+  use common_wing_settings, only: load_wing, read_damping
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use fsi_added_mass, only: added_mass_ratio, light_layer
+  use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
+  use fsi_flight_params, only: flapping_wing_t, flight_params_t
+  use fsi_rotation, only: angle_t
+  use fsi_wing_shape, only: SPAN, wing_shape_t
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_units, only: unit_scales_t
+  use parallel_world, only: world_t
+  use solid_wing_case, only: wing_case_t
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: register_flexible_keys, wants_flexible, wants_wing_file, read_wing_file, read_coupler
+
+  character(*), parameter :: F = 'Flexible_wing'
+  real(rp), parameter :: FLAT = 1.0e-9_rp
+
+contains
+
+  !> Adds [Wing], [Mass], [Damping] and the coupling keys of [Flexible_wing] to `registry`.
+  subroutine register_flexible_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    real(rp), parameter :: ZERO(3) = 0.0_rp
+    call registry%add_word('Insects', 'wings', 'rigid', 'rigid|flexible', &
+                           'flexible: the wing of [Wing], which the flow bends')
+    call registry%add_switch(F, 'use_flexible_wing_model', .false., 'FLUSI''s name for [Insects] wings = flexible', &
+                             computed='as [Insects] wings says')
+    call registry%add_length(F, 'load_distance', 't_wing + wing_smoothing + max(dx)', &
+                             'distance from the mid surface at which the flow on both sides is looked at', unit='L', &
+                             above=0.0_rp)
+    call registry%add_word(F, 'load', 'pressure', 'pressure|pressure_viscous', &
+                           'what bends the wings: the pressure on both sides, or the viscous traction as well')
+    call registry%add_switch(F, 'load_extrapolated', .false., &
+                             'the pressure difference is looked at in twice the distance, too, and extrapolated '// &
+                             'linearly to the mid surface')
+    call registry%add_word(F, 'coupling', 'weak', 'weak|extrapolated|strong', &
+                           'load under which the wings make a step: that at its beginning, extrapolated to its '// &
+                           'end, or found at its end by sub-iterations')
+    call registry%add_real(F, 'coupling_tolerance', 1.0e-3_rp, &
+                           'strong: the load may change by so much of itself in the last sub-iteration', &
+                           above=0.0_rp)
+    call registry%add_integer(F, 'coupling_iterations', 20, &
+                              'strong: the run stops if so many evaluations of the flow in a step are not enough', &
+                              min=1)
+    call registry%add_real(F, 'T_release', 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
+    call registry%add_real(F, 'largest_deflection', 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
+                           above=0.0_rp)
+    call registry%add_reals(F, 'gravity', ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', &
+                            length=3)
+    call register_wing_keys(registry, required=.false.)
+    call register_damping_keys(registry)
+  end subroutine register_flexible_keys
+
+  !> Whether the wings of this run bend.
+  logical function wants_flexible(config)
+    type(config_t), intent(in) :: config
+    wants_flexible = config%get_word('Insects', 'wings') == 'flexible'
+    if (config%is_given(F, 'use_flexible_wing_model')) &
+      wants_flexible = wants_flexible .or. config%get_switch(F, 'use_flexible_wing_model')
+  end function wants_flexible
+
+  !> Whether the wings have the shape of [Wing] file: flexible ones, and rigid ones to which WingShape gives none.
+  logical function wants_wing_file(config)
+    type(config_t), intent(in) :: config
+    wants_wing_file = wants_flexible(config) .or. &
+                      (config%get_word('Insects', 'WingShape') == 'none' .and. config%is_given('Wing', 'file'))
+  end function wants_wing_file
+
+  !> Reads [Wing] and the file that it names; `found` tells whether there is a wing. Collective with `world`.
+  subroutine read_wing_file(config, ini, setup, found, errors, notices, world)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: ini
+    type(wing_case_t), intent(out) :: setup
+    logical, intent(out) :: found
+    type(message_list_t), intent(inout) :: errors, notices
+    type(world_t), intent(in), optional :: world
+    found = .false.
+    if (wants_flexible(config)) then
+      if (config%get_word('Insects', 'wings') == 'rigid' .and. config%is_given('Insects', 'wings')) &
+        call config%complain(errors, 'Insects', 'wings', 'contradicts [Flexible_wing] use_flexible_wing_model = yes')
+      if (config%get_word('Insects', 'WingShape') /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
+                                       'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
+      if (config%is_given(F, 'use_flexible_wing_model')) then
+        if (.not. config%get_switch(F, 'use_flexible_wing_model')) &
+          call config%complain(errors, F, 'use_flexible_wing_model', 'contradicts [Insects] wings = flexible')
+      end if
+      if (config%get_real('Insects', 'wing_length') > 0) call config%complain(errors, 'Insects', 'wing_length', &
+                                            'contradicts wings = flexible, whose file is in metres; set [units] length')
+      if (.not. config%is_given('Wing', 'file')) then
+        call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file')
+        return
+      end if
+    end if
+    call load_wing(config, ini, wants_flexible(config), setup, found, errors, notices, world)
+    if (.not. found) return
+    if (size(setup%wing%triangles) == 0) then
+      call config%complain(errors, 'Wing', 'file', 'has no triangles: a flow needs a surface')
+      found = .false.
+    end if
+    if (.not. found .or. .not. wants_flexible(config)) return
+    call refuse_root_compliance(config, setup%asked, errors)
+    ! Curvatures, places and sections are those of a wing in this plane.
+    if (any(abs(setup%wing%points(3, :)) > FLAT*setup%model%size)) then
+      call config%complain(errors, 'Wing', 'file', 'is not flat in the plane z = 0, as wings = flexible need it')
+      found = .false.
+    end if
+  end subroutine read_wing_file
+
+  !> What the coupler needs. `t_end` is the end of the run, T.
+  subroutine read_coupler(config, setup, flight, grid, t_end, units, units_given, params, errors, notices)
+    type(config_t), intent(in) :: config
+    type(wing_case_t), intent(in) :: setup
+    type(flight_params_t), intent(in) :: flight
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: t_end
+    type(unit_scales_t), intent(in) :: units
+    logical, intent(in) :: units_given
+    type(coupler_params_t), intent(out) :: params
+    type(message_list_t), intent(inout) :: errors, notices
+    real(rp), allocatable :: span_chord(:, :)
+    if (.not. units_given) then
+      ! An incomplete [units] is reported elsewhere.
+      if (.not. any([config%is_given('units', 'length'), config%is_given('units', 'frequency'), &
+                     config%is_given('units', 'density')])) &
+        call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
+                             '[units] must say what L, T and the density are')
+      return
+    end if
+    if (.not. setup%has_mass) return
+    params%model = setup%model
+    call params%inertia%init(setup%model, setup%mass%nodal)
+    call read_damping(config, setup%model, params%inertia)
+    params%membrane = 0
+    if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
+    params%density = setup%material%vein_density
+    params%units = units
+    ! A plane flow runs along the length of the sheet, whose width is the depth that has no end.
+    span_chord = setup%wing%points(:2, :)
+    if (grid%is_2d) span_chord = span_chord([2, 1], :)
+    params%added_mass = added_mass_ratio(span_chord, setup%wing%triangles, setup%mass%nodal, units%mass/units%length**3)
+    params%light_layer = light_layer(setup%wing%points, setup%wing%triangles, setup%mass%nodal)
+    params%gravity = config%get_reals(F, 'gravity')
+    params%friction = config%get_word(F, 'load') == 'pressure_viscous'
+    params%extrapolates = config%get_switch(F, 'load_extrapolated')
+    params%tolerance = config%get_real(F, 'coupling_tolerance')
+    params%iterations = config%get_integer(F, 'coupling_iterations')
+    select case (config%get_word(F, 'coupling'))
+    case ('extrapolated')
+      params%coupling = COUPLING_EXTRAPOLATED
+    case ('strong')
+      params%coupling = COUPLING_STRONG
+    end select
+    if (params%coupling /= COUPLING_STRONG .and. (config%is_given(F, 'coupling_tolerance') .or. &
+                                                  config%is_given(F, 'coupling_iterations'))) &
+      call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations are of no effect without '// &
+                       'coupling = strong')
+    if (flight%thin%is_thin) call notice_pressure_keys(config, notices)
+    params%release = config%get_real(F, 'T_release')
+    if (params%release >= t_end) &
+      call notices%add('[Flexible_wing] T_release is not before Tmax: the wings are rigid during the whole run')
+    params%largest_deflection = config%get_real(F, 'largest_deflection')
+    params%distance = flight%half_thickness + flight%smoothing + grid%max_spacing()
+    if (config%is_given(F, 'load_distance')) params%distance = config%get_real(F, 'load_distance')
+    if (params%distance < flight%half_thickness + flight%smoothing) &
+    call config%complain(errors, F, 'load_distance', 'lies inside the smoothing layer of the mask; valid: at least '// &
+                           't_wing + wing_smoothing')
+    if (size(flight%wings) == 0) return
+    if (size(flight%wings(1)%points) == 0) return
+    call notice_sections(flight%wings(1), notices)
+    if (.not. params%release > 0) call notice_start(flight%wings, notices)
+    if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
+      call config%complain(errors, F, 'load_distance', &
+                           'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
+                           ': the pressure there is not that on the wing')
+  end subroutine read_coupler
+
+  !> Remarks on keys of the load that is looked at beside the wings, which those without thickness do not need.
+  subroutine notice_pressure_keys(config, notices)
+    type(config_t), intent(in) :: config
+    type(message_list_t), intent(inout) :: notices
+    character(17), parameter :: KEYS(3) = [character(17) :: 'load_distance', 'load', 'load_extrapolated']
+    integer :: i
+    do i = 1, size(KEYS)
+      if (config%is_given(F, trim(KEYS(i)))) call notices%add('[Flexible_wing] '//trim(KEYS(i))//' is of no effect '// &
+        'with [Insects] surface = thin: the forces of the markers are the whole load')
+    end do
+  end subroutine notice_pressure_keys
+
+  !> A remark on flexible wings that have their full speed from the first step on: the jerk makes them vibrate.
+  subroutine notice_start(wings, notices)
+    type(flapping_wing_t), intent(in) :: wings(:)
+    type(message_list_t), intent(inout) :: notices
+    type(angle_t) :: phi, alpha, theta
+    integer :: i
+    do i = 1, size(wings)
+      call wings(i)%motion%evaluate(0.0_rp, phi, alpha, theta)
+      if (.not. maxval(abs([phi%rate, alpha%rate, theta%rate])) > 0) cycle
+      call notices%add('[Insects] wing_ramp is 0, and the flexible wings move at t = 0: they begin with a jerk; '// &
+                       'a quarter of a beat starts them smoothly')
+      return
+    end do
+  end subroutine notice_start
+
+  !> Remarks on sections that a wing does not have.
+  subroutine notice_sections(wing, notices)
+    type(flapping_wing_t), intent(in) :: wing
+    type(message_list_t), intent(inout) :: notices
+    type(wing_shape_t) :: shape
+    integer :: i
+    call shape%init(wing%points, wing%triangles, SPAN, 1.0_rp)
+    do i = 1, size(SPAN)
+      if (shape%has(i)) cycle
+    call notices%add('the wing has no section at '//number_text(nint(100*SPAN(i)))//' % of its span: its triangles '// &
+                       'reach from '//number_text(minval(wing%points(1, :)))//' to '// &
+                       number_text(maxval(wing%points(1, :)))//' L; trailing edge, twist and camber there are 0 in '// &
+                       'bending_*.t')
+    end do
+  end subroutine notice_sections
+end module flusi_flexible

@@ -1,0 +1,100 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Keys of FLUSI that no package of this program handles, so that existing FLUSI files can be read.
+!>
+!> Three sorts: keys that FLUSI itself ignores, sections of physics that is not built here, which do no
+!> harm as long as nothing switches them on, and the switches of that physics, which are refused.
+module flusi_legacy_keys
+  use io_registry, only: registry_t
+  implicit none
+  private
+  public :: register_flusi_legacy
+
+contains
+
+  !> Registers them all. Fluid, time and output keys that do have an effect belong to their packages.
+  subroutine register_flusi_legacy(registry)
+    type(registry_t), intent(inout) :: registry
+    call register_dead_keys(registry)
+    call register_unbuilt_flow_physics(registry)
+    call register_unbuilt_solids(registry)
+  end subroutine register_flusi_legacy
+
+  subroutine register_dead_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    call registry%add_inert('Time', 'itdrag', 'stands in [Saving]')
+    call registry%add_inert('Time', 'tstart', 'belongs to the dry run of the mask')
+    call registry%add_inert('Time', 'M_krylov_max', 'belongs to a time stepper that does not exist')
+    call registry%add_inert('Time', 'krylov_err_threshold', 'belongs to a time stepper that does not exist')
+    call registry%add_inert('Penalization', 'iSmoothing', 'the mask has one way of smoothing')
+    call registry%add_inert('Penalization', 'pseud*', 'pseudo-penalization, never used')
+    call registry%add_inert('MeanFlow', 'ax', 'mean acceleration, not used by FLUSI either')
+    call registry%add_inert('MeanFlow', 'ay', 'mean acceleration, not used by FLUSI either')
+    call registry%add_inert('MeanFlow', 'az', 'mean acceleration, not used by FLUSI either')
+    call registry%add_inert('Saving', 'iSaveXMF', 'descriptions for viewers are written by a tool')
+    call registry%add_inert('Saving', 'iDrag', 'forces have a switch in [Penalization]')
+    call registry%add_inert('Saving', 'iKinDiss', 'energy and dissipation are always written')
+    call registry%add_inert('Saving', 'itbeam', 'output of the elastic beam')
+    call registry%add_inert('Saving', 'itkine', 'kinematics are written with the integrals')
+    call registry%add_inert_section('DryRun', 'Drawing the mask without a flow.')
+    call registry%add_switch('DryRun', 'dry_run_without_fluid', .false., 'draw the mask without a flow', &
+                             unbuilt='a dry run of the mask')
+  end subroutine register_dead_keys
+
+  subroutine register_unbuilt_flow_physics(registry)
+    type(registry_t), intent(inout) :: registry
+    call registry%add_section('FSI-equation', 'Which equations govern the flow.')
+    call registry%add_word('FSI-equation', 'equation', 'navier-stokes', 'navier-stokes', &
+                           'equations of the flow: incompressible Navier-Stokes', unbuilt='artificial-compressibility')
+    call registry%add_inert_section('artificial-compressibility', 'Only for the equation of this name.')
+    call registry%add_inert_section('Forcing', 'Forcing of isotropic turbulence.')
+    call registry%add_word('Forcing', 'forcing_type', 'none', 'none', 'forcing of isotropic turbulence', &
+                           unbuilt='machiels|kaneda')
+    call registry%add_inert_section('TurbulentInlet', 'Turbulence read from a file and imposed at an inlet.')
+    call registry%add_switch('TurbulentInlet', 'use_turbulent_inlet', .false., 'turbulent inflow', &
+                             unbuilt='a turbulent inlet')
+    call registry%add_inert_section('Averaging', 'Averages over time, computed while running.')
+    call registry%add_switch('Averaging', 'time_avg', .false., 'averages over time', &
+                             unbuilt='averaging over time')
+    call registry%add_inert_section('PassiveScalar', 'Transported scalars.')
+    call registry%add_switch('PassiveScalar', 'use_passive_scalar', .false., 'transport scalars', &
+                             unbuilt='transport of passive scalars')
+    call registry%add_inert_section('Scalar*', 'One transported scalar.')
+  end subroutine register_unbuilt_flow_physics
+
+  !> The masks that draw these solids are refused by [Penalization] iMask.
+  subroutine register_unbuilt_solids(registry)
+    type(registry_t), intent(inout) :: registry
+    call registry%add_inert_section('SolidModel', 'The elastic beam.')
+    call registry%add_switch('SolidModel', 'use_solid_model', .false., 'an elastic beam in the flow', &
+                             unbuilt='the elastic beam')
+    call register_flusi_wing(registry)
+  end subroutine register_unbuilt_solids
+
+  !> FLUSI's keys of its mass-spring wing, one by one: this section has keys that count, which may be misspelt.
+  subroutine register_flusi_wing(registry)
+    type(registry_t), intent(inout) :: registry
+    character(*), parameter :: S = 'Flexible_wing'
+    character(27), parameter :: PLACE(12) = [character(27) :: 'x0', 'y0', 'z0', 'Wing_angle_x', 'Wing_angle_y', &
+                                  'Wing_angle_z', 'Motion', 'Left_wing_motion', 'Right_wing_motion', 'Gravity', 'tau', &
+                                                                                                       'ControlPoint']
+    character(27), parameter :: MATERIAL(19) = [character(27) :: 'EIy', 'EIz', 'EIy_with_BC', 'EIz_with_BC', &
+                                                      'ke_veins', 'ke_veins_with_BC', 'ke_membranes', 'density_veins', &
+                                                 'density_veins_with_BC', 'density_membranes', 'damping', 'damping_*', &
+                                        'Young_modulus*', 'vein_diameters_given', 'Joint_stiffness_IDs', 'OptJoint_*', &
+                                                                   'stiff_coef', 'm_coef', 'ke_membranes_cross_springs']
+    character(27), parameter :: METHOD(8) = [character(27) :: 'wing_interp', 'activate_press_force', &
+                                                                  'activate_noninertial_force', 'load_mass_from_file', &
+                                       'TimeMethodFlexibleSolid', 'Sparse_Solver', 'HB_matrix_given', 'Solid_time_step']
+    integer :: i
+    call registry%add_section(S, 'the mask of wings, and how the flow bends them')
+    do i = 1, size(PLACE)
+      call registry%add_inert(S, trim(PLACE(i)), 'place and motion of wings are in [Insects]')
+    end do
+    do i = 1, size(MATERIAL)
+      call registry%add_inert(S, trim(MATERIAL(i)), 'material is in [Wing], [Mass] and [Damping]')
+    end do
+    do i = 1, size(METHOD)
+      call registry%add_inert(S, trim(METHOD(i)), 'there is one method')
+    end do
+  end subroutine register_flusi_wing
+end module flusi_legacy_keys

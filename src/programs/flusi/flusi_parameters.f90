@@ -1,0 +1,76 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> From the parameter file to settings, with everything said that a user must know.
+module flusi_parameters
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use base_constants, only: EXIT_OK, EXIT_USER
+  use base_errors, only: message_list_t
+  use flusi_command, only: command_t, ACTION_CHECK, ACTION_DRY_RUN
+  use flusi_memory, only: memory_t, estimate_memory
+  use flusi_settings, only: settings_t, load_settings
+  use io_shared_text, only: read_shared_text
+  use parallel_world, only: world_t
+  use spectral_sticks, only: kept_columns
+  implicit none
+  private
+  public :: read_parameters
+
+contains
+
+  !> Reads and checks the parameter file. With `world` root reads it and all ranks get its text, and the
+  !> number of ranks is checked against the grid; collective then. On mistakes all of them are printed
+  !> and `code` is EXIT_USER; nothing has been written.
+  subroutine read_parameters(command, settings, code, world)
+    type(command_t), intent(in) :: command
+    type(settings_t), intent(out) :: settings
+    integer, intent(out) :: code
+    type(world_t), intent(in), optional :: world
+    type(message_list_t) :: errors, notices
+    character(:), allocatable :: text, problem
+    logical :: speaks
+
+    code = EXIT_OK
+    speaks = .true.
+    if (present(world)) speaks = world%is_root
+    call read_shared_text(command%ini, text, problem, world)
+    if (allocated(problem)) then
+      call errors%add(problem)
+    else
+      call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices, world)
+      ! A dry run tells which numbers of ranks would do.
+      if (present(world) .and. errors%count() == 0 .and. command%action /= ACTION_DRY_RUN) &
+        call check_ranks(world, settings, errors)
+    end if
+    if (speaks .and. errors%count() > 0) call errors%print(error_unit, '')
+    if (errors%count() > 0) code = EXIT_USER
+    ! A file that one rank sees and another does not must not part them.
+    if (present(world)) code = world%max_integer(code)
+    if (speaks .and. code == EXIT_USER .and. errors%count() == 0) write (error_unit, '(a)') &
+      command%ini//': a file that it names can be read on some ranks only'
+    if (speaks .and. code == EXIT_OK) &
+      call notices%print(merge(error_unit, output_unit, command%action == ACTION_CHECK), 'notice: ')
+    flush (error_unit)
+  end subroutine read_parameters
+
+  subroutine check_ranks(world, settings, errors)
+    type(world_t), intent(in) :: world
+    type(settings_t), intent(in) :: settings
+    type(message_list_t), intent(inout) :: errors
+    type(memory_t) :: m
+    character(140) :: text
+    m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), &
+                        settings%needs_trials(), settings%flexible, world%size)
+    if (m%possible .and. m%largest_buffer <= huge(1)) return
+    if (m%possible) then
+      write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &
+        ' ranks: an exchange buffer would exceed 2^31 '//trim(merge('bytes  ', 'numbers', &
+                                                                    settings%fluid%transform == 'p3dfft'))
+    else if (settings%fluid%transform == 'p3dfft') then
+      write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny '// &
+        'and nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, settings%fluid%dealias)
+    else
+     write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
+        'rows must divide the ranks and not exceed ny'
+    end if
+    call settings%config%complain(errors, 'Resolution', 'process_rows', trim(text))
+  end subroutine check_ranks
+end module flusi_parameters

@@ -1,0 +1,119 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Mistakes and doubts that concern keys of several sections: units, and wings that nothing uses.
+module flusi_setting_checks
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_magnitude, only: magnitude_doubt
+  use base_text, only: number_text
+  use fluid_params, only: fluid_params_t
+  use fsi_flight_params, only: flight_params_t
+  use io_config, only: config_t
+  implicit none
+  private
+  public :: check_units_together, check_si_numbers, check_wing_use, notice_flow, notice_frequency
+
+  real(rp), parameter :: REYNOLDS(2) = [0.1_rp, 1.0e6_rp] !< insects and models of them, with a decade of room
+  real(rp), parameter :: DAMPED(2) = [1.0e-6_rp, 0.3_rp]  !< time in which a wing stops the fluid inside, in beats
+
+contains
+
+  !> `given` tells whether [units] says what L, T and density are: all three or none, and all with input = SI.
+  subroutine check_units_together(c, given, errors)
+    type(config_t), intent(in) :: c
+    logical, intent(out) :: given
+    type(message_list_t), intent(inout) :: errors
+    character(9), parameter :: KEYS(3) = ['length   ', 'frequency', 'density  ']
+    logical :: is_there(3), needs_all
+    integer :: i
+    is_there = [(c%is_given('units', trim(KEYS(i))), i=1, 3)]
+    given = all(is_there)
+    needs_all = c%get_word('units', 'input') == 'SI'
+    if (given .or. .not. (needs_all .or. any(is_there))) return
+    do i = 1, 3
+      if (is_there(i)) cycle
+      if (needs_all) then
+        call c%complain(errors, 'units', trim(KEYS(i)), 'is missing: input = SI needs the value of every unit')
+      else
+        call c%complain(errors, 'units', trim(KEYS(i)), &
+                        'is missing: valid are all of length, frequency and density, or none of them')
+      end if
+    end do
+  end subroutine check_units_together
+
+  !> With input = SI: numbers whose defaults, in L and T, nobody would expect there must be given.
+  subroutine check_si_numbers(c, fluid, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: fluid
+    type(message_list_t), intent(inout) :: errors
+    character(2), parameter :: BOX(3) = ['xl', 'yl', 'zl'], MEAN(3) = ['ux', 'uy', 'uz']
+    integer :: i
+    do i = 1, 3
+      call need('Geometry', BOX(i))
+      if (fluid%mean_flow(i) /= 'free' .or. fluid%inicond == 'MeanFlow') call need('MeanFlow', MEAN(i))
+    end do
+    call need('ReynoldsNumber', 'nu')
+    if (fluid%penalized) call need('Penalization', 'eps')
+    if (abs(fluid%omega1) > 0) call c%complain(errors, 'InitialCondition', 'omega1', 'cannot be given with '// &
+                                    '[units] input = SI: its unit depends on inicond; describe this flow without units')
+
+  contains
+
+    subroutine need(section, key)
+      character(*), intent(in) :: section, key
+      if (.not. c%is_given(section, key)) &
+        call c%complain(errors, section, key, 'is missing: with [units] input = SI it has no default')
+    end subroutine need
+  end subroutine check_si_numbers
+
+  !> Flexible wings are asked for, but `moving` says that there are none.
+  subroutine check_wing_use(c, moving, errors)
+    type(config_t), intent(in) :: c
+    logical, intent(in) :: moving
+    type(message_list_t), intent(inout) :: errors
+    if (moving .or. c%get_word('Insects', 'wings') /= 'flexible') return
+    ! A mistake in the mask's own keys is reported already and may be all that is wrong.
+    if (is_wrong('iMask') .or. is_wrong('iPenalization')) return
+    call c%complain(errors, 'Insects', 'wings', &
+                    'there are no wings to bend; valid with [Penalization] iPenalization = yes and iMask = Insect')
+
+  contains
+
+    logical function is_wrong(key)
+      character(*), intent(in) :: key
+      is_wrong = c%line_of('Penalization', key) > 0 .and. .not. c%is_given('Penalization', key)
+    end function is_wrong
+  end subroutine check_wing_use
+
+  !> Names a viscosity and a penalization that flapping wings do not have, as where their unit is another one.
+  subroutine notice_flow(c, fluid, flight, notices)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: fluid
+    type(flight_params_t), intent(in) :: flight
+    type(message_list_t), intent(inout) :: notices
+    real(rp) :: number
+    character(:), allocatable :: text
+    if (size(flight%wings) == 0) return
+    if (size(flight%wings(1)%points) == 0) return
+    if (fluid%nu > 0) then
+      number = (flight%tip_speed() + norm2(fluid%mean_velocity))*flight%wings(1)%mean_chord()/fluid%nu
+      text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
+      if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes a Reynolds number that '// &
+                                                       'insects do not have: '//text)
+    end if
+    number = fluid%c_eta*flight%frequency()
+    text = magnitude_doubt(number, DAMPED(1), DAMPED(2), 'beats', 'wings that hold the fluid', .false.)
+    if (fluid%penalized .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)
+  end subroutine notice_flow
+
+  !> The wing beat was probably meant in 1/s. `frequency` is 1/T in 1/s.
+  subroutine notice_frequency(c, frequency, notices)
+    type(config_t), intent(in) :: c
+    real(rp), intent(in) :: frequency
+    type(message_list_t), intent(inout) :: notices
+    real(rp) :: beats
+    beats = c%get_real('Insects', 'wing_frequency')
+    if (abs(beats - frequency) > 1.0e-9_rp*frequency .or. abs(beats - 1) <= 1.0e-9_rp) return
+    call notices%add('[Insects] wing_frequency is that of [units], but in 1/T: there are '//number_text(beats)// &
+                     ' beats in every T; wing_frequency = 1 gives one')
+  end subroutine notice_frequency
+end module flusi_setting_checks

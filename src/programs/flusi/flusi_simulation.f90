@@ -1,0 +1,378 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One run: the fluid, its output, its checkpoints, and the rules to stop.
+module flusi_simulation
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use base_constants, only: EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED
+  use base_errors, only: failure_t
+  use base_files, only: name_of
+  use base_kinds, only: i8, rp
+  use base_timers, only: timers_t
+  use common_progress, only: progress_t
+  use fluid_requests, only: request_t
+  use fluid_restart, only: save_fluid, load_fluid
+  use fluid_solver, only: fluid_t
+  use flusi_command, only: command_t
+  use flusi_flight_faults, only: check_flight
+  use flusi_output, only: output_t
+  use flusi_report, only: print_coupling, print_run_header, print_time_table
+  use flusi_series, only: run_series_t
+  use flusi_settings, only: settings_t
+  use flusi_summary, only: write_summary
+  use fsi_coupler, only: coupler_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_restart, only: has_flexible_wings, load_wings, save_wings
+  use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
+  use fsi_thin_wings, only: thin_wings_t
+  use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
+  use io_checkpoint_slots, only: checkpoint_slots_t
+  use io_stop, only: stop_rules_t
+  use parallel_world, only: world_t
+  use spectral_fftw, only: import_wisdom, export_wisdom
+  implicit none
+  private
+  public :: simulation_t
+
+  character(*), parameter :: BACKUP_NAME = 'runtime_backup', WISDOM_NAME = 'fftw_wisdom'
+  character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
+
+  type :: simulation_t
+    type(world_t) :: world
+    type(settings_t) :: settings
+    type(fluid_t) :: fluid
+    type(flapping_wings_t), allocatable :: wings !< if anything moves
+    type(coupler_t), allocatable :: coupler      !< if the flow bends them
+    type(thin_wings_t), allocatable :: thin  !< of wings without thickness
+    type(run_series_t), private :: series
+    type(output_t), private :: output
+    type(checkpoint_slots_t), private :: slots
+    type(stop_rules_t), private :: stop_rules
+    type(progress_t), private :: progress
+    type(timers_t), private :: timers
+    integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_wings = 0, t_output = 0, t_backup = 0
+    character(:), allocatable, private :: name
+    type(failure_t) :: failure
+    logical, private :: cannot_bend = .false. !< `failure` is numerical: a flexible wing could not be advanced
+    logical, private :: misplaced = .false. !< for the reason that they touch each other or leave the box
+    logical, private :: blown_up = .false. !< `failure` is numerical: the velocity is no longer one
+    integer :: exit_code = EXIT_OK
+  contains
+    procedure :: init => simulation_init
+    procedure :: run => simulation_run
+    procedure :: finish => simulation_finish
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, fail
+  end type simulation_t
+
+contains
+
+  !> Builds everything and sets the initial condition or restarts. On failure `exit_code` is not 0 and
+  !> the reason has been printed. Collective.
+  subroutine simulation_init(self, world, settings, command)
+    class(simulation_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(settings_t), intent(in) :: settings
+    type(command_t), intent(in) :: command
+    real(rp), allocatable :: restart_time ! in a new run it has none, and is absent where it is handed on
+    logical :: restarts, found
+
+    self%world = world
+    self%settings = settings
+    self%name = run_name(command%ini)
+    self%t_whole = self%timers%region('whole run')
+    call self%timers%start(self%t_whole)
+    self%t_start = self%timers%region('start-up')
+    self%t_step = self%timers%region('time steps')
+    if (settings%flexible) then
+      self%t_wings = self%timers%region('bending wings')
+    else if (settings%flight%thin%is_thin) then
+      self%t_wings = self%timers%region('forces of the wings')
+    end if
+    self%t_output = self%timers%region('fields and series')
+    self%t_backup = self%timers%region('backups')
+    call self%timers%start(self%t_start)
+    call self%stop_rules%init(settings%output%limits)
+    if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
+    call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
+                         settings%needs_trials())
+    if (settings%fluid%moving) allocate (self%wings)
+    if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
+    if (settings%fluid%moving .and. settings%flight%thin%is_thin) then
+      allocate (self%thin)
+      call self%thin%init(world, self%wings, self%fluid, self%failure)
+    end if
+    if (settings%flexible) then
+      allocate (self%coupler)
+      call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
+                             self%wings)
+      if (allocated(self%thin)) call self%thin%soften(settings%coupler%model%points, settings%coupler%units)
+    end if
+    call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
+
+    restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
+    if (restarts .and. .not. self%failure%failed) then
+      call self%restart(command)
+      restart_time = self%fluid%rhs%state%time
+    else if (.not. self%failure%failed) then
+      call self%fluid%start(self%failure)
+      ! A field from a file brings its time with it.
+      if (allocated(self%coupler)) self%coupler%states%time = self%fluid%rhs%state%time*settings%coupler%units%time
+    end if
+    if (allocated(self%wings) .and. .not. self%failure%failed) &
+      call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%failure)
+    if (self%failure%failed) then
+      call self%fail(EXIT_USER)
+      return
+    end if
+    if (settings%fluid%intelligent_dt) self%fluid%rhs%intervals = &
+      [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
+                                                                 settings%output%slices), 0.0_rp]
+    call self%stop_rules%listen(world)
+    call self%series%open(world, self%fluid, settings%units%note(), self%failure, self%wings, settings%flexible, &
+                          restart_time)
+    call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), &
+                          self%failure, self%wings, restart_time)
+    if (self%failure%failed) then
+      call self%fail(EXIT_FAILURE)
+      return
+    end if
+    if (world%is_root) call print_run_header(output_unit, settings, self%fluid, self%coupler, &
+                                             restart_time, self%thin)
+    call self%progress%init(world%is_root, settings%output%progress_seconds)
+    call self%timers%stop(self%t_start)
+  end subroutine simulation_init
+
+  !> Steps until the end of the run or until something asks to stop. Collective.
+  subroutine simulation_run(self)
+    class(simulation_t), intent(inout) :: self
+    type(request_t) :: request
+    real(rp) :: seconds
+    if (self%exit_code /= EXIT_OK) return
+    associate (state => self%fluid%rhs%state, fluid => self%fluid)
+      do while (.not. self%is_done())
+        call self%output%look_ahead(fluid, .false., request)
+        if (allocated(self%coupler)) call self%coupler%add_request(request)
+        call self%timers%start(self%t_step)
+        call fluid%step(request, self%failure, self%wings)
+        call self%timers%stop(self%t_step)
+        self%blown_up = self%failure%failed
+        if (self%failure%failed) exit
+        if (allocated(self%coupler)) call self%look()
+        if (.not. self%failure%failed) call write_all(self)
+        if (self%failure%failed) exit
+        if (allocated(self%coupler)) then
+          call self%bend()
+        else if (allocated(self%thin)) then
+          call self%push()
+        end if
+        if (self%failure%failed) exit
+        call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
+                                     self%settings%fluid%nt, seconds)
+        call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
+        call self%stop_rules%look(self%world)
+        if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
+        if (self%stop_rules%must_stop .or. self%failure%failed) exit
+      end do
+      call self%progress%finish()
+      if (.not. self%failure%failed) then
+        if (self%is_done()) then
+          call self%write_end(request)
+        else
+          self%exit_code = EXIT_STOPPED
+          call self%back_up()
+          if (self%world%is_root .and. .not. self%failure%failed) write (output_unit, '(a)') 'stopped early: '// &
+            trim(self%stop_rules%reason)//'; the backup is written, go on with --restart'
+        end if
+      end if
+      if (self%cannot_bend) then
+        call self%back_up_failed()
+        call self%fail(EXIT_NUMERICAL)
+      else if (self%blown_up) then
+        call self%output%write_failed(fluid, self%failure)
+        call self%fail(EXIT_NUMERICAL)
+      else if (self%failure%failed) then
+        call self%fail(EXIT_FAILURE)
+      end if
+    end associate
+  end subroutine simulation_run
+
+  !> Writes what is due at the end of the run, and the last backup.
+  subroutine write_end(self, request)
+    class(simulation_t), intent(inout) :: self
+    type(request_t), intent(out) :: request
+    call self%output%look_ahead(self%fluid, .true., request)
+    if (allocated(self%coupler)) call self%coupler%add_request(request)
+    call self%fluid%evaluate(request, self%failure, self%wings)
+    self%blown_up = self%failure%failed
+    if (self%failure%failed) return
+    if (allocated(self%coupler)) call self%look()
+    if (.not. self%failure%failed) call write_all(self)
+    if (self%settings%output%backup) call self%back_up()
+  end subroutine write_end
+
+  !> Takes the load on the flexible wings where they are.
+  subroutine look(self)
+    class(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_wings)
+    call self%coupler%look(self%fluid, self%wings)
+    call check_flight(self%wings, self%settings%fluid%grid, self%failure)
+    call self%series%look(self%wings, self%coupler, self%fluid)
+    call self%timers%stop(self%t_wings)
+    self%misplaced = self%failure%failed
+    self%cannot_bend = self%misplaced
+  end subroutine look
+
+  !> Takes the flexible wings over the step that the fluid has made.
+  subroutine bend(self)
+    class(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_wings)
+    call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
+    call self%timers%stop(self%t_wings)
+    self%blown_up = self%fluid%rhs%failure%failed
+    self%cannot_bend = self%failure%failed .and. .not. self%blown_up
+  end subroutine bend
+
+  !> Lets rigid wings without thickness act on the step that the fluid has made.
+  subroutine push(self)
+    class(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_wings)
+    call self%thin%advance_rigid(self%fluid, self%wings)
+    call self%timers%stop(self%t_wings)
+  end subroutine push
+
+  !> Closes files, prints where the time went, releases everything. Collective.
+  subroutine simulation_finish(self)
+    class(simulation_t), intent(inout) :: self
+    if (self%exit_code /= EXIT_USER) then
+      call self%series%close(self%failure)
+      if (self%exit_code == EXIT_OK .and. allocated(self%wings) .and. self%world%is_root .and. &
+          self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%failure)
+      if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_FAILURE)
+      call self%timers%stop(self%t_whole)
+      call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
+      if (self%world%is_root .and. allocated(self%coupler)) call print_coupling(output_unit, self%coupler)
+    end if
+    call self%fluid%free()
+    if (allocated(self%coupler)) call self%coupler%free()
+  end subroutine simulation_finish
+
+  !> Whether end time or number of steps is reached.
+  pure logical function is_done(self)
+    class(simulation_t), intent(in) :: self
+    associate (p => self%settings%fluid, state => self%fluid%rhs%state)
+      is_done = state%time >= p%t_max .or. state%step >= p%nt
+    end associate
+  end function is_done
+
+  subroutine write_all(self)
+    type(simulation_t), intent(inout) :: self
+    call self%timers%start(self%t_output)
+    if (self%output%integrals_due) then
+      call self%series%write_integrals(self%fluid, self%failure, self%wings)
+      if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
+    end if
+    call self%output%write(self%fluid, self%failure, self%wings, self%coupler)
+    call self%timers%stop(self%t_output)
+  end subroutine write_all
+
+  !> Restores the state from the named checkpoint or the newest valid one.
+  subroutine restart(self, command)
+    class(simulation_t), intent(inout) :: self
+    type(command_t), intent(in) :: command
+    type(checkpoint_reader_t) :: reader
+    character(:), allocatable :: path
+    logical :: found
+    path = command%restart_file
+    ! --restart goes on from the newest backup, also where the run once began from a named one.
+    if (.not. command%restart .and. index(self%settings%fluid%inicond, 'backup::') == 1) &
+      path = self%settings%fluid%inicond(9:)
+    if (path == '') then
+      call self%slots%newest_valid(path, found)
+      if (.not. found) then
+        call self%failure%raise('there is no valid backup to restart from: '//self%slots%reason(0)//'; '// &
+                                self%slots%reason(1))
+        return
+      end if
+    end if
+    call reader%open(self%world, path, self%failure)
+    if (self%failure%failed) return
+    call load_fluid(reader, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state, self%failure)
+    if (self%failure%failed) return
+    if (allocated(self%coupler)) then
+      call load_wings(reader, self%wings, self%coupler, self%failure)
+    else if (has_flexible_wings(reader)) then
+      call self%failure%raise('the checkpoint has flexible wings, this run has not')
+    end if
+    if (allocated(self%thin)) then
+      call load_thin_wings(reader, self%wings, self%thin, self%failure)
+    else if (has_thin_wings(reader)) then
+      call self%failure%raise('the checkpoint has wings without thickness: set [Insects] surface = thin')
+    end if
+    call reader%close(self%failure)
+    call self%slots%came_from(path)
+  end subroutine restart
+
+  !> Writes the next of the two alternating checkpoints. A step shows only when the next one begins whether
+  !> it was sound; here it is evaluated first, so that a velocity that has blown up never replaces a good one.
+  subroutine back_up(self)
+    class(simulation_t), intent(inout) :: self
+    type(checkpoint_writer_t) :: writer
+    type(request_t) :: nothing
+    logical :: written
+    if (self%failure%failed .or. self%fluid%rhs%state%step == 0) return
+    call self%timers%start(self%t_backup)
+    call self%fluid%evaluate(nothing, self%failure, self%wings)
+    self%blown_up = self%failure%failed
+    if (.not. self%blown_up) then
+      call self%slots%begin(writer, self%failure)
+      call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
+      if (allocated(self%coupler)) call save_wings(writer, self%wings, self%coupler)
+      if (allocated(self%thin)) call save_thin_wings(writer, self%wings, self%thin)
+      call self%slots%commit(writer, self%failure)
+      ! A restart must plan as this run did, or it would differ in the last bits.
+      if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
+    end if
+    call self%stop_rules%backup_done()
+    call self%timers%stop(self%t_backup)
+  end subroutine back_up
+
+  !> A checkpoint of a run whose wings could not go on: the flow of now and the wings as they were before the step that
+  !> failed, for a continuation with other parameters. The periodic ones stay as they are. Collective.
+  subroutine back_up_failed(self)
+    class(simulation_t), intent(inout) :: self
+    type(checkpoint_writer_t) :: writer
+    type(failure_t) :: writing
+    if (self%misplaced) return ! which no parameter of the mechanics changes
+    call self%coupler%rewind(self%fluid%rhs%state%time, self%wings)
+    call writer%begin(self%world, '.', FAILED_NAME, writing)
+    call writer%put_integer('generation', 0_i8)
+    call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
+    call save_wings(writer, self%wings, self%coupler)
+    call writer%commit(writing)
+    if (writing%failed) then
+      self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
+    else
+   self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before '// &
+                            'this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
+    end if
+  end subroutine back_up_failed
+
+  !> Prints the reason on root and remembers the exit code.
+  subroutine fail(self, code)
+    class(simulation_t), intent(inout) :: self
+    integer, intent(in) :: code
+    self%exit_code = code
+    if (.not. self%world%is_root) return
+    write (error_unit, '(a)') 'flusi: '//self%failure%reason
+    if (self%blown_up) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
+    if (code == EXIT_NUMERICAL .and. self%slots%newest_generation() > 0) write (error_unit, '(a)') &
+      'flusi: the last valid backup is kept'
+    flush (error_unit)
+  end subroutine fail
+
+  !> Name of a run: its parameter file without folder and ending.
+  function run_name(ini) result(name)
+    character(*), intent(in) :: ini
+    character(:), allocatable :: name
+    name = name_of(ini)
+    if (index(name, '.ini', back=.true.) > 1) name = name(:index(name, '.ini', back=.true.) - 1)
+  end function run_name
+end module flusi_simulation

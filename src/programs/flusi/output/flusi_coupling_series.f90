@@ -1,0 +1,106 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How well the coupling of each flexible wing does, in every step: `coupling_left.t` and `coupling_right.t`.
+!>
+!> A record belongs to the beginning of its step: the sampled load that bends the wing, and what it lacks of the
+!> penalization's, which is the same load as the flow feels it; then the work that the step has taken.
+module flusi_coupling_series
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_solver, only: fluid_t
+  use fsi_coupler, only: coupler_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_wing_loads, only: wing_loads, wing_loads_t
+  use io_series, only: series_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: coupling_series_t
+
+  character(*), parameter :: XYZ = 'xyz'
+  integer, parameter :: N_LOADS = 9 !< columns that are known at the beginning of a step, time first
+
+  type :: coupling_series_t
+    private
+    type(series_t), allocatable :: wing(:)
+    real(rp), allocatable :: loads(:, :) !< (N_LOADS, wings) of the step that is being made
+  contains
+    procedure :: open => series_open
+    procedure :: look => series_look
+    procedure :: write => series_write
+    procedure :: close => series_close
+  end type coupling_series_t
+
+contains
+
+  !> Opens one file for each wing; with `restart_time` the records before it are kept. Collective.
+  subroutine series_open(self, world, wings, note, failure, restart_time)
+    class(coupling_series_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(flapping_wings_t), intent(in) :: wings
+    character(*), intent(in) :: note !< second line of every file
+    type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
+    character(40) :: columns(N_LOADS + 2)
+    character(:), allocatable :: load, flow, evaluations
+    integer :: i, c
+    load = 'pressure'
+    flow = 'penalty'
+    evaluations = 'evaluations of the flow'
+    if (wings%params%thin%is_thin) then
+      load = 'markers'
+      flow = 'flow'
+      evaluations = 'passes of the wings'
+    end if
+    columns(1) = 'time [T]'
+    do c = 1, 3
+      columns(1 + c) = 'F'//XYZ(c:c)//' of the '//load//' [rho L^4/T^2]'
+      columns(4 + c) = 'F'//XYZ(c:c)//' '//load//' - '//flow//' [rho L^4/T^2]'
+    end do
+    columns(8:) = [character(40) :: 'power to the flow [rho L^5/T^3]', 'power '//load//' - '//flow//' [rho L^5/T^3]', &
+                   'factorisations', evaluations]
+    allocate (self%wing(size(wings%surfaces)), self%loads(N_LOADS, size(wings%surfaces)))
+    do i = 1, size(self%wing)
+      call self%wing(i)%open(world, 'coupling_'//trim(wings%params%wings(i)%side)//'.t', columns, failure, &
+                             restart_time=restart_time, note=note)
+    end do
+  end subroutine series_open
+
+  !> Remembers the loads that `coupler` has just looked at, beside those of the same pass' penalization.
+  subroutine series_look(self, wings, coupler, fluid)
+    class(coupling_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    type(coupler_t), intent(in) :: coupler
+    type(fluid_t), intent(in) :: fluid
+    type(wing_loads_t) :: penalty
+    integer :: i
+    do i = 1, size(self%wing)
+      penalty = wing_loads(wings, i, fluid)
+      associate (load => coupler%loads(i))
+        self%loads(:, i) = [fluid%sums_time, load%force, load%force - penalty%force, load%power, &
+                            load%power - penalty%power]
+      end associate
+    end do
+  end subroutine series_look
+
+  !> Writes the records of the step that `coupler` has just made.
+  subroutine series_write(self, coupler)
+    class(coupling_series_t), intent(inout) :: self
+    type(coupler_t), intent(in) :: coupler
+    integer :: i
+    do i = 1, size(self%wing)
+      call self%wing(i)%write([self%loads(:, i), real([coupler%wings(i)%factorisations, &
+                                                       max(1, coupler%report%iterations)], rp)])
+    end do
+  end subroutine series_write
+
+  !> Closes all files; fails if any of them could not be written completely. Collective.
+  subroutine series_close(self, failure)
+    class(coupling_series_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    if (.not. allocated(self%wing)) return
+    do i = 1, size(self%wing)
+      call self%wing(i)%close(failure)
+    end do
+  end subroutine series_close
+end module flusi_coupling_series

@@ -1,0 +1,179 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The wings' surfaces, saved with the fields: `wing_<side>_<label>.h5` and the index `<run>_<side>.xmf`.
+!>
+!> A file holds points (n, 3) [L] and velocities (n, 3) [L/T] in space, triangles (m, 3) from 0, and as
+!> attributes time, hinge (3) and axis_x, axis_y, axis_z (3 each), the axes of the wing frame in space. Of flexible
+!> wings also displacement (n, 3) [L], from where the points were on the rigid wing, in space; load (n, 3)
+!> [rho L^2/T^2], the force on a point over its third of the triangles around it, in space; and pressure_jump (m)
+!> [rho L^2/T^2], pressure on the side to which axis_z points minus that on the other. On request pressure_dorsal and
+!> pressure_ventral (m) and traction_dorsal and traction_ventral (m, 3) [rho L^2/T^2], in space, of the flow at
+!> `side_distance` [L] beside the triangles (fsi_wing_sides).
+module flusi_flight_output
+  use base_errors, only: failure_t
+  use base_kinds, only: i8, rp
+  use fsi_coupler, only: coupler_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_rotation, only: cross
+  use fsi_surface, only: surface_t
+  use fsi_wing_sides, only: wing_sides_t
+  use io_attributes, only: put_attribute
+  use io_datasets, only: write_integers, write_slab
+  use io_fields, only: field_file
+  use io_hdf5, only: hdf5_file_t
+  use io_xdmf, only: xdmf_index_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: flight_output_t
+
+  type :: flight_output_t
+    private
+    type(world_t) :: world
+    type(xdmf_index_t), allocatable :: index(:)
+  contains
+    procedure :: init => output_init
+    procedure :: write => output_write
+  end type flight_output_t
+
+contains
+
+  !> Opens the indices of the run called `name`; with `restart_time` earlier entries are kept. Collective.
+  subroutine output_init(self, world, wings, name, failure, restart_time)
+    class(flight_output_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(flapping_wings_t), intent(in) :: wings
+    character(*), intent(in) :: name
+    type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
+    integer :: i
+    self%world = world
+    allocate (self%index(size(wings%surfaces)))
+    do i = 1, size(wings%surfaces)
+      call self%index(i)%open(world, name//'_'//trim(wings%params%wings(i)%side)//'.xmf', failure, restart_time)
+    end do
+  end subroutine output_init
+
+  !> Writes all wings under one label; of flexible ones, of which `coupler` knows, with what bends them. Root writes,
+  !> all ranks share its verdict. Collective.
+  subroutine output_write(self, wings, label, note, failure, coupler, sides)
+    class(flight_output_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    character(*), intent(in) :: label
+    character(*), intent(in) :: note !< on the units, stored unless it is empty
+    type(failure_t), intent(inout) :: failure
+    type(coupler_t), intent(in), optional :: coupler !< having looked at the wings where they are
+    type(wing_sides_t), intent(in), optional :: sides !< as well
+    character(:), allocatable :: path
+    type(failure_t) :: writing
+    character(12), allocatable :: vectors(:)
+    character(16), allocatable :: cells(:)
+    integer :: i
+    do i = 1, size(wings%surfaces)
+      if (failure%failed) return
+      path = field_file('wing_'//trim(wings%params%wings(i)%side), label)
+      if (self%world%is_root) call write_surface(wings, i, path, note, writing, coupler, sides)
+      if (self%world%max_integer(merge(1, 0, writing%failed)) > 0) call failure%raise(path//': cannot be written')
+      associate (n => size(wings%surfaces(i)%points, 2), m => size(wings%surfaces(i)%triangles, 2))
+        vectors = [character(12) :: 'velocities']
+        if (present(coupler)) vectors = [character(12) :: 'velocities', 'displacement', 'load']
+        allocate (cells(0))
+        if (present(coupler)) cells = [character(16) :: 'pressure_jump']
+        if (present(sides)) cells = [character(16) :: cells, 'pressure_dorsal', 'pressure_ventral']
+        call self%index(i)%add_surface(wings%time, label, path, n, m, vectors, failure, cells)
+        deallocate (cells)
+      end associate
+    end do
+  end subroutine output_write
+
+  subroutine write_surface(wings, i, path, note, failure, coupler, sides)
+    type(flapping_wings_t), intent(in) :: wings
+    integer, intent(in) :: i
+    character(*), intent(in) :: path, note
+    type(failure_t), intent(inout) :: failure
+    type(coupler_t), intent(in), optional :: coupler
+    type(wing_sides_t), intent(in), optional :: sides
+    type(hdf5_file_t) :: file
+    associate (surface => wings%surfaces(i), pose => wings%poses(i))
+      call file%create_serial(path//'.part', failure)
+      call put_vectors('points', 'L', surface%points)
+      call put_vectors('velocities', 'L/T', surface%velocities)
+      call write_integers(file, 'triangles', int(shape(surface%triangles), i8), [surface%triangles - 1], failure)
+      if (present(coupler)) call put_bending()
+      if (present(sides)) call put_sides()
+      call put_attribute(file, '/', 'schema', 'flusi-msm wing surface', failure)
+      if (note /= '') call put_attribute(file, '/', 'units', note, failure)
+      call put_attribute(file, '/', 'time', wings%time, failure)
+      call put_attribute(file, '/', 'hinge', pose%hinge, failure)
+      call put_attribute(file, '/', 'axis_x', pose%matrix(1, :), failure)
+      call put_attribute(file, '/', 'axis_y', pose%matrix(2, :), failure)
+      call put_attribute(file, '/', 'axis_z', pose%matrix(3, :), failure)
+      call file%publish(path, .false., failure)
+    end associate
+
+  contains
+
+    subroutine put_bending()
+      real(rp) :: force(3, size(wings%surfaces(i)%points, 2))
+      real(rp) :: displacement(3, size(wings%surfaces(i)%points, 2)), areas(size(wings%surfaces(i)%points, 2))
+      integer :: p
+      force = coupler%surfaces(i)%force
+      areas = point_areas(wings%surfaces(i))
+      do p = 1, size(areas)
+        displacement(:, p) = wings%poses(i)%vector_to_space(wings%deformation(i)%u(:, p))
+        if (areas(p) > 0) force(:, p) = force(:, p)/areas(p)
+      end do
+      call put_vectors('displacement', 'L', displacement)
+      call put_vectors('load', 'rho L^2/T^2', force)
+      associate (jump => coupler%surfaces(i)%jump)
+      call write_slab(file, 'pressure_jump', shape(jump, kind=i8), [0_i8], shape(jump, kind=i8), jump, .false., failure)
+      end associate
+      call put_attribute(file, 'pressure_jump', 'units', 'rho L^2/T^2', failure)
+    end subroutine put_bending
+
+    subroutine put_sides()
+      character(7), parameter :: NAMES(2) = [character(7) :: 'dorsal', 'ventral']
+      character(:), allocatable :: name
+      logical :: is_dorsal
+      integer :: side
+      is_dorsal = wings%params%wings(i)%mount%dorsal_sign() > 0
+      associate (loads => sides%wings(i))
+        do side = 1, 2
+          name = trim(NAMES(merge(side, 3 - side, is_dorsal)))
+          associate (p => loads%pressure(:, side))
+            call write_slab(file, 'pressure_'//name, shape(p, kind=i8), [0_i8], shape(p, kind=i8), p, .false., failure)
+            call put_attribute(file, 'pressure_'//name, 'units', 'rho L^2/T^2', failure)
+            call put_vectors('traction_'//name, 'rho L^2/T^2', loads%traction(:, :, side))
+          end associate
+        end do
+        call put_attribute(file, '/', 'side_distance', sides%distance, failure)
+      end associate
+    end subroutine put_sides
+
+    subroutine put_vectors(name, units, values)
+      character(*), intent(in) :: name, units
+      real(rp), intent(in) :: values(:, :)
+      integer(i8) :: dims(2)
+      dims = shape(values, kind=i8)
+      call write_slab(file, name, dims, [0_i8, 0_i8], dims, [values], .false., failure)
+      call put_attribute(file, name, 'units', units, failure)
+    end subroutine put_vectors
+  end subroutine write_surface
+
+  !> A third of the area of all triangles around each point, L^2.
+  pure function point_areas(surface) result(areas)
+    type(surface_t), intent(in) :: surface
+    real(rp) :: areas(size(surface%points, 2))
+    integer :: t, k
+    areas = 0
+    do t = 1, size(surface%triangles, 2)
+      associate (a => surface%points(:, surface%triangles(1, t)), b => surface%points(:, surface%triangles(2, t)), &
+                 c => surface%points(:, surface%triangles(3, t)))
+        do k = 1, 3
+          associate (p => surface%triangles(k, t))
+            areas(p) = areas(p) + norm2(cross(b - a, c - a))/6
+          end associate
+        end do
+      end associate
+    end do
+  end function point_areas
+end module flusi_flight_output

@@ -1,0 +1,227 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a run says about itself at its start and at its end.
+module flusi_report
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
+  use base_constants, only: PI
+  use base_kinds, only: rp, i8
+  use base_timers, only: timers_t
+  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_solver, only: fluid_t
+  use flusi_settings, only: settings_t
+  use fsi_coupler, only: coupler_t
+  use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_thin_wings, only: thin_wings_t
+  use parallel_report, only: report_timers
+  use parallel_world, only: world_t
+  use solid_params, only: membrane_note
+  implicit none
+  private
+  public :: print_coupling, print_run_header, print_time_table, print_scales
+
+contains
+
+  !> Version, grid, ranks, memory and dimensionless numbers. Root only. `restart_time` is absent in a new run.
+  subroutine print_run_header(unit, settings, fluid, coupler, restart_time, thin)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    type(fluid_t), intent(in) :: fluid
+    type(coupler_t), intent(in), optional :: coupler !< of flexible wings
+    real(rp), intent(in), optional :: restart_time
+    type(thin_wings_t), intent(in), optional :: thin !< wings without thickness
+    real(rp) :: bytes
+    bytes = fluid%memory_bytes()
+    if (present(thin)) bytes = bytes + thin%memory_bytes()
+    if (present(coupler)) bytes = bytes + coupler%memory_bytes()
+    associate (p => settings%fluid, t => fluid%transform)
+      write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
+      write (unit, '(a)') 'method: Engels, Kolomenskiy, Schneider & Sesterhenn 2016, DOI 10.1137/15M1026006'
+      write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
+        ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
+      write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
+        ', transform ', trim(p%transform), ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
+      write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
+      call print_scales(unit, settings)
+      if (present(thin)) call print_markers(unit, settings, thin)
+      if (present(restart_time)) then
+        write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
+      else
+        write (unit, '(a,a)') 'start     ', p%inicond
+      end if
+      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%t_max, ', ', merge('AB2', 'RK4', p%scheme == SCHEME_AB2)
+    end associate
+    flush (unit)
+  end subroutine print_run_header
+
+  !> How wings without thickness are covered with markers, and the vanishing viscosity of their flow.
+  subroutine print_markers(unit, settings, thin)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    type(thin_wings_t), intent(in) :: thin
+    integer :: i
+    do i = 1, size(thin%wings)
+      associate (m => thin%wings(i)%markers)
+        write (unit, '(a,i0,2(a,f0.2),a)') 'surface   '//trim(settings%flight%wings(i)%side)//': no thickness, ', m%n, &
+          ' markers, nearest ', m%least, ', largest gap ', m%gap, ' of their spacing'
+      end associate
+    end do
+    write (unit, '(2(a,f0.2),a)') '          spacing ', settings%flight%thin%spacing/settings%fluid%grid%max_spacing(), &
+      ' cells; vanishing viscosity damps the largest wavenumber at ', settings%fluid%vanishing_rate, ' per T'
+  end subroutine print_markers
+
+  !> Reynolds number, penalization and sponge numbers, and with [units] the SI value of each unit.
+  subroutine print_scales(unit, settings)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    real(rp) :: speed, h
+    associate (p => settings%fluid, u => settings%units)
+      h = p%grid%max_spacing()
+      speed = norm2(p%mean_velocity)
+      write (unit, '(a,g0.6)') 'viscosity ', p%nu
+      if (p%nu > 0 .and. speed > 0 .and. p%size > 0) &
+        write (unit, '(a,g0.5,a)') 'Reynolds  Re = |u_mean| Size / nu = ', speed*p%size/p%nu, ''
+      if (p%penalized) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%mask//', C_eta =', p%c_eta, &
+        ', K_eta = sqrt(nu C_eta)/dx = ', sqrt(p%nu*p%c_eta)/h, ' (0.1 to 0.5 resolves the penalization layer)'
+      if (p%sponge) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//p%sponge_type//', C_sp =', p%c_sponge, ', ', &
+        p%sponge_thickness, ' points'
+      if (p%moving) call print_flight(unit, settings)
+      if (.not. u%given) return
+      write (unit, '(3(a,g0.5))') 'units     L = ', u%length, ' m, 1/T = ', u%frequency, ' 1/s, density ', u%density
+      write (unit, '(3(a,g0.5),a)') '          velocity ', u%length*u%frequency, ' m/s, force ', &
+        u%density*u%length**4*u%frequency**2, ' N, power ', u%density*u%length**5*u%frequency**3, ' W'
+    end associate
+  end subroutine print_scales
+
+  !> Wings, motion and the numbers that make the flight comparable.
+  subroutine print_flight(unit, settings)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    real(rp) :: r, f, chord, tip, wind, low, high
+    integer :: i
+    associate (flight => settings%flight, p => settings%fluid, u => settings%units)
+      r = flight%wings(1)%length()
+      f = flight%frequency()
+      chord = flight%wings(1)%mean_chord()
+      tip = flight%tip_speed()
+      wind = norm2(p%mean_velocity)
+      do i = 1, size(flight%wings)
+        associate (wing => flight%wings(i))
+          call wing%motion%stroke_extremes(low, high)
+          write (unit, '(a,i0,a,2(f0.4,a),f0.2,a)') 'wing      '//trim(wing%side)//': ', size(wing%triangles, 2), &
+            ' triangles, R = ', wing%length(), ', mean chord ', wing%mean_chord(), ', stroke ', (high - low)*180/PI, &
+            ' degrees'
+        end associate
+      end do
+      write (unit, '(3(a,g0.5),a)') '          f = ', f, ', mean tip speed = ', tip, ', u_inf = ', wind
+    if (p%nu > 0) write (unit, '(a,f0.1,a)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', (tip + wind)*chord/p%nu, ''
+      if (tip > 0) write (unit, '(a,f0.3)') '          advance ratio u_inf/u_tip = ', wind/tip
+      if (.not. flight%thin%is_thin) write (unit, '(2(a,f0.2),a)') 'thickness ', &
+        2*flight%half_thickness/p%grid%max_spacing(), ' cells, smoothing ', &
+        flight%smoothing/p%grid%max_spacing(), ' cells'
+      write (unit, '(2(a,g0.5))', advance='no') 'scales    rho R^4 f^2 = ', r**4*f**2, ', rho R^5 f^3 = ', r**5*f**3
+      if (u%given) write (unit, '(4(a,g0.5),a)', advance='no') '; R = ', 1.0e3_rp*r*u%length, ' mm, f = ', &
+        f*u%frequency, ' 1/s, force ', 1.0e3_rp*u%density*(r*u%length)**4*(f*u%frequency)**2, ' mN, power ', &
+        1.0e3_rp*u%density*(r*u%length)**5*(f*u%frequency)**3, ' mW'
+      write (unit, '(a)') ''
+    end associate
+    if (settings%flexible) call print_bending(unit, settings)
+  end subroutine print_flight
+
+  !> What the wings that bend are made of, and whether their coupling is safe for them (docs/flexible-wings.md).
+  subroutine print_bending(unit, settings)
+    integer, intent(in) :: unit
+    type(settings_t), intent(in) :: settings
+    real(rp), parameter :: UG = 1.0e9_rp, G = 1.0e3_rp
+    character(:), allocatable :: note
+    real(rp) :: air, chord, stiffness
+    logical :: is_soft
+    associate (wing => settings%flight%wings(1), c => settings%coupler, p => settings%fluid)
+      chord = merge(wing%length(), wing%mean_chord(), p%grid%is_2d)*c%units%length
+      air = settings%units%density*PI/4*chord
+      write (unit, '(a,i0,a,es10.3,a,f0.1,a,f0.2,a,f0.2,a)') 'bending   ', c%model%n_points, ' points, E = ', &
+        c%model%params%young, ' Pa, mass ', UG*sum(c%inertia%mass), ' ug, membrane ', G*c%membrane, &
+        ' g/m^2, fluid that it accelerates ', G*air, ' g/m^2'
+      call membrane_note(c%model%params, note, is_soft)
+      if (c%membrane > 0 .and. c%density > settings%units%density) then
+        write (unit, '(a,f0.2,a)') '          '//note//'; the membrane''s mass means ', &
+          1.0e6_rp*c%membrane/c%density, ' um'
+      else
+        write (unit, '(a)') '          '//note
+      end if
+      write (unit, '(a)') '          +z of [Wing] is the '//trim(merge('dorsal ', 'ventral', &
+        (wing%mount%dorsal_sign() > 0) .neqv. wing%is_mirrored))//' side of all wings'
+      write (unit, '(a,f0.2)') '          largest added-mass ratio over the wing ', c%added_mass
+      stiffness = 0
+      if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
+                                         c%light_layer*step_over_c_eta(p)
+      if (settings%flight%thin%is_thin) return ! the wing's step knows what the flow answers
+      if (c%added_mass > 1) write (unit, '(a)') '          the wing is lighter than the fluid that it moves: '// &
+        advice(c%coupling)
+      if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') &
+        '          (dt/C_eta) rho t/(mass per area of the lightest tenth) = ', stiffness, ' may exceed ', &
+        c%stability_limit(), &
+        ': the coupling may be unstable; better: coupling = strong, a smaller dt_max or a thinner sheet'
+    end associate
+  end subroutine print_bending
+
+  !> What a large added mass means for a coupling.
+  pure function advice(coupling) result(text)
+    integer, intent(in) :: coupling
+    character(:), allocatable :: text
+    select case (coupling)
+    case (COUPLING_WEAK)
+      text = 'the lag of the weak coupling is felt; better: coupling = strong, or extrapolated where it is stable'
+    case (COUPLING_STRONG)
+      text = 'the strong coupling is made for that; the lighter the wing, the more evaluations of the flow it takes'
+    case default
+      text = 'compare with coupling = strong'
+    end select
+  end function advice
+
+  !> Largest dt/C_eta that the parameters allow.
+  pure real(rp) function step_over_c_eta(p) result(ratio)
+    type(fluid_params_t), intent(in) :: p
+    if (p%dt_fixed > 0) then
+      ratio = p%dt_fixed/p%c_eta
+    else
+      ratio = p%cfl_eta
+      if (p%dt_max > 0) ratio = min(ratio, p%dt_max/p%c_eta)
+    end if
+  end function step_over_c_eta
+
+  !> How much work the sub-iterations of a strong coupling were; nothing for others. Root only.
+  subroutine print_coupling(unit, coupler)
+    integer, intent(in) :: unit
+    type(coupler_t), intent(in) :: coupler
+    associate (report => coupler%report)
+      if (coupler%params%coupling /= COUPLING_STRONG .or. report%steps == 0) return
+      write (unit, '(a,f0.2,a)') 'the strong coupling took ', real(report%total, rp)/report%steps, &
+        ' '//trim(merge('passes of the wings    ', 'evaluations of the flow', coupler%is_thin))// &
+        ' per step, counted under bending wings'
+    end associate
+  end subroutine print_coupling
+
+  !> Where the time went, over all ranks. Collective.
+  subroutine print_time_table(world, timers, whole, fluid, wings)
+    type(world_t), intent(in) :: world
+    type(timers_t), intent(in) :: timers
+    integer, intent(in) :: whole !< region that covers the run
+    type(fluid_t), intent(in) :: fluid
+    type(flapping_wings_t), intent(in), optional :: wings
+    real(rp) :: exchange(1), busy(1), sums(2)
+    call report_timers(world, timers, whole, output_unit)
+    exchange(1) = fluid%transform%exchange_seconds
+    call world%max_reals(exchange)
+    if (world%is_root .and. fluid%rhs%params%transform == 'builtin') &
+      write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
+      exchange(1), ' s on a rank'
+    if (.not. present(wings)) return
+    busy = wings%seconds
+    call world%max_reals(busy)
+    sums = [wings%seconds, wings%cells]
+    call world%sum_reals(sums)
+    if (world%is_root) write (output_unit, '(2(a,f0.2),a)') 'drawing the wings took at most ', busy(1), &
+      ' s on a rank, ', 1.0e9_rp*sums(1)/max(1.0_rp, sums(2)), ' ns per cell of the band around them'
+  end subroutine print_time_table
+end module flusi_report

@@ -1,0 +1,309 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The time series of a run, with FLUSI's file names and columns. Root writes, every record is flushed.
+module flusi_series
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_penalty, only: N_COLORS, COLOR_BODY
+  use fluid_solver, only: fluid_t
+  use flusi_coupling_series, only: coupling_series_t
+  use flusi_flight_series, only: flight_series_t
+  use fsi_coupler, only: coupler_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_rotation, only: cross
+  use fsi_thin_wings, only: thin_wings_t
+  use fsi_wing_loads, only: wing_loads_t, wing_loads
+  use io_series, only: series_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: run_series_t
+
+  character(*), parameter :: XYZ = 'xyz'
+
+  type :: run_series_t
+    private
+    type(series_t) :: dt, timesteps, ekin, slip           !< every step
+    type(series_t) :: energy, divergence, mean_flow       !< every integral interval
+    type(series_t) :: forces, mask_volume, residual
+    type(series_t) :: part(0:N_COLORS - 1)
+    type(flight_series_t) :: flight
+    type(coupling_series_t) :: coupling                   !< every step
+    logical :: has_color(0:N_COLORS - 1) = .false.
+    logical :: solids = .false., compute_forces = .false., has_wings = .false.
+  contains
+    procedure :: open => series_open
+    procedure :: look => series_look
+    procedure :: write_step => series_write_step
+    procedure :: write_integrals => series_write_integrals
+    procedure :: write_bending => series_write_bending
+    procedure :: close => series_close
+  end type run_series_t
+
+contains
+
+  !> Opens all files; with `restart_time` the records before it are kept. Moving wings must be placed.
+  !> Collective.
+  subroutine series_open(self, world, fluid, note, failure, wings, flexible, restart_time)
+    class(run_series_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(fluid_t), intent(in) :: fluid
+    character(*), intent(in) :: note !< second line of every file
+    type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(in), optional :: wings
+    logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
+    real(rp), intent(in), optional :: restart_time
+    character(*), parameter :: T = 'time [T]'
+    character(40), allocatable :: forces(:), powers(:)
+    character(16) :: name
+    real(rp) :: points(0:N_COLORS - 1)
+    integer :: c
+
+    associate (p => fluid%rhs%params, penalty => fluid%rhs%penalty)
+      self%solids = p%penalized
+      self%compute_forces = (p%penalized .or. present(wings)) .and. p%compute_forces
+      points = penalty%count_colors()
+      call world%sum_reals(points)
+      self%has_color = points > 0.5_rp
+      do c = 0, N_COLORS - 1
+        self%has_color(c) = self%has_color(c) .or. is_wing(wings, c)
+      end do
+    end associate
+
+    call open_one(self%dt, 'dt.t', [character(40) :: T, 'dt [T]', 'CFL [-]', 'dt*nu/dx^2 [-]', 'dt/eps [-]'])
+    call open_one(self%timesteps, 'timesteps_info.t', [character(40) :: T, 'wall time per step [s]', 'step', &
+                                                       'dt [T]', 'ranks'])
+    call open_one(self%ekin, 'ekin.t', [character(40) :: T, 'kinetic energy [rho L^5/T^2]'])
+    call open_one(self%energy, 'energy.t', energy_columns())
+    call open_one(self%divergence, 'divu.t', [character(40) :: T, 'max |div u| [1/T]', 'max |div u|(1-chi) [1/T]'])
+    call open_one(self%mean_flow, 'meanflow.t', [character(40) :: T, 'mean ux [L/T]', 'mean uy [L/T]', 'mean uz [L/T]'])
+    if (self%solids) then
+      call open_one(self%mask_volume, 'mask_volume.t', [character(40) :: T, 'int chi [L^3]', 'int chi usx [L^4/T]', &
+                                                        'int chi usy [L^4/T]', 'int chi usz [L^4/T]'])
+      call open_one(self%residual, 'u_residual.t', &
+                    [character(40) :: T, ('rms |u-us| color '//achar(iachar('0') + c)//' [L/T]', c=0, N_COLORS - 1)])
+    end if
+    if (self%compute_forces) then
+      forces = force_columns()
+      allocate (powers(0))
+      if (present(wings)) powers = power_columns()
+      call open_one(self%forces, 'forces.t', [forces, powers])
+      do c = COLOR_BODY, N_COLORS - 1
+        write (name, '(a,i1,a)') 'forces_part', c, '.t'
+        if (.not. self%has_color(c)) cycle
+        if (is_wing(wings, c)) then
+          call open_one(self%part(c), trim(name), [forces, powers])
+        else
+          call open_one(self%part(c), trim(name), forces)
+        end if
+      end do
+    end if
+    self%has_wings = present(wings)
+    if (.not. present(wings)) return
+    if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
+      [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
+                        'power to the flow [rho L^5/T^3]'])
+    call self%flight%open(world, wings, flexible, note, failure, restart_time)
+    if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
+
+  contains
+
+    subroutine open_one(series, path, columns)
+      type(series_t), intent(inout) :: series
+      character(*), intent(in) :: path, columns(:)
+      ! After a failure the others are opened in name only, so that all of them can be closed.
+      call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
+    end subroutine open_one
+  end subroutine series_open
+
+  function energy_columns() result(columns)
+    character(40) :: columns(21)
+    character(5), parameter :: PLACE(2) = ['fluid', 'box  ']
+    character(1) :: i
+    integer :: w, c, n
+    columns(1) = 'time [T]'
+    n = 1
+    do w = 1, 2
+      columns(n + 1) = 'E '//trim(PLACE(w))//' [rho L^5/T^2]'
+      columns(n + 5) = 'dissipation '//trim(PLACE(w))//' [rho L^5/T^3]'
+      do c = 1, 3
+        i = XYZ(c:c)
+        columns(n + 1 + c) = 'E'//i//' '//trim(PLACE(w))//' [rho L^5/T^2]'
+        columns(n + 5 + c) = 'dissipation '//i//' '//trim(PLACE(w))//' [rho L^5/T^3]'
+      end do
+      n = n + 8
+    end do
+    columns(18) = 'penalization power [rho L^5/T^3]'
+    do c = 1, 3
+      columns(18 + c) = 'penalization power '//XYZ(c:c)//' [rho L^5/T^3]'
+    end do
+  end function energy_columns
+
+  function force_columns() result(columns)
+    character(40) :: columns(13)
+    integer :: c
+    columns(1) = 'time [T]'
+    do c = 1, 3
+      columns(1 + c) = 'F'//XYZ(c:c)//' [rho L^4/T^2]'
+      columns(4 + c) = 'F'//XYZ(c:c)//' unsteady [rho L^4/T^2]'
+      columns(7 + c) = 'M'//XYZ(c:c)//' [rho L^5/T^2]'
+      columns(10 + c) = 'M'//XYZ(c:c)//' unsteady [rho L^5/T^2]'
+    end do
+  end function force_columns
+
+  !> What forces.t has in addition if there are wings.
+  function power_columns() result(columns)
+    character(40) :: columns(2)
+    columns = [character(40) :: 'aerodynamic power [rho L^5/T^3]', 'inertial power [rho L^5/T^3]']
+  end function power_columns
+
+  !> Remembers for the records of a step what `coupler` has looked at where it begins.
+  subroutine series_look(self, wings, coupler, fluid)
+    class(run_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    type(coupler_t), intent(in) :: coupler
+    type(fluid_t), intent(in) :: fluid
+    call self%coupling%look(wings, coupler, fluid)
+  end subroutine series_look
+
+  !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
+  !> `look` must have been called in this step.
+  subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
+    class(run_series_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    real(rp), intent(in) :: seconds
+    integer, intent(in) :: ranks
+    type(coupler_t), intent(in), optional :: coupler
+    type(thin_wings_t), intent(in), optional :: thin
+    real(rp) :: h
+    associate (p => fluid%rhs%params, t => fluid%sums_time, dt => fluid%dt)
+      h = p%grid%min_spacing()
+      call self%dt%write([t, dt, dt*fluid%sums%u_max/h, dt*p%nu/h**2, merge(dt/p%c_eta, 0.0_rp, p%penalized)])
+      call self%timesteps%write([t, seconds, real(fluid%rhs%state%step, rp), dt, real(ranks, rp)])
+      call self%ekin%write([t, fluid%sums%kinetic_energy])
+    end associate
+    if (present(coupler)) call self%coupling%write(coupler)
+    if (present(thin)) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, &
+                                                  thin%slip%speed, thin%slip%received])
+  end subroutine series_write_step
+
+  !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be
+  !> written, for instance on a full disk. Wings must be where they were in that pass. Collective.
+  subroutine series_write_integrals(self, fluid, failure, wings)
+    class(run_series_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(in), optional :: wings
+    type(wing_loads_t), allocatable :: loads(:)
+    real(rp) :: rms(0:N_COLORS - 1), force(3), moment(3)
+    integer :: c, i
+    allocate (loads(0))
+    if (present(wings)) loads = [(wing_loads(wings, i, fluid), i=1, size(wings%surfaces))]
+    associate (t => fluid%sums_time, s => fluid%sums, nu => fluid%rhs%params%nu)
+      call self%energy%write([t, sum(s%energy_fluid), s%energy_fluid, nu*sum(s%enstrophy_fluid), &
+                              nu*s%enstrophy_fluid, sum(s%energy), s%energy, nu*sum(s%enstrophy), nu*s%enstrophy, &
+                              sum(s%power), sum(s%power, 2)])
+      call self%divergence%write([t, s%divergence, s%divergence_fluid])
+      call self%mean_flow%write([t, s%mean])
+      if (self%solids) then
+        call self%mask_volume%write([t, sum(s%solid_volume), sum(s%solid_momentum, 2)])
+        rms = sqrt(s%slip/max(s%solid_volume, tiny(1.0_rp)))
+        call self%residual%write([t, rms])
+      end if
+      if (self%compute_forces) then
+        call marker_total(wings, fluid%rhs%params%centre, force, moment)
+        call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2) + force, sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
+                                sum(s%moment(:, COLOR_BODY:), 2) + moment, sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
+                                total_power(loads)])
+        do c = COLOR_BODY, N_COLORS - 1
+          if (self%has_color(c) .and. .not. is_wing(wings, c)) call self%part(c)%write( &
+            [t, s%force(:, c), fluid%unsteady_force(:, c), s%moment(:, c), fluid%unsteady_moment(:, c)])
+        end do
+        ! As in FLUSI, moments of a wing are about its hinge.
+        do i = 1, size(loads)
+          c = wings%surfaces(i)%color
+          associate (l => loads(i))
+            if (self%has_color(c)) call self%part(c)%write( &
+              [t, l%force - l%unsteady_force, l%unsteady_force, l%torque - l%unsteady_torque, l%unsteady_torque, &
+               l%power, l%inertial_power])
+          end associate
+        end do
+      end if
+      if (present(wings)) call self%flight%write(wings, loads)
+    end associate
+    ! All series live in one folder: a full disk shows in the one that is written at every step, too.
+    call self%ekin%check(failure)
+    call self%energy%check(failure)
+  end subroutine series_write_integrals
+
+  !> Whether this colour is that of one of the wings, if there are any.
+  pure logical function is_wing(wings, color)
+    type(flapping_wings_t), intent(in), optional :: wings
+    integer, intent(in) :: color
+    integer :: i
+    is_wing = .false.
+    if (present(wings)) is_wing = any([(wings%surfaces(i)%color == color, i=1, size(wings%surfaces))])
+  end function is_wing
+
+  !> Force and moment about `centre` on all wings without thickness, which are not among the fluid's integrals.
+  pure subroutine marker_total(wings, centre, force, moment)
+    type(flapping_wings_t), intent(in), optional :: wings
+    real(rp), intent(in) :: centre(3)
+    real(rp), intent(out) :: force(3), moment(3)
+    integer :: i
+    force = 0
+    moment = 0
+    if (.not. present(wings)) return
+    if (.not. allocated(wings%marker_loads)) return
+    do i = 1, size(wings%marker_loads)
+      associate (load => wings%marker_loads(i))
+        force = force + load%force
+        moment = moment + load%moment + cross(wings%poses(i)%hinge - centre, load%force)
+      end associate
+    end do
+  end subroutine marker_total
+
+  !> Records of flexible wings and of the load that the coupler has just looked at.
+  subroutine series_write_bending(self, wings, coupler)
+    class(run_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in) :: wings
+    type(coupler_t), intent(in) :: coupler
+    call self%flight%write_bending(wings, coupler)
+  end subroutine series_write_bending
+
+  !> Aerodynamic and inertial power of all wings; nothing if there are none.
+  pure function total_power(loads) result(power)
+    type(wing_loads_t), intent(in) :: loads(:)
+    real(rp), allocatable :: power(:)
+    if (size(loads) > 0) then
+      power = [sum(loads%power), sum(loads%inertial_power)]
+    else
+      allocate (power(0))
+    end if
+  end function total_power
+
+  !> Closes all files; fails if any of them could not be written completely. Collective.
+  subroutine series_close(self, failure)
+    class(run_series_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    integer :: c
+    call self%dt%close(failure)
+    call self%timesteps%close(failure)
+    call self%ekin%close(failure)
+    call self%energy%close(failure)
+    call self%divergence%close(failure)
+    call self%mean_flow%close(failure)
+    if (self%solids) then
+      call self%mask_volume%close(failure)
+      call self%residual%close(failure)
+    end if
+    if (self%compute_forces) then
+      call self%forces%close(failure)
+      do c = COLOR_BODY, N_COLORS - 1
+        if (self%has_color(c)) call self%part(c)%close(failure)
+      end do
+    end if
+    if (self%has_wings) call self%flight%close(failure)
+    call self%slip%close(failure)
+    call self%coupling%close(failure)
+  end subroutine series_close
+end module flusi_series

@@ -1,0 +1,304 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> `flusi --solid INI`: the motion of a wing in time without a fluid (see solid_dynamics). One rank.
+module flusi_solid
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER
+  use base_errors, only: failure_t, message_list_t
+  use base_files, only: folder_of, join_path, name_of
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use common_progress, only: progress_t
+  use common_wing_report, only: print_wing
+  use flusi_command, only: command_t, ACTION_SOLID_CHECK
+  use flusi_solid_output, only: solid_output_t
+  use flusi_solid_restart, only: load_solid, save_solid
+  use flusi_solid_settings, only: load_solid_settings, solid_settings_t
+  use flusi_wing_modes, only: find_modes
+  use flusi_wing_places, only: add_force
+  use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  use io_checkpoint_slots, only: checkpoint_slots_t
+  use io_stop, only: stop_rules_t
+  use parallel_world, only: world_t
+  use solid_balance, only: balance_t, work_t
+  use solid_dynamics, only: dynamic_state_t, dynamics_t, step_report_t
+  use solid_equilibrium, only: equilibrium_t
+  use solid_loads, only: load_t
+  use solid_statics, only: solve_static, static_options_t, static_report_t
+  implicit none
+  private
+  public :: check_solid, run_solid
+
+  real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
+
+  !> One run.
+  type :: solid_run_t
+    type(world_t) :: world
+    type(solid_settings_t) :: settings
+    type(dynamics_t) :: stepper
+    type(dynamic_state_t) :: state
+    type(balance_t) :: balance
+    type(work_t) :: work
+    type(step_report_t) :: report
+    type(solid_output_t) :: output
+    type(checkpoint_slots_t) :: slots
+    type(stop_rules_t) :: stop_rules
+    type(progress_t) :: progress
+    real(rp), allocatable :: force(:, :) !< (3, n_all) [N] external forces at the time of the state
+    integer :: step = 0
+    logical :: is_open = .false.         !< the output
+    type(failure_t) :: failure           !< of files
+  contains
+    procedure :: start => run_start
+    procedure :: advance => run_advance
+    procedure :: is_done => run_is_done
+    procedure :: back_up => run_back_up
+  end type solid_run_t
+
+contains
+
+  !> Reads the input; mistakes are printed, and `code` is then not EXIT_OK.
+  subroutine read_settings(command, settings, notice_unit, code)
+    type(command_t), intent(in) :: command
+    type(solid_settings_t), intent(out) :: settings
+    integer, intent(in) :: notice_unit
+    integer, intent(out) :: code
+    type(message_list_t) :: errors, notices
+    code = EXIT_OK
+    call load_solid_settings(command%ini, command%flusi_compat, settings, errors, notices)
+    if (errors%count() > 0) then
+      call errors%print(error_unit, '')
+      code = EXIT_USER
+    else
+      call notices%print(notice_unit, 'notice: ')
+    end if
+  end subroutine read_settings
+
+  !> Prints the value of every key; `code` is the exit code of the program.
+  subroutine check_solid(command, code)
+    type(command_t), intent(in) :: command
+    integer, intent(out) :: code
+    type(solid_settings_t) :: settings
+    call read_settings(command, settings, output_unit, code)
+    if (code == EXIT_OK) call settings%config%print_effective(output_unit)
+  end subroutine check_solid
+
+  !> Runs to the end; `code` is the exit code of the program. Collective.
+  subroutine run_solid(command, world, code)
+    type(command_t), intent(in) :: command
+    type(world_t), intent(in) :: world
+    integer, intent(out) :: code
+    type(solid_run_t) :: run
+    logical :: started
+    code = EXIT_USER
+    if (world%size > 1) then
+      if (world%is_root) write (error_unit, '(a)') 'flusi: --solid runs on one rank, not on '//number_text(world%size)
+      return
+    end if
+    run%world = world
+    call read_settings(command, run%settings, error_unit, code)
+    if (code /= EXIT_OK) return
+    call print_wing(output_unit, 'variable-step BDF2 in the frame of the wing', run%settings%setup)
+    call run%start(command, started, code)
+    if (started) call advance_all(run, code)
+    if (run%is_open) call run%output%close(run%failure)
+    call run%stepper%free()
+    if (.not. run%failure%failed) return
+    write (error_unit, '(a)') 'flusi: '//run%failure%reason
+    if (code /= EXIT_NUMERICAL) code = EXIT_FAILURE
+  end subroutine run_solid
+
+  !> Sets or restores the state at the beginning and opens all files.
+  subroutine run_start(self, command, started, code)
+    class(solid_run_t), intent(inout) :: self
+    type(command_t), intent(in) :: command
+    logical, intent(out) :: started
+    integer, intent(out) :: code
+    type(failure_t) :: problem
+    started = .false.
+    code = EXIT_USER
+    associate (s => self%settings, model => self%settings%setup%model)
+      allocate (self%force(3, model%n_all), source=0.0_rp)
+      call self%stepper%init(model)
+      call self%balance%init(model)
+      call self%stop_rules%init(s%output%limits)
+      call self%slots%scan(self%world, folder_of(s%name), name_of(s%name)//'_backup')
+      call self%state%init(model, 0.0_rp)
+      if (command%restart) then
+        call restart(self, command, problem)
+      else
+        call set_initial_shape(self, problem, code)
+      end if
+      if (problem%failed) then
+        write (error_unit, '(a)') 'flusi: '//problem%reason
+        return
+      end if
+      code = EXIT_OK
+      call self%stop_rules%listen(self%world)
+      call self%output%open(self%world, s, self%state, command%restart, self%failure)
+      self%is_open = .true.
+      if (self%failure%failed) return
+      call self%progress%init(.true., s%output%progress_seconds, 'largest/R')
+      if (.not. command%restart) then
+        self%work%start = model%energy(self%state%u)
+        call self%output%record(s, s%motion%at(0.0_rp), self%state, self%work, self%report)
+        call self%output%save(s, s%motion%at(0.0_rp), self%state, self%failure)
+      end if
+      started = .not. self%failure%failed
+    end associate
+  end subroutine run_start
+
+  !> The unloaded wing, one bent by forces, or one in a natural mode; at rest in its frame.
+  subroutine set_initial_shape(self, problem, code)
+    type(solid_run_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: problem
+    integer, intent(inout) :: code
+    type(equilibrium_t) :: solver
+    type(load_t) :: load
+    type(static_options_t) :: options
+    type(static_report_t) :: report
+    real(rp), allocatable :: u(:, :), frequencies(:), shapes(:, :, :)
+    integer :: i
+    associate (s => self%settings, model => self%settings%setup%model)
+      allocate (u(3, model%n_all), source=0.0_rp)
+      if (size(s%released) > 0) then
+        call load%init(model)
+        do i = 1, size(s%released)
+          call add_force(s%released(i), 1.0_rp, load%force)
+        end do
+        call solver%init(model)
+        call solve_static(solver, model, load, .false., options, u, report)
+        call solver%free()
+        if (report%converged) then
+          write (output_unit, '(a,f0.4,a)') 'released  from a bent shape, largest displacement ', &
+            1000*sqrt(maxval(sum(u(:, :model%n_points)**2, 1))), ' mm'
+        else
+          call problem%raise('the equilibrium from which the wing is released was not found: '//report%reason)
+        end if
+      else if (s%mode > 0) then
+        allocate (frequencies(s%mode), shapes(3, model%n_all, s%mode))
+        call find_modes(s%setup, frequencies, shapes, problem)
+        if (.not. problem%failed) then
+          u = s%amplitude*shapes(:, :, s%mode)
+          write (output_unit, '(a,i0,a,f0.4,a)') 'mode      ', s%mode, ' of the unloaded wing: ', &
+            frequencies(s%mode), ' Hz'
+        end if
+      end if
+      if (problem%failed) code = EXIT_NUMERICAL
+      call self%state%init(model, 0.0_rp, u=u)
+    end associate
+  end subroutine set_initial_shape
+
+  !> Restores the state from the named checkpoint or the newest valid one.
+  subroutine restart(self, command, problem)
+    type(solid_run_t), intent(inout) :: self
+    type(command_t), intent(in) :: command
+    type(failure_t), intent(inout) :: problem
+    type(checkpoint_reader_t) :: reader
+    character(:), allocatable :: path
+    logical :: found
+    path = command%restart_file
+    if (path == '') then
+      call self%slots%newest_valid(path, found)
+      if (.not. found) then
+        call problem%raise('there is no valid backup to restart from: '//self%slots%reason(0)//'; '// &
+                           self%slots%reason(1))
+        return
+      end if
+      path = join_path(folder_of(self%settings%name), path)
+    end if
+    call reader%open(self%world, path, problem)
+    if (problem%failed) return
+    call load_solid(reader, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work, &
+                    problem)
+    call reader%close(problem)
+    call self%slots%came_from(path)
+    if (.not. problem%failed) write (output_unit, '(a,es16.9,a)') 'restart   at t = ', self%state%time, ' s from '//path
+  end subroutine restart
+
+  !> Steps until the end or until something asks to stop; `code` tells how it ended.
+  subroutine advance_all(run, code)
+    type(solid_run_t), intent(inout) :: run
+    integer, intent(out) :: code
+    real(rp) :: seconds
+    logical :: has_failed, has_moved
+    code = EXIT_OK
+    has_failed = .false.
+    has_moved = .false.
+    associate (s => run%settings, state => run%state)
+      do while (.not. run%is_done())
+        call run%advance()
+        has_failed = .not. run%report%converged
+        if (has_failed) exit
+        has_moved = .true.
+        call run%progress%step_done(run%step, state%time, s%dt, run%output%largest/s%setup%model%size, s%t_max, &
+                                    huge(1), seconds)
+        call run%stop_rules%look(run%world)
+        if (run%stop_rules%backup_due .and. s%output%backup .and. .not. run%is_done()) call run%back_up()
+        if (run%stop_rules%must_stop .or. run%failure%failed) exit
+      end do
+      call run%progress%finish()
+      if (run%failure%failed) return
+      if (has_failed) then
+        code = EXIT_NUMERICAL
+        write (error_unit, '(a,es16.9,a)') 'flusi: the step from t = ', state%time, ' s failed: '//run%report%reason
+      else if (.not. run%is_done()) then
+        code = EXIT_STOPPED
+      end if
+      if (has_moved .and. code /= EXIT_STOPPED) &
+        call run%output%save(s, s%motion%at(state%time), state, run%failure)
+      if (has_moved .and. (s%output%backup .or. code /= EXIT_OK)) call run%back_up()
+      if (run%failure%failed) return
+      select case (code)
+      case (EXIT_OK)
+        write (output_unit, '(a,i0,a)') 'done: ', run%step, ' steps; '//s%name//'.t has the time series, '// &
+          s%name//'.xmf the shapes for ParaView'
+      case (EXIT_STOPPED)
+        write (output_unit, '(a)') 'stopped early: '//trim(run%stop_rules%reason)// &
+          '; the backup is written, go on with --restart'
+      case default
+        if (run%step > 0) write (error_unit, '(a)') 'flusi: the last good state is in the newest backup and the '// &
+          'last shape'
+      end select
+    end associate
+  end subroutine advance_all
+
+  !> One step, with its record and shape if due.
+  subroutine run_advance(self)
+    class(solid_run_t), intent(inout) :: self
+    real(rp) :: h, before
+    associate (s => self%settings, state => self%state, model => self%settings%setup%model)
+      h = s%dt
+      ! The last step is shorter if the end is no multiple of dt.
+      if (s%t_max - state%time < (1 - PART)*s%dt) h = s%t_max - state%time
+      before = state%time
+      call s%law%at(before, self%force)
+      call self%balance%look(model, s%inertia, s%motion%at(before), state%u, state%g, self%force)
+      call s%law%at(before + h, self%force)
+      call self%stepper%step(model, s%inertia, s%motion, self%force, h, s%options, state, self%report)
+      if (.not. self%report%converged) return
+      self%step = self%step + 1
+      call self%balance%add_step(model, s%inertia, s%motion%at(state%time), state%u, state%g, self%force, h, self%work)
+      if (mod(self%step, s%series_every) == 0 .or. self%is_done()) &
+        call self%output%record(s, s%motion%at(state%time), state, self%work, self%report)
+      if (self%output%is_due(s, state%time) .and. .not. self%is_done()) &
+        call self%output%save(s, s%motion%at(state%time), state, self%failure)
+    end associate
+  end subroutine run_advance
+
+  !> Whether the end of the run is reached.
+  pure logical function run_is_done(self) result(is_done)
+    class(solid_run_t), intent(in) :: self
+    is_done = self%state%time > self%settings%t_max - PART*self%settings%dt
+  end function run_is_done
+
+  !> Writes the next of the two alternating checkpoints.
+  subroutine run_back_up(self)
+    class(solid_run_t), intent(inout) :: self
+    type(checkpoint_writer_t) :: writer
+    if (self%failure%failed .or. self%step == 0) return
+    call self%slots%begin(writer, self%failure)
+    call save_solid(writer, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work)
+    call self%slots%commit(writer, self%failure)
+    call self%stop_rules%backup_done()
+  end subroutine run_back_up
+end module flusi_solid

@@ -1,0 +1,112 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The register of the ini keys of `flusi --solid`. All units are SI; [units] gives those of [Insects].
+module flusi_solid_keys
+  use base_kinds, only: rp
+  use common_instrument, only: register_idle_instrument
+  use common_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
+  use fsi_kinematics_keys, only: register_kinematics_keys
+  use io_include, only: register_include
+  use io_registry, only: registry_t
+  implicit none
+  private
+  public :: register_solid_keys, write_solid_reference
+
+  real(rp), parameter :: ZERO(3) = 0.0_rp
+
+contains
+
+  !> Fills `registry` with every key that `flusi --solid` accepts.
+  subroutine register_solid_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    call register_include(registry)
+    call register_wing_keys(registry, required=.true.)
+    call register_idle_instrument(registry)
+    call register_damping_keys(registry)
+    call register_motion(registry)
+    call register_loads(registry)
+    call register_initial(registry)
+    call register_time(registry)
+    call register_saving(registry)
+  end subroutine register_solid_keys
+
+  !> Writes the reference of these keys, the third part of docs/parameters.md.
+  subroutine write_solid_reference(unit)
+    integer, intent(in) :: unit
+    type(registry_t) :: registry
+    call register_solid_keys(registry)
+    write (unit, '(a)') '# Parameters of `flusi --solid`', '', &
+      'The motion of a wing in time, without a fluid. All numbers are in SI units but those of [Insects].', ''
+    call registry%write_markdown(unit)
+  end subroutine write_solid_reference
+
+  subroutine register_motion(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Motion', 'of the wing frame, in which the root rests')
+    call r%add_word('Motion', 'type', 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing '// &
+                    'beat of [Insects]; the wing starts at rest in the frame')
+    call r%add_reals('Motion', 'axis', [0.0_rp, 0.0_rp, 1.0_rp], 'of the rotation; any length', length=3)
+    call r%add_reals('Motion', 'through', ZERO, 'a point of the axis, in the wing frame', unit='m', length=3)
+  call r%add_real('Motion', 'frequency', 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
+    call r%add_real('Motion', 'ramp', 0.0_rp, 'the rotation starts from rest and is even after this time; 0: at once', &
+                    unit='s', min=0.0_rp)
+    call r%add_word('Motion', 'wing', 'left', 'left|right', 'which wing of [Insects] flaps; loads and '// &
+                    'results are along the axes of the wing file, of whose wing it may be the mirror image')
+    call r%add_section('units', 'SI values of the units L and T of [Insects]')
+    call r%add_real('units', 'length', 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
+    call r%add_real('units', 'frequency', 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
+    call r%add_section('Insects', 'kinematics of the flapping wing, with the keys of a flow')
+    call register_kinematics_keys(r)
+  end subroutine register_motion
+
+  subroutine register_loads(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Loads', 'forces of fixed direction in the wing frame: PLACE fx fy fz [N], separated by '// &
+                       'commas. '//PLACE_HELP)
+    call r%add_text('Loads', 'constant', '', 'forces that act from the beginning')
+    call r%add_text('Loads', 'ramped', '', 'forces that grow, smoothly, from 0 over the time `ramp`, and then stay')
+    call r%add_text('Loads', 'sinusoidal', '', 'forces times sin(2 pi frequency t + phase)')
+    call r%add_real('Loads', 'ramp', 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
+    call r%add_real('Loads', 'frequency', 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
+    call r%add_real('Loads', 'phase', 0.0_rp, 'of the sinusoidal forces', unit='degree')
+    call r%add_reals('Loads', 'gravity', ZERO, 'acceleration of gravity in space, whose axes are those of the wing '// &
+                     'frame at time 0, or those in which [Insects] states the attitude', unit='m/s^2', length=3)
+  end subroutine register_loads
+
+  subroutine register_initial(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Initial', 'the wing at time 0: unloaded, bent and released, or in a mode')
+    call r%add_text('Initial', 'released', '', 'forces as in [Loads]: the wing starts at rest in their static '// &
+                    'equilibrium (without gravity), and they are gone at time 0')
+    call r%add_integer('Initial', 'mode', 0, 'start at rest, bent like this natural mode; 0: none', min=0, max=100)
+    call r%add_real('Initial', 'amplitude', 1.0e-7_rp, 'largest displacement of the mode; small, or springs stretch', &
+                    unit='m', above=0.0_rp)
+  end subroutine register_initial
+
+  subroutine register_time(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Time', 'steps of equal size; one that does not converge is made in halves')
+    call r%add_real('Time', 'dt', 0.0_rp, 'time step', unit='s', above=0.0_rp, required=.true.)
+    call r%add_real('Time', 't_max', 0.0_rp, 'end of the run', unit='s', above=0.0_rp, required=.true.)
+    call r%add_real('Time', 'tolerance', 1.0e-8_rp, 'of the residual, relative to the largest force in the balance', &
+                    min=1.0e-13_rp, max=1.0e-3_rp)
+    call r%add_integer('Time', 'iterations', 10, 'of Newton''s method in a step, before it is halved', min=1, max=100)
+    call r%add_integer('Time', 'halvings', 8, 'of a step, before the run fails', min=0, max=20)
+  end subroutine register_time
+
+  subroutine register_saving(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Saving', 'what is written, and when to stop')
+    call r%add_text('Saving', 'name', 'solid', 'first part of the names of all files, with a folder if wanted')
+    call r%add_real('Saving', 't_save', 9.0e9_rp, 'interval of shapes; the first and the last are always saved', &
+                    unit='s', above=0.0_rp)
+    call r%add_integer('Saving', 'series_every', 1, 'steps between two records of the time series', min=1)
+    call r%add_switch('Saving', 'iDoBackup', .true., 'write backups')
+    call r%add_real('Saving', 'truntime', 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp)
+    call r%add_real('Saving', 'wtimemax', 8760.0_rp, 'stop with a backup after this wall time', unit='h', above=0.0_rp)
+    call r%add_real('Saving', 'job_end_margin', 300.0_rp, &
+                    'stop this long before the end of the job that SLURM announces in SLURM_JOB_END_TIME', unit='s', &
+                    min=0.0_rp)
+    call r%add_real('Saving', 'progress_interval', 30.0_rp, 'wall time between progress lines in a log', unit='s', &
+                    min=0.0_rp)
+  end subroutine register_saving
+end module flusi_solid_keys

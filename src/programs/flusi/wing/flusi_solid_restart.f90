@@ -1,0 +1,73 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The checkpoint of `flusi --solid`: motion of the wing, steps made, work done. It belongs to one wing; time
+!> step, stiffness, motion and loads may change at a restart. Vectors have components along the frame of the wing that
+!> moves, as in checkpoints of flights.
+module flusi_solid_restart
+  use base_errors, only: failure_t
+  use base_kinds, only: i8, rp
+  use fsi_wing_mirror, only: mirror_state
+  use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  use solid_balance, only: work_t
+  use solid_dynamics, only: dynamic_state_t
+  use solid_model, only: solid_model_t
+  use solid_restart, only: load_motion, save_motion, wing_mark
+  implicit none
+  private
+  public :: save_solid, load_solid
+
+  character(*), parameter :: SCHEMA = 'flusi-msm wing in motion'
+
+contains
+
+  !> Puts the state into an open checkpoint. Collective.
+  subroutine save_solid(writer, model, is_mirrored, state, step, work)
+    type(checkpoint_writer_t), intent(inout) :: writer
+    type(solid_model_t), intent(in) :: model
+    logical, intent(in) :: is_mirrored !< the wing that moves is the mirror image of the one in the file
+    type(dynamic_state_t), intent(in) :: state
+    integer, intent(in) :: step
+    type(work_t), intent(in) :: work
+    type(dynamic_state_t) :: moving
+    call writer%put_text('schema', SCHEMA)
+    call writer%put_integer('wing', wing_mark(model))
+    call writer%put_integer('step', int(step, i8))
+    call writer%put_reals('work', [work%start, work%loads, work%weight, work%frame, work%damped])
+    moving = state
+    if (is_mirrored) call mirror_state(moving)
+    call save_motion(writer, '', moving)
+  end subroutine save_solid
+
+  !> Restores an initialised state from an open checkpoint. Fails if it belongs to something else. Collective.
+  subroutine load_solid(reader, model, is_mirrored, state, step, work, failure)
+    type(checkpoint_reader_t), intent(inout) :: reader
+    type(solid_model_t), intent(in) :: model
+    logical, intent(in) :: is_mirrored
+    type(dynamic_state_t), intent(inout) :: state
+    integer, intent(out) :: step
+    type(work_t), intent(inout) :: work
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: text
+    real(rp), allocatable :: numbers(:)
+    integer(i8) :: number
+    step = 0
+    text = ''
+    if (reader%has('schema')) call reader%get_text('schema', text, failure)
+    if (.not. failure%failed .and. text /= SCHEMA) &
+      call failure%raise('the checkpoint is not one of a wing without a fluid')
+    if (failure%failed) return
+    call reader%get_integer('wing', number, failure)
+    if (.not. failure%failed .and. number /= wing_mark(model)) &
+      call failure%raise('the checkpoint belongs to another wing')
+    call reader%get_integer('step', number, failure)
+    step = int(number)
+    call reader%get_reals('work', numbers, failure)
+    if (failure%failed) return
+    if (size(numbers) /= 5) then
+      call failure%raise('the checkpoint has no complete energy balance')
+      return
+    end if
+    work = work_t(start=numbers(1), loads=numbers(2), weight=numbers(3), frame=numbers(4), damped=numbers(5))
+    call load_motion(reader, '', state, failure)
+    if (is_mirrored) call mirror_state(state)
+  end subroutine load_solid
+end module flusi_solid_restart

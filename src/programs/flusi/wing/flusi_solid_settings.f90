@@ -1,0 +1,259 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What `flusi --solid` is to compute: from the ini file, the wing file and the kinematics file to a mechanical
+!> model, its motion and its loads. Whatever a user can do wrong is found here, before anything is computed
+!> or written. SI units.
+module flusi_solid_settings
+  use flusi_settings, only: output_params_t
+  use flusi_solid_keys, only: register_solid_keys
+  use flusi_wing_places, only: add_force, force_group_t, point_force_t, read_force_groups
+  use common_wing_effects, only: refuse_root_compliance
+  use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
+  use base_constants, only: PI, TWO_PI
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use fsi_kinematics, only: wing_mount_t
+  use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
+  use fsi_wing_frame, only: flapping_motion_t
+  use fsi_wing_motion, only: wing_motion_t
+  use io_shared_text, only: read_text_file
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use solid_dynamics, only: dynamic_options_t
+  use solid_inertia, only: inertia_t
+  use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
+  use solid_wing, only: wing_t
+  use solid_wing_case, only: wing_case_t
+  implicit none
+  private
+  public :: solid_settings_t, load_law_t, load_solid_settings
+
+  integer, parameter :: MOST_SHAPES = 99999 !< their numbers have five digits
+
+  !> External forces as functions of time.
+  type :: load_law_t
+    type(point_force_t), allocatable :: constant(:), ramped(:), sinusoidal(:)
+    real(rp) :: ramp = 1, frequency = 0, phase = 0 !< [s], [1/s], [rad]
+  contains
+    procedure :: at => law_at
+  end type load_law_t
+
+  type :: solid_settings_t
+    type(config_t) :: config
+    type(wing_case_t) :: setup
+    type(inertia_t) :: inertia
+    class(motion_t), allocatable :: motion          !< along the axes of the wing file
+    logical :: is_mirrored = .false.                !< the wing that flaps is the mirror image of the one in the file
+    type(load_law_t) :: law
+    type(point_force_t), allocatable :: released(:) !< forces that bend the wing before time 0
+    integer :: mode = 0                             !< natural mode in which the wing starts
+    real(rp) :: amplitude = 0                       !< [m]
+    real(rp) :: dt = 0, t_max = 0                   !< [s]
+    type(dynamic_options_t) :: options
+    character(:), allocatable :: name               !< of the files to write
+    integer :: series_every = 1
+    type(output_params_t) :: output                 !< times of shapes and backups, and when to stop
+  end type solid_settings_t
+
+contains
+
+  !> force(3, n_all) [N] at `time` [s].
+  subroutine law_at(self, time, force)
+    class(load_law_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    real(rp), intent(inout) :: force(:, :)
+    real(rp) :: r
+    integer :: i
+    force = 0
+    do i = 1, size(self%constant)
+      call add_force(self%constant(i), 1.0_rp, force)
+    end do
+    r = min(time/self%ramp, 1.0_rp)
+    do i = 1, size(self%ramped)
+      call add_force(self%ramped(i), r**3*(10 - 15*r + 6*r**2), force)
+    end do
+    do i = 1, size(self%sinusoidal)
+      call add_force(self%sinusoidal(i), sin(TWO_PI*self%frequency*time + self%phase), force)
+    end do
+  end subroutine law_at
+
+  !> Reads the ini file `path`; all mistakes go to `errors`, remarks to `notices`.
+  subroutine load_solid_settings(path, flusi_compat, s, errors, notices)
+    character(*), intent(in) :: path
+    logical, intent(in) :: flusi_compat
+    type(solid_settings_t), intent(out) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    type(registry_t) :: registry
+    logical :: found
+    call register_solid_keys(registry)
+    call s%config%load_file(path, registry, errors, notices, flusi_compat)
+    call read_options(s, errors)
+    select case (s%config%get_word('Motion', 'type'))
+    case ('rotation')
+      call read_rotation(s, errors)
+    case ('flapping')
+      call read_flapping(s, path, errors, notices)
+    case default
+      call read_rest(s)
+    end select
+    call notice_idle_keys(s%config, notices)
+    call load_wing(s%config, path, .true., s%setup, found, errors, notices)
+    if (.not. found) return
+    call mirror_motion(s%setup%wing, s%motion, s%is_mirrored)
+    call refuse_root_compliance(s%config, s%setup%asked, errors)
+    call read_forces(s, 'constant', s%law%constant, errors)
+    call read_forces(s, 'ramped', s%law%ramped, errors)
+    call read_forces(s, 'sinusoidal', s%law%sinusoidal, errors)
+    call read_forces(s, 'released', s%released, errors)
+    if (size(s%released) > 0 .and. s%mode > 0) &
+      call s%config%complain(errors, 'Initial', 'mode', 'contradicts released: a wing starts in one shape')
+    if (s%mode > 3*s%setup%model%n_free) call s%config%complain(errors, 'Initial', 'mode', 'the wing has no such mode')
+    if (.not. s%setup%has_mass) return
+    call s%inertia%init(s%setup%model, s%setup%mass%nodal)
+    call read_damping(s%config, s%setup%model, s%inertia)
+  end subroutine load_solid_settings
+
+  subroutine read_options(s, errors)
+    type(solid_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    associate (c => s%config)
+      s%dt = c%get_real('Time', 'dt')
+      s%t_max = c%get_real('Time', 't_max')
+      s%options%tolerance = c%get_real('Time', 'tolerance')
+      s%options%iterations = c%get_integer('Time', 'iterations')
+      s%options%halvings = c%get_integer('Time', 'halvings')
+      s%mode = c%get_integer('Initial', 'mode')
+      s%amplitude = c%get_real('Initial', 'amplitude')
+      s%law%ramp = c%get_real('Loads', 'ramp')
+      s%law%frequency = c%get_real('Loads', 'frequency')
+      s%law%phase = c%get_real('Loads', 'phase')*(PI/180)
+      s%name = c%get_text('Saving', 'name')
+      s%series_every = c%get_integer('Saving', 'series_every')
+      s%output%t_save = c%get_real('Saving', 't_save')
+      s%output%backup = c%get_switch('Saving', 'iDoBackup')
+      s%output%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
+      s%output%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
+      s%output%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
+      s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
+      call check_name(c, s%name, errors)
+      if (s%t_max > MOST_SHAPES*s%output%t_save) &
+        call c%complain(errors, 'Saving', 't_save', 'means more than '//number_text(MOST_SHAPES)//' shapes')
+      if (s%dt > s%t_max .and. c%is_given('Time', 't_max')) &
+        call c%complain(errors, 'Time', 'dt', 'is longer than the run; valid: at most t_max')
+    end associate
+  end subroutine read_options
+
+  !> Keys of a motion that was not chosen are allowed but do nothing.
+  subroutine notice_idle_keys(c, notices)
+    type(config_t), intent(in) :: c
+    type(message_list_t), intent(inout) :: notices
+    character(9), parameter :: ROTATION(4) = [character(9) :: 'axis', 'through', 'frequency', 'ramp']
+    character(:), allocatable :: type
+    integer :: i
+    type = c%get_word('Motion', 'type')
+    do i = 1, size(ROTATION)
+      if (type /= 'rotation' .and. c%is_given('Motion', trim(ROTATION(i)))) &
+        call c%complain(notices, 'Motion', trim(ROTATION(i)), 'has no effect with type = '//type)
+    end do
+    do i = 1, size(SIDES)
+      if (type /= 'flapping' .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
+     call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
+    end do
+  end subroutine notice_idle_keys
+
+  subroutine read_rest(s)
+    type(solid_settings_t), intent(inout) :: s
+    type(steady_motion_t) :: rest
+    rest%frame%gravity = s%config%get_reals('Loads', 'gravity')
+    allocate (s%motion, source=rest)
+  end subroutine read_rest
+
+  subroutine read_rotation(s, errors)
+    type(solid_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    type(rotating_motion_t) :: rotation
+    associate (c => s%config)
+      rotation%axis = c%get_reals('Motion', 'axis')
+      if (norm2(rotation%axis) > 0) then
+        rotation%axis = rotation%axis/norm2(rotation%axis)
+      else
+        call c%complain(errors, 'Motion', 'axis', 'has no direction; valid: three reals that are not all 0')
+      end if
+      rotation%through = c%get_reals('Motion', 'through')
+      rotation%rate = TWO_PI*c%get_real('Motion', 'frequency')
+      rotation%ramp = c%get_real('Motion', 'ramp')
+      rotation%gravity = c%get_reals('Loads', 'gravity')
+      if (.not. abs(rotation%rate) > 0) &
+        call c%complain(errors, 'Motion', 'frequency', 'is 0; valid: a frequency for type = rotation')
+    end associate
+    allocate (s%motion, source=rotation)
+  end subroutine read_rotation
+
+  !> One wing of [Insects].
+  subroutine read_flapping(s, path, errors, notices)
+    type(solid_settings_t), intent(inout) :: s
+    character(*), intent(in) :: path
+    type(message_list_t), intent(inout) :: errors, notices
+    type(flapping_motion_t) :: flapping
+    type(wing_mount_t) :: mounts(2)
+    type(wing_motion_t) :: motions(2)
+    type(message_list_t) :: both
+    character(:), allocatable :: file, text, problem, key
+    integer :: wing
+    associate (c => s%config)
+      wing = merge(1, 2, c%get_word('Motion', 'wing') == 'left')
+      key = 'FlappingMotion_'//c%get_word('Motion', 'wing')
+      call read_body(c, flapping%body)
+      call read_mounts(c, mounts, motions, both) ! it complains of wings in one place; here is one wing only
+      flapping%mount = mounts(wing)
+      flapping%motion = motions(wing)
+      flapping%length = c%get_real('units', 'length')
+      flapping%frequency = c%get_real('units', 'frequency')
+      flapping%gravity = c%get_reals('Loads', 'gravity')
+      text = ''
+      file = motion_file(c, wing)
+      if (file /= '') call find_beside(path, motion_file(c, wing), file, problem)
+      if (.not. allocated(problem) .and. file /= '') call read_text_file(file, text, problem)
+      if (allocated(problem)) then
+        call c%complain(errors, 'Insects', key, problem)
+      else
+        call read_motion(c, wing, text, file, flapping%motion, errors, notices)
+        call flapping%motion%check_span(s%t_max*flapping%frequency, 'the motion of the '// &
+                                        c%get_word('Motion', 'wing')//' wing', errors)
+      end if
+    end associate
+    allocate (s%motion, source=flapping)
+  end subroutine read_flapping
+
+  !> The mechanics is along the axes of the wing file. Where z of the wing that flaps is on another side, that wing is
+  !> the mirror image of the one in the file, and the latter makes the mirrored motion.
+  subroutine mirror_motion(wing, motion, is_mirrored)
+    type(wing_t), intent(in) :: wing
+    class(motion_t), intent(inout) :: motion
+    logical, intent(out) :: is_mirrored
+    is_mirrored = .false.
+    select type (motion)
+    type is (flapping_motion_t)
+      is_mirrored = motion%mount%mirrors(wing%z_is_dorsal())
+      motion%is_mirrored = is_mirrored
+    end select
+  end subroutine mirror_motion
+
+  !> The forces under `key`, all of which act together.
+  subroutine read_forces(s, key, forces, errors)
+    type(solid_settings_t), intent(in) :: s
+    character(*), intent(in) :: key
+    type(point_force_t), allocatable, intent(out) :: forces(:)
+    type(message_list_t), intent(inout) :: errors
+    type(force_group_t), allocatable :: groups(:)
+    character(:), allocatable :: section
+    integer :: i
+    section = 'Loads'
+    if (key == 'released') section = 'Initial'
+    call read_force_groups(s%config, section, key, s%setup, groups, errors)
+    allocate (forces(0))
+    do i = 1, size(groups)
+      forces = [forces, groups(i)%forces]
+    end do
+  end subroutine read_forces
+end module flusi_solid_settings

@@ -1,0 +1,157 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> `flusi --static INI`: the shape of a wing under given loads, each from the unloaded state (see
+!> solid_statics). One process; MPI is not needed.
+module flusi_static
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use common_wing_report, only: print_wing
+  use flusi_command, only: command_t, ACTION_STATIC_CHECK
+  use flusi_static_output, only: remove_shape, static_row_t, static_table_t, write_shape
+  use flusi_static_settings, only: load_static_settings, static_settings_t
+  use flusi_wing_modes, only: find_modes, save_modes
+  use solid_bent_wing, only: bent_wing_t
+  implicit none
+  private
+  public :: run_static
+
+contains
+
+  !> Does what `command` says; `code` is the exit code of the program.
+  subroutine run_static(command, code)
+    type(command_t), intent(in) :: command
+    integer, intent(out) :: code
+    type(static_settings_t) :: settings
+    type(message_list_t) :: errors, notices
+    type(failure_t) :: failure
+    integer :: n_failed
+
+    code = EXIT_OK
+    call load_static_settings(command%ini, command%flusi_compat, settings, errors, notices)
+    if (errors%count() > 0) then
+      call errors%print(error_unit, '')
+      code = EXIT_USER
+      return
+    end if
+    call notices%print(merge(output_unit, error_unit, command%action == ACTION_STATIC_CHECK), 'notice: ')
+    if (command%action == ACTION_STATIC_CHECK) then
+      call settings%config%print_effective(output_unit)
+      return
+    end if
+    call print_wing(output_unit, 'end of the loading path from the flat wing', settings%setup)
+    if (settings%n_modes > 0) call solve_modes(settings, code, failure)
+    n_failed = 0
+    if (.not. failure%failed .and. size(settings%loads) > 0) call solve_all(settings, n_failed, failure)
+    if (n_failed > 0) code = EXIT_NUMERICAL
+    if (.not. failure%failed) return
+    write (error_unit, '(a)') failure%reason
+    code = EXIT_FAILURE
+  end subroutine run_static
+
+  !> Prints and saves the natural modes of the unloaded wing; without them the loads go on.
+  subroutine solve_modes(settings, code, failure)
+    type(static_settings_t), intent(in) :: settings
+    integer, intent(inout) :: code
+    type(failure_t), intent(inout) :: failure
+    type(failure_t) :: numerical
+    real(rp), allocatable :: frequencies(:), shapes(:, :, :)
+    allocate (frequencies(settings%n_modes), shapes(3, settings%setup%model%n_all, settings%n_modes))
+    call find_modes(settings%setup, frequencies, shapes, numerical)
+    if (numerical%failed) then
+      write (output_unit, '(a)') 'modes     failed: '//numerical%reason
+      code = EXIT_NUMERICAL
+    else
+      call save_modes(settings%setup, settings%name, settings%save_shapes, frequencies, shapes, failure)
+    end if
+  end subroutine solve_modes
+
+  !> Solves and saves load by load; `failure` means that files cannot be written.
+  subroutine solve_all(settings, n_failed, failure)
+    type(static_settings_t), intent(in) :: settings
+    integer, intent(out) :: n_failed
+    type(failure_t), intent(inout) :: failure
+    type(static_table_t) :: table
+    type(static_row_t) :: row
+    type(bent_wing_t) :: work
+    real(rp), allocatable :: u(:, :)
+    integer :: i
+
+    n_failed = 0
+    call table%start(settings%name, failure)
+    if (failure%failed) return
+    allocate (u(3, settings%setup%model%n_all), source=0.0_rp)
+    call work%init(settings%setup%model)
+    call print_head(output_unit)
+    do i = 1, size(settings%loads)
+      call solve_one(settings, i, work, u, row)
+      call print_row(output_unit, settings, i, row)
+      if (.not. row%report%converged) n_failed = n_failed + 1
+      if (settings%save_shapes) then
+        if (row%report%converged) then
+          call write_shape(settings, i, u, row, failure)
+        else
+          call remove_shape(settings, i)
+        end if
+      end if
+      call table%add(settings, i, row, failure)
+      if (failure%failed) exit
+    end do
+    call work%free()
+    if (failure%failed) return
+    write (output_unit, '(i0,a,i0,a)') size(settings%loads) - n_failed, ' of ', size(settings%loads), &
+      ' loads converged; '//settings%name//'_loads.t lists them'
+    if (settings%save_shapes .and. n_failed < size(settings%loads)) write (output_unit, '(a)') &
+      'deformed wings in '//settings%name//'_NN.xmf, NN the number of the load, for ParaView'
+  end subroutine solve_all
+
+  !> The equilibrium u(3, n_all) [m] under load i, and what is to be told about it.
+  subroutine solve_one(settings, i, work, u, row)
+    type(static_settings_t), intent(in) :: settings
+    integer, intent(in) :: i
+    type(bent_wing_t), intent(inout) :: work
+    real(rp), intent(inout) :: u(:, :)
+    type(static_row_t), intent(out) :: row
+    real(rp) :: t0, t1
+    integer :: n
+    associate (model => settings%setup%model, l => settings%loads(i))
+      call cpu_time(t0)
+      call work%solve(l%load%force, .false., settings%options, u, row%report)
+      u = work%moved
+      call cpu_time(t1)
+      row%seconds = t1 - t0
+      if (.not. row%report%converged) return ! u belongs to a part of the load only
+      n = model%n_points
+      row%at_load = sum(l%applied*u)/l%magnitude
+      row%tip = u(:, settings%setup%tip)
+      row%largest = sqrt(maxval(sum(u(:, :n)**2, 1)))
+    end associate
+  end subroutine solve_one
+
+  subroutine print_head(unit)
+    integer, intent(in) :: unit
+    write (unit, '(a)') 'load    x [mm]    y [mm]   force [N]  converged  residual  factors  snaps  at load [mm]'// &
+      '   tip z [mm]  CPU [ms]'
+  end subroutine print_head
+
+  subroutine print_row(unit, settings, i, row)
+    integer, intent(in) :: unit
+    type(static_settings_t), intent(in) :: settings
+    integer, intent(in) :: i
+    type(static_row_t), intent(in) :: row
+    real(rp), parameter :: MM = 1.0e3_rp
+    associate (l => settings%loads(i), r => row%report)
+      write (unit, '(i4,2f10.4,es12.3,a11)', advance='no') i, MM*l%place, &
+        merge(l%force(3), l%magnitude, abs(l%force(3)) >= 0.999_rp*l%magnitude), merge('yes', 'NO ', r%converged)
+      if (r%converged) then
+        write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &
+          MM*row%tip(3), 1000*row%seconds
+        if (r%was_repeated) write (unit, '(a)') '     found with finer settings: the usual path did not come to its end'
+      else
+        write (unit, '(a10,i9,i7,a14,a13,f10.1)') '-', r%factorisations, r%snaps, '-', '-', 1000*row%seconds
+        write (unit, '(a)') '     failed: '//r%reason
+      end if
+    end associate
+    flush (unit)
+  end subroutine print_row
+end module flusi_static

@@ -1,0 +1,57 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The register of the ini keys of `flusi --static`. All units are SI.
+module flusi_static_keys
+  use base_kinds, only: rp
+  use common_instrument, only: register_idle_instrument
+  use common_wing_keys, only: register_wing_keys, PLACE_HELP
+  use io_include, only: register_include
+  use io_registry, only: registry_t
+  implicit none
+  private
+  public :: register_static_keys, write_static_reference
+
+contains
+
+  !> Fills `registry` with every key that `flusi --static` accepts.
+  subroutine register_static_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    call register_include(registry)
+    call register_wing_keys(registry, required=.true.)
+    call register_idle_instrument(registry)
+    call register_rest(registry)
+  end subroutine register_static_keys
+
+  !> Writes the reference of these keys, the second part of docs/parameters.md.
+  subroutine write_static_reference(unit)
+    integer, intent(in) :: unit
+    type(registry_t) :: registry
+    call register_static_keys(registry)
+    write (unit, '(a)') '# Parameters of `flusi --static`', '', &
+      'The shape of a wing under given loads. All numbers are in SI units.', ''
+    call registry%write_markdown(unit)
+  end subroutine write_static_reference
+
+  subroutine register_rest(r)
+    type(registry_t), intent(inout) :: r
+    call r%add_section('Loads', 'every row, and every entry of a list, is a load of its own; rows of forces come '// &
+                       'first, then those of point_forces, then the lists')
+    call r%add_matrix('Loads', 'forces', 3, 'rows of x y force: place on the unloaded membrane [m], force along z [N]')
+    call r%add_matrix('Loads', 'point_forces', 4, 'rows of point fx fy fz: number of the point counted from 1, '// &
+                      'force [N]')
+    call r%add_text('Loads', 'named_forces', '', 'loads PLACE fx fy fz [N], separated by commas; + joins several '// &
+                    'forces to one load. '//PLACE_HELP)
+    call r%add_reals('Loads', 'gravity', [0.0_rp, 0.0_rp, 0.0_rp], 'acceleration of gravity in the wing frame: the '// &
+                     'weight is part of every load, and a load of its own if there is no other', unit='m/s^2', length=3)
+    call r%add_section('Modes', 'natural frequencies and shapes of the unloaded wing')
+    call r%add_integer('Modes', 'modes', 0, 'number of modes, lowest first', min=0, max=100)
+    call r%add_section('Solver', 'path of the static solution')
+    call r%add_real('Solver', 'tolerance', 1.0e-8_rp, 'of the residual, relative to the load', min=1.0e-12_rp, &
+                    max=1.0e-3_rp)
+    call r%add_real('Solver', 'step_limit', 0.025_rp, 'largest movement in one stage, relative to the wing''s size', &
+                    above=0.0_rp, max=0.2_rp)
+    call r%add_integer('Solver', 'factorisation_limit', 900, 'give up after so many for one load', min=1)
+    call r%add_section('Saving', 'what is written')
+    call r%add_text('Saving', 'name', 'static', 'first part of the names of all files, with a folder if wanted')
+    call r%add_switch('Saving', 'shapes', .true., 'one HDF5 file and one XDMF index for every load')
+  end subroutine register_rest
+end module flusi_static_keys

@@ -1,0 +1,211 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What `flusi --static` is to compute: from the ini file and the wing file to a mechanical model and its
+!> loads. Whatever a user can do wrong is found here, before anything is computed or written. SI units.
+module flusi_static_settings
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use common_wing_settings, only: check_name, load_wing
+  use flusi_static_keys, only: register_static_keys
+  use flusi_wing_places, only: add_force, force_group_t, read_force_groups
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use solid_loads, only: load_t
+  use solid_model, only: solid_model_t
+  use solid_statics, only: static_options_t
+  use solid_wing_case, only: wing_case_t
+  implicit none
+  private
+  public :: static_settings_t, static_load_t, load_static_settings
+
+  !> One load of the list.
+  type :: static_load_t
+    type(load_t) :: load                   !< everything
+    real(rp), allocatable :: applied(:, :) !< (3, n_all) [N] its forces without the weight, or the weight alone
+    real(rp) :: place(2) = 0               !< [m] of the first force, on the unloaded wing
+    real(rp) :: force(3) = 0               !< [N] sum of what is applied
+    real(rp) :: magnitude = 0              !< [N] sum of the magnitudes
+  end type static_load_t
+
+  type :: static_settings_t
+    type(config_t) :: config
+    type(wing_case_t) :: setup
+    type(static_load_t), allocatable :: loads(:)
+    type(static_options_t) :: options
+    character(:), allocatable :: name      !< of the files to write
+    logical :: save_shapes = .true.
+    integer :: n_modes = 0
+    real(rp) :: gravity(3) = 0             !< [m/s^2]
+  end type static_settings_t
+
+contains
+
+  !> Reads the ini file `path`; all mistakes go to `errors`, remarks to `notices`.
+  subroutine load_static_settings(path, flusi_compat, s, errors, notices)
+    character(*), intent(in) :: path
+    logical, intent(in) :: flusi_compat
+    type(static_settings_t), intent(out) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    type(registry_t) :: registry
+    logical :: found
+    call register_static_keys(registry)
+    call s%config%load_file(path, registry, errors, notices, flusi_compat)
+    call read_options(s, errors)
+    allocate (s%loads(0))
+    call load_wing(s%config, path, norm2(s%gravity) > 0 .or. s%n_modes > 0, s%setup, found, errors, notices)
+    if (found) call read_loads(s, errors)
+  end subroutine load_static_settings
+
+  subroutine read_options(s, errors)
+    type(static_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    associate (c => s%config)
+      s%options%tolerance = c%get_real('Solver', 'tolerance')
+      s%options%step_limit = c%get_real('Solver', 'step_limit')
+      s%options%factorisation_limit = c%get_integer('Solver', 'factorisation_limit')
+      s%gravity = c%get_reals('Loads', 'gravity')
+      s%n_modes = c%get_integer('Modes', 'modes')
+      s%name = c%get_text('Saving', 'name')
+      s%save_shapes = c%get_switch('Saving', 'shapes')
+      call check_name(c, s%name, errors)
+    end associate
+  end subroutine read_options
+
+  !> All loads: rows of forces, rows of point_forces, the list; the weight is added to each.
+  subroutine read_loads(s, errors)
+    type(static_settings_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    type(force_group_t), allocatable :: groups(:)
+    real(rp), allocatable :: rows(:, :), points(:, :)
+    integer :: i, n, m
+    rows = s%config%get_matrix('Loads', 'forces')
+    points = s%config%get_matrix('Loads', 'point_forces')
+    call read_force_groups(s%config, 'Loads', 'named_forces', s%setup, groups, errors)
+    n = size(rows, 1)
+    m = size(points, 1)
+    if (n > 0 .and. size(s%setup%wing%triangles) == 0) then
+      call s%config%complain(errors, 'Loads', 'forces', 'this wing has no membrane; use point_forces or named_forces')
+      return
+    end if
+    deallocate (s%loads)
+    allocate (s%loads(max(n + m + size(groups), merge(1, 0, norm2(s%gravity) > 0))))
+    if (size(s%loads) == 0 .and. s%n_modes == 0) &
+      call s%config%complain(errors, 'Loads', 'forces', 'there are no loads; give rows of x y force, point_forces, '// &
+                             'named_forces, gravity, or [Modes] modes')
+    do i = 1, size(s%loads)
+      call s%loads(i)%load%init(s%setup%model)
+      allocate (s%loads(i)%applied(3, s%setup%model%n_all), source=0.0_rp)
+    end do
+    call read_rows(s, rows, s%loads(:n), errors)
+    call read_points(s, points, s%loads(n + 1:n + m), errors)
+    do i = 1, size(groups)
+      call take_group(s%setup%model, groups(i), s%loads(n + m + i))
+      if (.not. any(abs(s%loads(n + m + i)%load%force) > 0) .and. size(groups(i)%forces) > 1) &
+        call s%config%complain(errors, 'Loads', 'named_forces', 'the forces of load '//number_text(i)//' cancel')
+    end do
+    if (errors%count() > 0) return ! with mistakes there may be no mass
+    do i = 1, size(s%loads)
+      call complete(s, s%loads(i))
+    end do
+  end subroutine read_loads
+
+  !> Rows x y force.
+  subroutine read_rows(s, rows, loads, errors)
+    type(static_settings_t), intent(in) :: s
+    real(rp), intent(in) :: rows(:, :)
+    type(static_load_t), intent(inout) :: loads(:)
+    type(message_list_t), intent(inout) :: errors
+    type(failure_t) :: failure
+    character(:), allocatable :: problems
+    integer :: i
+    problems = ''
+    do i = 1, size(loads)
+      loads(i)%place = rows(i, 1:2)
+      loads(i)%force(3) = rows(i, 3)
+      failure = failure_t()
+      call loads(i)%load%add_at(s%setup%model, loads(i)%place, loads(i)%force, failure)
+      if (failure%failed) then
+        problems = problems//'; row '//number_text(i)//': the place '//number_text(rows(i, 1))//' '// &
+                   number_text(rows(i, 2))//' m is not on the membrane'
+      else
+        call check_force(s%setup%model, i, loads(i)%load, problems)
+      end if
+    end do
+    if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'forces', problems(3:))
+  end subroutine read_rows
+
+  !> Rows point fx fy fz.
+  subroutine read_points(s, points, loads, errors)
+    type(static_settings_t), intent(in) :: s
+    real(rp), intent(in) :: points(:, :)
+    type(static_load_t), intent(inout) :: loads(:)
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: problems
+    integer :: i, point
+    problems = ''
+    associate (model => s%setup%model)
+      do i = 1, size(loads)
+        if (points(i, 1) < 0.5_rp .or. points(i, 1) > model%n_points + 0.5_rp .or. &
+            abs(points(i, 1) - anint(points(i, 1))) > 0) then
+          problems = problems//'; row '//number_text(i)//': '//number_text(points(i, 1))// &
+                     ' is no point; valid: 1 to '//number_text(model%n_points)
+          cycle
+        end if
+        point = nint(points(i, 1))
+        loads(i)%place = model%points(:2, point)
+        loads(i)%force = points(i, 2:4)
+        call loads(i)%load%add_point(point, loads(i)%force)
+        call check_force(model, i, loads(i)%load, problems)
+      end do
+    end associate
+    if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'point_forces', problems(3:))
+  end subroutine read_points
+
+  !> Forces that act together.
+  subroutine take_group(model, group, load)
+    type(solid_model_t), intent(in) :: model
+    type(force_group_t), intent(in) :: group
+    type(static_load_t), intent(inout) :: load
+    integer :: k
+    do k = 1, size(group%forces)
+      call add_force(group%forces(k), 1.0_rp, load%load%force)
+      load%force = load%force + group%forces(k)%force
+    end do
+    associate (place => group%forces(1)%place)
+      load%place = matmul(model%points(:2, place%points(:place%n)), place%shares(:place%n))
+    end associate
+  end subroutine take_group
+
+  !> Adds the weight. It counts as applied where nothing else is.
+  subroutine complete(s, load)
+    type(static_settings_t), intent(in) :: s
+    type(static_load_t), intent(inout) :: load
+    integer :: i
+    load%applied = load%load%force
+    if (norm2(s%gravity) > 0) then
+      call load%load%add_gravity(s%setup%mass%nodal, s%gravity)
+      if (.not. any(abs(load%applied) > 0)) then
+        load%applied = load%load%force
+        load%place = s%setup%mass%centre(:2)
+        load%force = s%setup%mass%total*s%gravity
+      end if
+    end if
+    do i = 1, size(load%applied, 2)
+      load%magnitude = load%magnitude + norm2(load%applied(:, i))
+    end do
+  end subroutine complete
+
+  !> A load must be able to move something.
+  subroutine check_force(model, row, load, problems)
+    type(solid_model_t), intent(in) :: model
+    integer, intent(in) :: row
+    type(load_t), intent(in) :: load
+    character(:), allocatable, intent(inout) :: problems
+    if (any(abs(load%force(:, model%movable)) > 0)) return
+    if (any(abs(load%force) > 0)) then
+      problems = problems//'; row '//number_text(row)//': the force acts on the clamped root only'
+    else
+      problems = problems//'; row '//number_text(row)//': the force is zero'
+    end if
+  end subroutine check_force
+end module flusi_static_settings

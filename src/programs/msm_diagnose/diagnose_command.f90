@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The command line of `msm_diagnose`.
+module diagnose_command
+  use base_errors, only: message_list_t
+  use common_arguments, only: arguments_t, parse_arguments, print_lines
+  implicit none
+  private
+  public :: diagnose_command_t, parse_diagnose_command, print_diagnose_usage
+
+  integer, parameter, public :: DIAGNOSE_RUN = 1, DIAGNOSE_CHECK = 2, DIAGNOSE_PLAN = 3, DIAGNOSE_HELP = 4, &
+                                DIAGNOSE_VERSION = 5, DIAGNOSE_PARAMETERS = 6
+  !> In the order of the numbers above, from the second on.
+  character(12), parameter :: ACTIONS(5) = [character(12) :: '--check', '--plan', '--help', '--version', '--parameters']
+
+  !> What the user wants.
+  type :: diagnose_command_t
+    integer :: action = DIAGNOSE_RUN
+    character(:), allocatable :: ini !< parameter file
+    character(:), allocatable :: refine !< yes, fit or no, instead of [Diagnose] refine; empty if not given
+  end type diagnose_command_t
+
+contains
+
+  !> Reads the arguments; every mistake is added to `errors`.
+  subroutine parse_diagnose_command(command, errors)
+    type(diagnose_command_t), intent(out) :: command
+    type(message_list_t), intent(inout) :: errors
+    type(arguments_t) :: arguments
+    integer, parameter :: N = 5
+    character(12), parameter :: FLAGS(N) = [ &
+                                '--refine    ', '--refine=yes', '--refine=fit', '--refine=no ', '--no-refine ']
+    character(3), parameter :: CHOICES(N) = [character(3) :: 'yes', 'yes', 'fit', 'no', 'no']
+    integer :: i
+    call parse_arguments(ACTIONS, FLAGS, .false., arguments, errors)
+    command%action = DIAGNOSE_RUN + arguments%action
+    command%refine = ''
+    command%ini = arguments%file
+    if (arguments%is_final) return
+    do i = 1, N
+      if (.not. arguments%has_flag(i)) cycle
+      if (command%refine /= '' .and. command%refine /= CHOICES(i)) &
+        call errors%add('"'//trim(FLAGS(i))//'" contradicts refine = '//command%refine)
+      command%refine = trim(CHOICES(i))
+    end do
+    if (arguments%n_files > 1) call errors%add('too many file names')
+    if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
+  end subroutine parse_diagnose_command
+
+  !> Writes how the program is called.
+  subroutine print_diagnose_usage(unit)
+    integer, intent(in) :: unit
+    character(*), parameter :: LINES(19) = [character(84) :: &
+                                            'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
+                                            '', &
+                                          '  --check             print every effective value and where it comes from', &
+                                  '  --plan              what the loads could show; the measurement needs no heights', &
+                                            '  --refine            count what the mesh does as an error', &
+                                            '  --refine=fit        and fit everything on a mesh of half the size', &
+                                            '  --refine=no, or', &
+                                            '  --no-refine         the data come from the same mesh', &
+                                            '  --parameters        print the reference of all parameters (Markdown)', &
+                                            '  --version           print version, commit, compiler and flags', &
+                                            '  --help              print this', &
+                                            '', &
+                                       'exit codes: 0 adequate, --plan or --check     1 defect of program or machine', &
+                                            '           10 one cause is named              2 mistake in the input', &
+                                            '           11 several causes are possible     3 numerical failure', &
+                                            '           12 a cause that is not in the catalogue', &
+                                            '           20 not enough data', &
+                                            "Open MPI's mpirun calls every code but 0 an error; with -q it does not.", &
+                                            'parameters: docs/parameters.md, example: ini/diagnose.ini']
+    call print_lines(unit, LINES)
+  end subroutine print_diagnose_usage
+end module diagnose_command

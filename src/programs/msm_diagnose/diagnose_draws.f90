@@ -1,0 +1,126 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The file in which `msm_diagnose` keeps the null distribution of a design: attributes `key`, `checksum`, and sorted draws.
+!> It is written under a name of its own and renamed, so that programs that share it find a whole file, theirs or another one's.
+!> What cannot be read, is damaged or belongs to another design counts as nothing, and is replaced.
+module diagnose_draws
+  use base_checksum, only: checksum_add, checksum_integers, checksum_reals
+  use base_errors, only: failure_t
+  use base_files, only: file_exists
+  use base_kinds, only: i8, rp
+  use base_process, only: process_id
+  use base_text, only: number_text
+  use inference_calibration, only: calibration_t
+  use inference_calibration_store, only: calibration_store_t
+  use io_arrays, only: read_reals
+  use io_attributes, only: get_attribute, put_attribute
+  use io_hdf5, only: hdf5_file_t
+  use io_table, only: put_table
+  implicit none
+  private
+  public :: draws_file_t
+
+  integer, parameter :: VERSION = 1
+  integer, parameter :: MOST(4) = [1000000, 1000, 1000, 1] !< draws, families, effects, whether the scale is known
+
+  type, extends(calibration_store_t) :: draws_file_t
+    character(:), allocatable :: path !< empty: nothing is kept
+  contains
+    procedure :: recall => draws_recall
+    procedure :: keep => draws_keep
+  end type draws_file_t
+
+contains
+
+  !> On one process.
+  subroutine draws_recall(self, key, calibration, is_found)
+    class(draws_file_t), intent(inout) :: self
+    integer(i8), intent(in) :: key
+    type(calibration_t), intent(out) :: calibration
+    logical, intent(out) :: is_found
+    type(hdf5_file_t) :: file
+    type(failure_t) :: failure, ignored
+    integer(i8) :: stored, checksum
+    integer :: version_found, sizes(4)
+    logical :: ok(3)
+    is_found = .false.
+    if (self%path == '') return
+    if (.not. file_exists(self%path)) return
+    call file%open_serial(self%path, failure)
+    call get_attribute(file, '/', 'version', version_found, failure)
+    call get_attribute(file, '/', 'key', stored, failure)
+    call get_attribute(file, '/', 'checksum', checksum, failure)
+    call get_attribute(file, '/', 'sizes', sizes, failure)
+    call get_attribute(file, '/', 'independent_tests', calibration%n_combined, failure)
+    if (.not. failure%failed) then
+      if (version_found == VERSION .and. stored == key .and. all(sizes >= 0 .and. sizes <= MOST)) then
+        calibration%n_draws = sizes(1)
+        calibration%is_scale_known = sizes(4) == 1
+        allocate (calibration%n_tests(sizes(3)), calibration%unknown(sizes(1), sizes(2)))
+        allocate (calibration%combined(sizes(1)))
+        call read_flat(file, 'effects', size(calibration%n_tests), calibration%n_tests, ok(1))
+        call read_table(file, 'unknown', sizes(1), sizes(2), calibration%unknown, ok(2))
+        call read_flat(file, 'combined', sizes(1), calibration%combined, ok(3))
+        is_found = all(ok)
+        if (is_found) is_found = checksum == checksum_of(key, calibration)
+      end if
+    end if
+    call file%close(ignored)
+  end subroutine draws_recall
+
+  subroutine read_flat(file, name, n, values, ok)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    real(rp), intent(out) :: values(n)
+    logical, intent(out) :: ok
+    ok = n == 0
+    if (n > 0) call read_reals(file, name, values, ok)
+  end subroutine read_flat
+
+  subroutine read_table(file, name, n, m, values, ok)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: n, m
+    real(rp), intent(out) :: values(n, m)
+    logical, intent(out) :: ok
+    real(rp) :: flat(n*m)
+    call read_flat(file, name, n*m, flat, ok)
+    values = reshape(flat, [n, m])
+  end subroutine read_table
+
+  !> On one process. Nothing is said if it fails.
+  subroutine draws_keep(self, key, calibration)
+    class(draws_file_t), intent(inout) :: self
+    integer(i8), intent(in) :: key
+    type(calibration_t), intent(in) :: calibration
+    type(hdf5_file_t) :: file
+    type(failure_t) :: failure
+    integer(i8) :: clock
+    if (self%path == '') return
+    associate (c => calibration)
+      call system_clock(clock)
+      call file%create_serial(self%path//'.'//number_text(process_id())//'.'// &
+                              number_text(int(modulo(clock, 2_i8**30)))//'.part', failure)
+      call put_attribute(file, '/', 'version', VERSION, failure)
+      call put_attribute(file, '/', 'key', key, failure)
+      call put_attribute(file, '/', 'checksum', checksum_of(key, c), failure)
+      call put_attribute(file, '/', 'sizes', [c%n_draws, size(c%unknown, 2), size(c%n_tests), &
+                                              merge(1, 0, c%is_scale_known)], failure)
+      call put_attribute(file, '/', 'independent_tests', c%n_combined, failure)
+      call put_table(file, 'effects', reshape(c%n_tests, [size(c%n_tests), 1]), &
+                     'independent tests of each effect', failure)
+      call put_table(file, 'unknown', c%unknown, &
+                     'statistic of each family of unknown causes, sorted', failure)
+      call put_table(file, 'combined', reshape(c%combined, [c%n_draws, 1]), &
+                     'smallest weighted log p, sorted', failure)
+      call file%publish(self%path, .false., failure)
+    end associate
+  end subroutine draws_keep
+
+  pure integer(i8) function checksum_of(key, c) result(total)
+    integer(i8), intent(in) :: key
+    type(calibration_t), intent(in) :: c
+    total = checksum_integers([key, int([c%n_draws, size(c%unknown, 2), size(c%n_tests)], i8)], 0_i8)
+    total = checksum_add(total, checksum_reals([c%n_combined, c%n_tests, [c%unknown], c%combined], 4_i8))
+  end function checksum_of
+end module diagnose_draws

@@ -1,0 +1,172 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The other files of a diagnosis: the wing of the baseline and the extended one as fragments for [include], maps, and the
+!> next measurements.
+module diagnose_files
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_errors, only: failure_t
+  use base_files, only: remove_file
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use base_text_file, only: write_text
+  use common_instrument, only: instrument_lines
+  use common_wing_fragment, only: wing_lines
+  use diagnose_settings, only: diagnose_settings_t
+  use diagnose_summary, only: cause_name, verdict_sentence
+  use diagnosis_next, only: next_t
+  use diagnosis_wing_quantities, only: setup_coordinates, setup_params, setup_t
+  use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
+  use inference_decision, only: verdict_word
+  use inference_engine, only: diagnosis_t
+  use io_attributes, only: put_attribute
+  use io_hdf5, only: hdf5_file_t
+  use io_table, only: put_table
+  use solid_params, only: solid_params_t
+  use solid_wing_refine, only: coarsen_params
+  implicit none
+  private
+  public :: write_fragments, write_maps, write_next
+
+  character(*), parameter :: NL = new_line('a')
+
+contains
+
+  !> Writes NAME_baseline.ini and, if a cause was found, NAME_extended.ini; if none was, that of an earlier diagnosis is
+  !> removed. They are for the wing of the file: fitted on a
+  !> finer mesh, the same wing differs from them by what the mesh does.
+  subroutine write_fragments(s, d, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: what
+    logical :: is_removed
+    integer :: i
+    call write_fragment(s, d%plain%q, 'baseline of a diagnosis', s%name//'_baseline.ini', failure)
+    if (.not. d%extended%is_found) then
+      call remove_file(s%name//'_extended.ini', is_removed)
+      return
+    end if
+    what = 'diagnosis: '//verdict_word(d%decision%verdict)//', '//verdict_sentence(s, d)//NL//'; extended by'
+    do i = 1, size(d%decision%causes)
+      what = what//' '//cause_name(s, d, i)//';'
+    end do
+    call write_fragment(s, d%extended%q, what(:len(what) - 1), s%name//'_extended.ini', failure)
+  end subroutine write_fragments
+
+  subroutine write_fragment(s, q, what, path, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    real(rp), intent(in) :: q(:)
+    character(*), intent(in) :: what, path
+    type(failure_t), intent(inout) :: failure
+    type(setup_t) :: setup
+    type(solid_params_t) :: params
+    character(:), allocatable :: mesh
+    logical :: ok
+    call setup_params(s%experiment, s%setup%wing, s%catalogue%kinds, q, setup, params)
+    mesh = ''
+    if (s%fits_finer) then
+      params = coarsen_params(params)
+      mesh = '; fitted on a mesh of half the size'//NL
+    end if
+    call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
+                    BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
+                    wing_lines(params, s%setup%wing)// &
+                    instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
+    if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
+  end subroutine write_fragment
+
+  !> Writes NAME.h5: for each load the averages with whitened residuals of baseline and extended wing, and where on the
+  !> wing unknown causes would act.
+  subroutine write_maps(s, simulator, d, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    type(failure_t), intent(inout) :: failure
+    type(hdf5_file_t) :: file
+    real(rp), allocatable :: rows(:, :), base(:), extended(:), jacobian(:, :), white(:, :)
+    integer :: l, k, n, first
+    logical :: is_valid
+    n = simulator%n_observations
+    allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
+    call simulator%recall()
+    call simulator%evaluate(d%plain%q, [integer ::], base, jacobian, is_valid)
+    extended = base
+    call simulator%recall(d%extended_slot)
+    if (d%extended%is_found) call simulator%evaluate(d%extended%q, [integer ::], extended, jacobian, is_valid)
+    white(:, 1) = base
+    white(:, 2) = extended
+    call d%whitener%apply(white)
+    call file%create_serial(s%name//'.h5.part', failure)
+    call put_attribute(file, '/', 'schema', 'flusi-msm diagnosis', failure)
+    call put_attribute(file, '/', 'version', 1, failure)
+    call put_attribute(file, '/', 'wing', s%setup%path, failure)
+    call put_attribute(file, '/', 'measurement', s%measurement_path, failure)
+    call file%make_group('/loads', failure)
+    do l = 1, size(s%measurement%loads)
+      first = s%bins%first(l)
+      allocate (rows(7, s%bins%count(l)))
+      do k = 1, size(rows, 2)
+        associate (i => first + k - 1)
+          rows(:, k) = [s%bins%place(:, i), simulator%labels%observed(i), base(i), extended(i), &
+                        white(i, 1), white(i, 2)]
+        end associate
+      end do
+      call put_table(file, '/loads/'//s%measurement%loads(l)%name, rows, &
+                     'x y measured baseline extended baseline_white extended_white', failure)
+      call put_attribute(file, '/loads/'//s%measurement%loads(l)%name, 'point', s%measurement%loads(l)%point, failure)
+      call put_attribute(file, '/loads/'//s%measurement%loads(l)%name, 'force', s%measurement%loads(l)%force, failure)
+      deallocate (rows)
+    end do
+    call write_unknown(file, simulator, d, failure)
+    call file%publish(s%name//'.h5', .false., failure)
+  end subroutine write_maps
+
+  !> Posterior means of pattern strengths over their largest prior sd, of the whole misfit of the baseline.
+  subroutine write_unknown(file, simulator, d, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(wing_simulator_t), intent(in) :: simulator
+    type(diagnosis_t), intent(in) :: d
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: rows(:, :), mean(:), sd(:)
+    integer :: f, k
+    if (.not. allocated(d%z)) return
+    call file%make_group('/unknown', failure)
+    do f = 1, size(d%design%families)
+      call d%design%families(f)%map(d%z, mean, sd)
+      allocate (rows(4, size(mean)))
+      do k = 1, size(mean)
+        rows(:, k) = [simulator%pattern_place(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
+      end do
+      call put_table(file, '/unknown/'//trim(FAMILY_NAMES(f)), rows, 'x y mean sd', failure)
+      deallocate (rows)
+    end do
+  end subroutine write_unknown
+
+  !> Writes NAME_next_measurements.csv.
+  subroutine write_next(s, next, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(next_t), intent(in) :: next
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: text
+    character(160) :: line
+    integer :: i
+    logical :: ok
+    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation with it once more [sd]'//new_line('a')
+    do i = 1, size(next%order)
+      associate (load => s%measurement%loads(next%order(i)))
+        write (line, '(a,4(",",es12.5))') ',', load%point, load%force, next%now(1)
+        text = text//number_text(i)//','//load%name//trim(line(2:))
+        write (line, '(",",es12.5)') next%after(next%order(i))
+        text = text//trim(line)//new_line('a')
+      end associate
+    end do
+    do i = 1, size(next%places)
+      associate (load => next%places(i))
+        write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), &
+          next%now(1), load%after
+        text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
+      end associate
+    end do
+    call write_text(s%name//'_next_measurements.csv', text, ok)
+    if (.not. ok) call failure%raise(s%name//'_next_measurements.csv: cannot be written; is the disk full?')
+  end subroutine write_next
+end module diagnose_files

@@ -1,0 +1,204 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A diagnosis from beginning to end. Rank 0 leads, all ranks solve.
+module diagnose_job
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: i8, rp
+  use base_random, only: random_uniforms
+  use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
+  use diagnose_draws, only: draws_file_t
+  use diagnose_files, only: write_fragments, write_maps, write_next
+  use diagnose_json, only: write_diagnosis_json
+  use diagnose_plan_report, only: print_plan
+  use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
+  use diagnose_summary, only: print_verdict
+  use diagnosis_band, only: mesh_band_t
+  use diagnosis_next, only: next_t, rank_loads
+  use diagnosis_noise, only: judge_variance
+  use diagnosis_unknown, only: describe_unknown, unknown_t
+  use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_zeros, only: compare_zeros, zeros_t
+  use inference_battery, only: question_t, question_residuals
+  use inference_engine, only: diagnosis_t, run_diagnosis
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: diagnose_t
+
+  integer(i8), parameter :: START_STREAM = 21
+  real(rp), parameter :: START_SPREAD = 1.0_rp !< of random starts about the values of [Wing], in coordinates
+
+  type :: diagnose_t
+    type(world_t) :: world
+    type(diagnose_settings_t) :: settings
+    type(wing_simulator_t) :: simulator
+    type(diagnosis_t) :: diagnosis
+    type(mesh_band_t) :: band
+    logical :: has_band = .false. !< the band can be sought
+    type(failure_t) :: failure
+    integer :: code = EXIT_OK   !< of the program
+  contains
+    procedure :: load => diagnose_load
+    procedure :: begin => diagnose_begin
+    procedure :: lead => diagnose_lead
+    procedure :: serve => diagnose_serve
+    procedure :: dismiss => diagnose_dismiss
+    procedure :: finish => diagnose_finish
+  end type diagnose_t
+
+contains
+
+  !> Reads the input; mistakes are printed, and `code` is then not EXIT_OK. Collective.
+  subroutine diagnose_load(self, command, world)
+    class(diagnose_t), intent(inout) :: self
+    type(diagnose_command_t), intent(in) :: command
+    type(world_t), intent(in) :: world
+    type(message_list_t) :: errors, notices
+    self%world = world
+    call load_diagnose_settings(command%ini, command%refine, any(command%action == [DIAGNOSE_PLAN, DIAGNOSE_CHECK]), world, &
+                                self%settings, errors, notices)
+    if (errors%count() > 0) self%code = EXIT_USER
+    if (world%is_root .and. errors%count() > 0) then
+      call errors%print(error_unit, '')
+    else if (world%is_root) then
+      call notices%print(merge(output_unit, error_unit, command%action == DIAGNOSE_CHECK), 'notice: ')
+    end if
+    flush (error_unit)
+    self%code = world%max_integer(self%code)
+  end subroutine diagnose_load
+
+  !> Makes all ranks ready for tasks. Collective.
+  subroutine diagnose_begin(self, command)
+    class(diagnose_t), intent(inout), target :: self
+    type(diagnose_command_t), intent(in) :: command
+    type(failure_t) :: failure
+    associate (s => self%settings)
+      call self%simulator%init(self%world, s%experiment, s%setup%wing, s%catalogue%quantities, s%catalogue%kinds, &
+                               s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns)
+      self%simulator%noise = s%noise%model
+      self%simulator%membrane_sd = s%membrane_sd
+      if (s%options%is_scale_known .and. .not. s%measurement%is_plan) self%simulator%noise%factor = 1
+      self%has_band = s%finds_band .and. command%action /= DIAGNOSE_PLAN
+    end associate
+    if (.not. self%has_band) return
+    call self%band%init(self%world, self%settings, failure)
+    self%has_band = .not. failure%failed
+    if (failure%failed .and. self%world%is_root) &
+      write (error_unit, '(a)') 'notice: what the mesh does is not known: '//failure%reason
+  end subroutine diagnose_begin
+
+  !> Rank 0: diagnoses, prints and writes, or tells what the loads could show.
+  subroutine diagnose_lead(self, command)
+    class(diagnose_t), intent(inout), target :: self
+    type(diagnose_command_t), intent(in) :: command
+    type(next_t) :: next
+    type(zeros_t) :: zeros
+    type(unknown_t) :: unknown
+    type(question_t), allocatable :: questions(:)
+    type(draws_file_t) :: store
+    character(:), allocatable :: warning
+    store%path = self%settings%draws_path
+    if (command%action == DIAGNOSE_PLAN) then
+      call print_plan(output_unit, self%settings, self%simulator, self%failure, store)
+      if (self%failure%failed) self%code = EXIT_NUMERICAL
+      return
+    end if
+    if (self%has_band) then
+      call self%band%find(self%settings, self%simulator)
+      if (.not. self%band%is_found) write (error_unit, '(a)') 'notice: what the mesh does is not known, and not '// &
+        'counted as an error: one of the two meshes could not be fitted'
+    end if
+    call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, &
+                       store, self%band)
+    if (self%failure%failed) then
+      self%code = EXIT_NUMERICAL
+      return
+    end if
+    self%settings%noise%model = self%simulator%noise
+    warning = self%settings%noise%warning
+    call judge_variance(self%settings%noise, self%diagnosis%scale)
+    if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
+    call rank_loads(self%settings, self%simulator, self%diagnosis, next)
+    call ask(self, questions)
+    call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
+    unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
+    call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros, unknown)
+    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, unknown, self%failure)
+    call write_fragments(self%settings, self%diagnosis, self%failure)
+    call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
+    call write_next(self%settings, next, self%failure)
+    self%code = merge(EXIT_FAILURE, self%diagnosis%decision%verdict, self%failure%failed)
+  end subroutine diagnose_lead
+
+  !> Does tasks for rank 0. On the other ranks.
+  subroutine diagnose_serve(self)
+    class(diagnose_t), intent(inout) :: self
+    if (self%has_band) then
+      call self%band%serve(self%simulator)
+    else
+      call self%simulator%serve()
+    end if
+  end subroutine diagnose_serve
+
+  !> Ends `serve`. On rank 0.
+  subroutine diagnose_dismiss(self)
+    class(diagnose_t), intent(inout) :: self
+    if (self%has_band) then
+      call self%band%dismiss(self%simulator)
+    else
+      call self%simulator%dismiss()
+    end if
+  end subroutine diagnose_dismiss
+
+  !> Puts the plain questions to the residuals of the baseline.
+  subroutine ask(self, questions)
+    class(diagnose_t), intent(inout) :: self
+    type(question_t), allocatable, intent(out) :: questions(:)
+    real(rp) :: residuals(self%simulator%n_observations), jacobian(self%simulator%n_observations, 0)
+    real(rp) :: both(self%simulator%n_observations, 2)
+    logical :: is_valid
+    call self%simulator%recall()
+    call self%simulator%evaluate(self%diagnosis%baseline%q, [integer ::], residuals, jacobian, is_valid)
+    call self%simulator%recall(self%diagnosis%extended_slot)
+    both(:, 1) = residuals
+    both(:, 2) = self%simulator%labels%observed
+    call self%diagnosis%whitener%apply(both)
+    if (is_valid) then
+      call question_residuals(self%simulator%labels, both(:, 1), both(:, 2), self%settings%catalogue%n_baseline, &
+                              self%diagnosis%scale, questions)
+    else
+      allocate (questions(0))
+    end if
+  end subroutine ask
+
+  !> The values of [Wing], or where a fit for the band has come from there; then points about the values of [Wing].
+  function starts(self) result(points)
+    class(diagnose_t), intent(in) :: self
+    real(rp), allocatable :: points(:, :)
+    real(rp) :: pair(2)
+    integer :: s, i
+    allocate (points(size(self%simulator%quantities), self%settings%n_starts))
+    do s = 1, size(points, 2)
+      points(:, s) = self%simulator%null_point()
+      if (s == 1 .and. allocated(self%band%start)) points(:, s) = self%band%start
+      if (s == 1) cycle
+      do i = 1, self%settings%catalogue%n_baseline
+        if (.not. self%simulator%quantities(i)%is_log) cycle
+        pair = random_uniforms(self%settings%options%seed, START_STREAM, int(s, i8)*1000000_i8 + i)
+        points(i, s) = points(i, s) + START_SPREAD*(2*pair(1) - 1)
+        points(i, s) = max(self%simulator%quantities(i)%lower, min(self%simulator%quantities(i)%upper, points(i, s)))
+      end do
+    end do
+  end function starts
+
+  !> Ends the work of all ranks; `code` is the same on all. Collective.
+  subroutine diagnose_finish(self)
+    class(diagnose_t), intent(inout) :: self
+    if (self%failure%failed) write (error_unit, '(a)') 'msm_diagnose: '//self%failure%reason
+    flush (error_unit)
+    call self%simulator%free()
+    if (self%has_band) call self%band%free()
+    self%code = self%world%max_integer(self%code)
+  end subroutine diagnose_finish
+end module diagnose_job

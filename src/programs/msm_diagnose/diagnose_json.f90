@@ -1,0 +1,367 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> NAME.json: everything that a diagnosis found, for programs. Its form is told by `schema_version` and
+!> docs/diagnosis.md.
+module diagnose_json
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text_file, only: write_text
+  use diagnose_settings, only: diagnose_settings_t
+  use diagnose_summary, only: cause_name, verdict_sentence
+  use diagnose_unknown, only: put_unknown
+  use diagnosis_band, only: mesh_band_t
+  use diagnosis_next, only: next_t
+  use diagnosis_unknown, only: unknown_t
+  use diagnosis_zeros, only: zeros_t
+  use inference_battery, only: question_t
+  use inference_decision, only: verdict_word
+  use inference_engine, only: diagnosis_t
+  use inference_stated, only: grade_of, stated_probability, PROVENANCE
+  use inference_validation, only: validation_t
+  use io_json, only: json_t
+  implicit none
+  private
+  public :: write_diagnosis_json
+
+  integer, parameter :: SCHEMA_VERSION = 1
+
+contains
+
+  !> Writes the file.
+  subroutine write_diagnosis_json(s, d, band, next, questions, zeros, unknown, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(mesh_band_t), intent(in) :: band
+    type(next_t), intent(in) :: next
+    type(question_t), intent(in) :: questions(:)
+    type(zeros_t), intent(in) :: zeros
+    type(unknown_t), intent(in) :: unknown
+    type(failure_t), intent(inout) :: failure
+    type(json_t) :: json
+    logical :: ok
+    integer :: i
+    call json%open_object('')
+    call json%put('schema', 'flusi-msm diagnosis')
+    call json%put('schema_version', SCHEMA_VERSION)
+    call json%put('program', 'msm_diagnose '//BUILD_VERSION//' ('//BUILD_COMMIT//')')
+    call json%put('wing', s%setup%path)
+    call json%put('measurement', s%measurement_path)
+    call json%put('seed', int(s%options%seed))
+    call put_verdict(json, s, d, unknown)
+    call put_noise(json, s, d)
+    call json%open_object('mesh_band')
+    call json%put('is_found', band%is_found)
+    call json%put('points', band%n_points)
+    call json%put('is_fitted_on', s%fits_finer)
+    call json%put('rms_m', band%rms)
+    call json%put('snr', band%snr)
+    call json%close()
+    call put_baseline(json, s, d)
+    call json%open_list('effects')
+    do i = 1, size(s%catalogue%effects)
+      call put_effect(json, s, d, i)
+    end do
+    call json%close()
+    call put_extension(json, s, d)
+    call put_validation(json, d)
+    call put_zeros(json, zeros)
+    call json%open_list('questions')
+    do i = 1, size(questions)
+      call json%open_object('')
+      call json%put('name', questions(i)%name)
+      call json%put('statistic', questions(i)%statistic)
+      call json%put('p', questions(i)%p)
+      call json%put('sentence', questions(i)%sentence)
+      call json%close()
+    end do
+    call json%close()
+    call put_rivals(json, s, d, next)
+    call json%open_list('next_measurements')
+    do i = 1, size(next%order)
+      call json%open_object('')
+      call json%put('repeat', s%measurement%loads(next%order(i))%name)
+      call json%put('separation_sd', next%after(next%order(i)))
+      call json%put('separation_now_sd', next%now(1))
+      call json%close()
+    end do
+    call json%close()
+    call json%open_list('new_loads')
+    do i = 1, size(next%places)
+      call json%open_object('')
+      call json%put('place_m', next%places(i)%place)
+      call json%put('force_n', next%places(i)%force)
+      call json%put('direction', next%places(i)%direction)
+      call json%put('separation_sd', next%places(i)%after)
+      call json%put('separation_now_sd', next%now(1))
+      call json%close()
+    end do
+    call json%close()
+    call json%close()
+    call write_text(s%name//'.json', json%text, ok)
+    if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')
+  end subroutine write_diagnosis_json
+
+  !> Of every effect the place at which it comes nearest to the first cause.
+  subroutine put_rivals(json, s, d, next)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(next_t), intent(in) :: next
+    logical :: is_told(size(s%catalogue%effects))
+    integer :: r
+    call json%open_list('rivals')
+    is_told = .false.
+    do r = 1, size(next%rivals)
+      associate (one => d%design%candidates(next%rivals(r)))
+        if (is_told(one%effect)) cycle
+        is_told(one%effect) = .true.
+        call json%open_object('')
+        call json%put('effect', s%catalogue%effects(one%effect)%name)
+        call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
+        call json%put('separation_now_sd', next%now(r))
+        call json%close()
+      end associate
+    end do
+    call json%close()
+  end subroutine put_rivals
+
+  subroutine put_verdict(json, s, d, unknown)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(unknown_t), intent(in) :: unknown
+    integer :: i
+    associate (v => d%decision)
+      call json%open_object('verdict')
+      call json%put('word', verdict_word(v%verdict))
+      call json%put('exit_code', v%verdict)
+      call json%put('sentence', verdict_sentence(s, d))
+      call json%put('grade', trim(grade_of(verdict_word(v%verdict))))
+      call json%put('probability', stated_probability(v%verdict, v%probability))
+      call json%put('probability_raw', v%probability)
+      call json%put('probability_map', PROVENANCE)
+      call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))
+      call json%put('log_global_p', v%log_p_global)
+      call json%put('snr', v%snr)
+      call json%put('remainder_log_p', v%remainder_log_p)
+      call json%put('rejection_power', v%name_power)
+      call json%put('is_together', v%is_together)
+      call json%put('set_because', trim(v%reason))
+      call json%put('linear_word', verdict_word(d%linear%verdict))
+      call json%put('posterior_none', v%posterior_none)
+      call json%put('posterior_together', v%posterior_together)
+      call json%put('posterior_unknown', v%posterior_unknown)
+      call json%open_list('causes')
+      do i = 1, size(v%causes)
+        call json%open_object('')
+        call json%put('effect', s%catalogue%effects(d%design%candidates(v%causes(i))%effect)%name)
+        call json%put('name', cause_name(s, d, i))
+        associate (one => d%design%candidates(v%causes(i)))
+          call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
+          call json%put('place', s%catalogue%effects(one%effect)%variants(one%variant)%place)
+        end associate
+        call json%close()
+      end do
+      call json%close()
+      call json%open_list('set')
+      do i = 1, size(v%set)
+        call json%put('', s%catalogue%effects(v%set(i))%name)
+      end do
+      call json%close()
+      call put_unknown(json, s, unknown)
+      call json%close()
+    end associate
+  end subroutine put_verdict
+
+  subroutine put_noise(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    call json%open_object('noise')
+    call json%put('declared_m', s%noise%declared)
+    call json%put('white_m', s%noise%white)
+    call json%put('differences', s%noise%n)
+    call json%put('white_share', s%noise%model%white)
+    call json%put('correlation_length_m', s%noise%model%length)
+    call json%put('variance_ratio', d%scale)
+    call json%put('is_scale_estimated',.not. s%options%is_scale_known)
+    call json%put('warning', s%noise%warning)
+    call json%open_object('heavy_tails')
+    call json%put('title', 'heights that stand out')
+    call json%put('sentence', 'Single heights have nothing to do with the surface around them: specks, gaps of the '// &
+                  'light or wrong fringes.')
+    call json%put('is_found', s%outliers%n > 0)
+    call json%put('heights_left_out', s%outliers%n)
+    call json%put('heights_tested', s%outliers%n_tested)
+    call json%put('share_90', s%outliers%share)
+    call json%close()
+    call json%close()
+  end subroutine put_noise
+
+  subroutine put_baseline(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    call json%open_object('baseline')
+    call json%put('observations', s%bins%n)
+    call json%put('loads', size(s%measurement%loads))
+    call json%put('square_m', s%bins%size)
+    call json%put('chi2', d%plain%chi2)
+    call json%put('prior_chi2', d%plain%prior_chi2)
+    call json%put('spread_of_starts', d%spread)
+    call put_parameters(json, s, d%plain%active, d%plain%q)
+    call json%close()
+  end subroutine put_baseline
+
+  !> Values of the quantities `active` at q, in their units.
+  subroutine put_parameters(json, s, active, q)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    integer, intent(in) :: active(:)
+    real(rp), intent(in) :: q(:)
+    integer :: i
+    call json%open_list('parameters')
+    do i = 1, size(active)
+      associate (one => s%catalogue%quantities(active(i)))
+        call json%open_object('')
+        call json%put('name', one%name)
+        call json%put('unit', one%unit)
+        if (one%is_log) call json%put('value', exp(q(active(i))))
+        if (.not. one%is_log) call json%put('value', q(active(i)))
+        call json%close()
+      end associate
+    end do
+    call json%close()
+  end subroutine put_parameters
+
+  subroutine put_effect(json, s, d, e)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: e
+    real(rp), parameter :: FAINT = 1.0e-100_rp
+    character(12) :: status
+    integer :: c, i
+    associate (effect => s%catalogue%effects(e))
+      c = 0
+      if (allocated(d%statistics%best)) c = d%statistics%best(e)
+      status = 'tested'
+      if (c == 0) status = 'absorbed'
+      if (.not. effect%is_testable()) status = 'not_testable'
+      call json%open_object('')
+      call json%put('name', effect%name)
+      call json%put('title', effect%title)
+      call json%put('sentence', effect%sentence)
+      call json%put('is_measurement', effect%is_measurement)
+      call json%put('variants', size(effect%variants))
+      call json%put('status', trim(status))
+      call json%put('missing', effect%missing)
+      if (c > 0) then
+        associate (one => d%design%candidates(c))
+          call json%put('variant', effect%variants(one%variant)%label)
+          call json%put('place', effect%variants(one%variant)%place)
+          call json%put('chi2', d%statistics%squares(c))
+          call json%put('df', one%df)
+          call json%put('local_p', exp(max(-700.0_rp, d%statistics%log_p(c))))
+          call json%put('p', exp(max(-700.0_rp, d%calibration%log_p_effect(e, d%statistics%effect(e)))))
+          call json%put('retained', one%retained)
+          call json%put('estimate', -matmul(one%solve, matmul(d%z, one%basis))) ! z is computed less observed
+          call json%put('standard_error', [(norm2(one%solve(i, :)), i=1, size(one%columns))])
+          call json%put('log_evidence', d%hypotheses%effect(e))
+          call json%put('posterior', d%decision%posterior(e))
+          call json%put('detectable_snr', d%detectable_snr(e))
+          ! A parameter that the baseline imitates alone shows at no strength.
+          call json%put('detectable', [(merge(huge(1.0_rp), d%detectable_snr(e)/max(norm2(one%tangents(:, i)), FAINT), &
+                                              norm2(one%tangents(:, i)) < FAINT), i=1, size(one%columns))])
+          call json%open_list('parameters')
+          do i = 1, size(one%columns)
+            call json%put('', s%catalogue%quantities(one%columns(i))%name)
+          end do
+          call json%close()
+        end associate
+      end if
+      call json%close()
+    end associate
+  end subroutine put_effect
+
+  subroutine put_extension(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    real(rp) :: ends(3)
+    integer :: i, column
+    call json%open_object('extended')
+    call json%put('is_found', d%extended%is_found)
+    if (d%extended%is_found) then
+      call json%put('chi2', d%extended%chi2)
+      call json%put('prior_chi2', d%extended%prior_chi2)
+      call put_parameters(json, s, d%extended%active, d%extended%q)
+      if (allocated(d%intervals)) then
+        call json%put('is_null_excluded', d%is_null_excluded)
+        call json%put('is_at_bound', d%is_at_bound)
+        call json%open_list('intervals_90')
+        do i = 1, size(d%intervals)
+          column = d%extended%active(size(d%baseline%active) + i)
+          ends = [d%intervals(i)%lower, d%intervals(i)%best, d%intervals(i)%upper]
+          if (s%catalogue%quantities(column)%is_log) ends = exp(ends)
+          call json%open_object('')
+          call json%put('name', s%catalogue%quantities(column)%name)
+          call json%put('lower_best_upper', ends)
+          call json%put('has_lower', d%intervals(i)%has_lower)
+          call json%put('has_upper', d%intervals(i)%has_upper)
+          call json%put('lower_is_jump', d%intervals(i)%is_jump(1))
+          call json%put('upper_is_jump', d%intervals(i)%is_jump(2))
+          call json%close()
+        end do
+        call json%close()
+      end if
+    end if
+    call json%close()
+  end subroutine put_extension
+
+  subroutine put_validation(json, d)
+    type(json_t), intent(inout) :: json
+    type(diagnosis_t), intent(in) :: d
+    call json%open_object('validation')
+    call json%put('has_gain', d%has_gain)
+    call json%put('gain_per_location', d%gain)
+    call json%put('standard_error', d%gain_error)
+    if (allocated(d%validated%fold)) call put_folds(json, 'baseline', d%validated)
+    if (allocated(d%validated_extended%fold)) call put_folds(json, 'extended', d%validated_extended)
+    call json%close()
+  end subroutine put_validation
+
+  !> Zero readings of one instrument, where there are several.
+  subroutine put_zeros(json, zeros)
+    type(json_t), intent(inout) :: json
+    type(zeros_t), intent(in) :: zeros
+    integer :: i
+    call json%open_object('zeros')
+    call json%put('p_equal', exp(max(-700.0_rp, zeros%log_p)))
+    call json%open_list('readings')
+    do i = 1, size(zeros%value)
+      call json%open_object('')
+      call json%put('name', trim(zeros%names(i)))
+      call json%put('value_m', zeros%value(i))
+      call json%put('sd_m', zeros%sd(i))
+      call json%put('difference_to_first_m', zeros%difference(i))
+      call json%put('difference_sd_m', zeros%error(i))
+      call json%close()
+    end do
+    call json%close()
+    call json%close()
+  end subroutine put_zeros
+
+  subroutine put_folds(json, name, v)
+    type(json_t), intent(inout) :: json
+    character(*), intent(in) :: name
+    type(validation_t), intent(in) :: v
+    call json%open_object(name)
+    call json%put('location', real(v%fold, rp))
+    call json%put('observations', real(v%n, rp))
+    call json%put('log_density', v%density)
+    call json%put('chi2', v%chi2)
+    call json%put('sum_of_squares', v%square)
+    call json%close()
+  end subroutine put_folds
+end module diagnose_json

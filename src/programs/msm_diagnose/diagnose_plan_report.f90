@@ -1,0 +1,185 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> `msm_diagnose --plan`: what the loads of a measurement, or of a plan without heights, could show: on the terminal, and
+!> NAME_plan.json for programs.
+module diagnose_plan_report
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text_file, only: write_text
+  use diagnose_settings, only: diagnose_settings_t
+  use diagnosis_detectability, only: detectability_t, find_best, find_detectability, helpful_t
+  use diagnosis_wing_simulator, only: wing_simulator_t
+  use inference_calibration_store, only: calibration_store_t
+  use inference_decision, only: LEVEL
+  use inference_design, only: design_t
+  use io_json, only: json_t
+  implicit none
+  private
+  public :: print_plan
+
+  integer, parameter :: SCHEMA_VERSION = 1
+
+contains
+
+  !> The smallest strength of every effect that the loads would show with a probability of 90 %, from tangents at the
+  !> wing as [Wing] has it. On rank 0; the others serve. `store` keeps what is drawn.
+  subroutine print_plan(unit, s, simulator, failure, store)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(failure_t), intent(out) :: failure
+    class(calibration_store_t), intent(inout), optional :: store
+    type(detectability_t) :: found
+    integer :: e
+    call find_detectability(s, simulator, found, failure, store)
+    if (failure%failed) return
+    write (unit, '(a)') &
+      'effect                parameter          found with 90 % from  at                          '// &
+      'seen beside baseline'
+    do e = 1, size(s%catalogue%effects)
+      if (s%catalogue%effects(e)%is_testable()) then
+        call print_detectable(unit, s, found%design, e, found%snr(e))
+      else
+        write (unit, '(a)') s%catalogue%effects(e)%name//repeat(' ', max(1, 22 - len(s%catalogue%effects(e)%name)))// &
+          'not testable with these data: '//s%catalogue%effects(e)%missing
+      end if
+    end do
+    if (found%has_loads) call print_helpful(unit, s, found%helpful)
+    write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
+    if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
+      'Errors of heights count as independent and as correlated ones, in full: how they mix is not known before.'
+    if (s%finds_band) write (unit, '(a)') 'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
+    flush (unit)
+    call write_plan(s, found%design, found%snr, found%helpful, failure)
+  end subroutine print_plan
+
+  !> For each effect the load at a new place that would lower its smallest strength most.
+  subroutine print_helpful(unit, s, helpful)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(helpful_t), intent(in) :: helpful(:) !< (effects)
+    character(40) :: value
+    integer :: e
+    write (unit, '(a)') '', &
+      'effect                with one more load at x, y [m]      force [N]   found with 90 % from'
+    do e = 1, size(helpful)
+      if (.not. helpful(e)%is_found) cycle
+      associate (effect => s%catalogue%effects(e), one => helpful(e), q => s%catalogue%quantities(helpful(e)%quantity))
+        if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, one%strength))
+        if (.not. q%is_log) write (value, '(es10.3)') one%strength
+        if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
+        write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), one%place, one%force, trim(adjustl(value))
+      end associate
+    end do
+  end subroutine print_helpful
+
+  !> The variant that shows best.
+  subroutine print_detectable(unit, s, design, e, snr)
+    integer, intent(in) :: unit, e
+    type(diagnose_settings_t), intent(in) :: s
+    type(design_t), intent(in) :: design
+    real(rp), intent(in) :: snr
+    real(rp) :: strength, least
+    character(40) :: value
+    integer :: best(2)
+    call find_best(s, design, e, snr, best, least)
+    associate (effect => s%catalogue%effects(e))
+      if (best(1) == 0) then
+        write (unit, '(a)') effect%name//repeat(' ', max(1, 22 - len(effect%name)))//'absorbed by the baseline'
+        return
+      end if
+      associate (one => design%candidates(best(1)))
+        associate (q => s%catalogue%quantities(one%columns(best(2))))
+          strength = least*q%prior_sd
+          if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
+          if (.not. q%is_log) write (value, '(es10.3)') strength
+          if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
+          write (unit, '(a22,a19,a22,a28,f6.3)') effect%name//repeat(' ', 22), q%name//repeat(' ', 19), &
+            adjustl(value), effect%variants(one%variant)%label//repeat(' ', 28), one%retained
+        end associate
+      end associate
+    end associate
+  end subroutine print_detectable
+
+  !> Writes NAME_plan.json (docs/diagnosis.schema.json).
+  subroutine write_plan(s, design, snr, helpful, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(design_t), intent(in) :: design
+    real(rp), intent(in) :: snr(:)
+    type(helpful_t), intent(in) :: helpful(:)
+    type(failure_t), intent(inout) :: failure
+    type(json_t) :: json
+    integer :: e
+    logical :: ok
+    call json%open_object('')
+    call json%put('schema', 'flusi-msm diagnosis plan')
+    call json%put('schema_version', SCHEMA_VERSION)
+    call json%put('program', 'msm_diagnose '//BUILD_VERSION//' ('//BUILD_COMMIT//')')
+    call json%put('wing', s%setup%path)
+    call json%put('measurement', s%measurement_path)
+    call json%put('level', LEVEL)
+    call json%put('power', 0.9_rp)
+    call json%open_list('effects')
+    do e = 1, size(s%catalogue%effects)
+      call put_plan(json, s, design, e, snr(e), helpful(e))
+    end do
+    call json%close()
+    call json%close()
+    call write_text(s%name//'_plan.json', json%text, ok)
+    if (.not. ok) call failure%raise(s%name//'_plan.json: cannot be written; is the folder missing or the disk full?')
+  end subroutine write_plan
+
+  subroutine put_plan(json, s, design, e, snr, helpful)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: e
+    real(rp), intent(in) :: snr
+    type(helpful_t), intent(in) :: helpful
+    real(rp) :: least
+    integer :: best(2)
+    call json%open_object('')
+    best = 0
+    associate (effect => s%catalogue%effects(e))
+      if (effect%is_testable()) call find_best(s, design, e, snr, best, least)
+      call json%put('name', effect%name)
+      call json%put('title', effect%title)
+      if (.not. effect%is_testable()) then
+        call json%put('status', 'not_testable')
+      else if (best(1) == 0) then
+        call json%put('status', 'absorbed')
+      else
+        call json%put('status', 'tested')
+      end if
+      call json%put('missing', effect%missing)
+      if (best(1) > 0) then
+        associate (one => design%candidates(best(1)))
+          associate (q => s%catalogue%quantities(one%columns(best(2))))
+            call json%put('parameter', q%name)
+            call json%put('unit', q%unit)
+            call json%put('is_factor', q%is_log)
+            call json%put('variant', effect%variants(one%variant)%label)
+            call json%put('retained', one%retained)
+            call json%put('detectable', in_words_of(q%is_log, least*q%prior_sd))
+            if (helpful%is_found) then
+              call json%open_object('best_new_load')
+              call json%put('place_m', helpful%place)
+              call json%put('force_n', helpful%force)
+              call json%put('detectable', in_words_of(q%is_log, helpful%strength))
+              call json%close()
+            end if
+          end associate
+        end associate
+      end if
+    end associate
+    call json%close()
+  end subroutine put_plan
+
+  !> A change of a coordinate as users see it: a factor, where that is a logarithm.
+  pure real(rp) function in_words_of(is_log, change) result(value)
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: change
+    value = change
+    if (is_log) value = exp(min(50.0_rp, change))
+  end function in_words_of
+end module diagnose_plan_report

@@ -1,0 +1,54 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> msm_diagnose: what the model of a wing gets wrong in bending tests, and why.
+program msm_diagnose
+  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use base_constants, only: EXIT_OK, EXIT_USER
+  use base_errors, only: message_list_t
+  use base_process, only: exit_with, launched_rank
+  use common_diagnose_keys, only: write_diagnose_reference
+  use common_version, only: print_version
+  use diagnose_command, only: diagnose_command_t, parse_diagnose_command, print_diagnose_usage, DIAGNOSE_CHECK, &
+                              DIAGNOSE_HELP, DIAGNOSE_PARAMETERS, DIAGNOSE_VERSION
+  use diagnose_job, only: diagnose_t
+  use parallel_world, only: world_t
+  implicit none
+  type(diagnose_command_t) :: command
+  type(message_list_t) :: errors
+  type(diagnose_t), target :: diagnose
+  type(world_t) :: world
+
+  call parse_diagnose_command(command, errors)
+  ! Whatever runs without MPI is said once, also behind a launcher.
+  if (errors%count() > 0 .or. any(command%action == [DIAGNOSE_HELP, DIAGNOSE_VERSION, DIAGNOSE_PARAMETERS])) then
+    if (launched_rank() > 0) call exit_with(EXIT_OK)
+    select case (merge(0, command%action, errors%count() > 0))
+    case (DIAGNOSE_HELP)
+      call print_diagnose_usage(output_unit)
+    case (DIAGNOSE_VERSION)
+      call print_version(output_unit)
+    case (DIAGNOSE_PARAMETERS)
+      call write_diagnose_reference(output_unit)
+    case default
+      call errors%print(error_unit, 'msm_diagnose: ')
+      call print_diagnose_usage(error_unit)
+    end select
+    call exit_with(merge(EXIT_USER, EXIT_OK, errors%count() > 0))
+  end if
+
+  call world%start()
+  call diagnose%load(command, world)
+  if (diagnose%code == EXIT_OK .and. command%action == DIAGNOSE_CHECK) then
+    if (world%is_root) call diagnose%settings%config%print_effective(output_unit)
+  else if (diagnose%code == EXIT_OK) then
+    call diagnose%begin(command)
+    if (world%is_root) then
+      call diagnose%lead(command)
+      call diagnose%dismiss()
+    else
+      call diagnose%serve()
+    end if
+    call diagnose%finish()
+  end if
+  call world%stop()
+  call exit_with(diagnose%code)
+end program msm_diagnose

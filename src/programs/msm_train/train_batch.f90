@@ -1,0 +1,134 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What `msm_train` is asked to do, for one individual after another. All inputs are checked before the first is
+!> begun. One that cannot be trained does not keep the others from it.
+module train_batch
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_constants, only: EXIT_FAILURE, EXIT_OK, EXIT_STOPPED, EXIT_USER
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_process, only: wall_seconds
+  use base_text, only: number_text
+  use parallel_world, only: world_t
+  use train_command, only: train_command_t, TRAIN_CHECK, TRAIN_RUN
+  use train_job, only: training_t
+  use train_settings, only: load_train_settings, train_settings_t
+  use train_summary, only: summary_t
+  implicit none
+  private
+  public :: train_individuals
+
+contains
+
+  !> `code` is that of the program, the same on all ranks. Collective.
+  subroutine train_individuals(command, world, code)
+    type(train_command_t), intent(in) :: command
+    type(world_t), intent(in) :: world
+    integer, intent(out) :: code
+    type(summary_t) :: summary
+    integer :: i, n_individuals, code_of_one
+    logical :: ok
+    real(rp) :: begun
+    begun = wall_seconds()
+    call check_all(command, world, n_individuals, code)
+    if (code /= EXIT_OK .or. command%action == TRAIN_CHECK) return
+    do i = 1, n_individuals
+      call train_one(command, world, i, wall_seconds() - begun, summary, code_of_one)
+      if (code == EXIT_OK) code = code_of_one
+      if (code_of_one == EXIT_STOPPED .or. code_of_one == EXIT_FAILURE) return
+    end do
+    ok = .true.
+    if (world%is_root .and. command%action == TRAIN_RUN .and. n_individuals > 1) call summary%write(ok)
+    if (.not. ok) code = EXIT_FAILURE
+    code = world%max_integer(code)
+  end subroutine train_individuals
+
+  !> Finds the mistakes in the inputs of all, which are printed once, and prints what --check asks for. Collective.
+  subroutine check_all(command, world, n_individuals, code)
+    type(train_command_t), intent(in) :: command
+    type(world_t), intent(in) :: world
+    integer, intent(out) :: n_individuals, code
+    type(train_settings_t) :: settings
+    type(message_list_t) :: errors, notices
+    integer :: i
+    logical :: is_check
+    is_check = command%action == TRAIN_CHECK
+    n_individuals = 1
+    i = 1
+    do while (i <= n_individuals)
+      call add_new_messages(i)
+      n_individuals = settings%n_individuals
+      i = i + 1
+    end do
+    if (n_individuals > 1 .and. command%restart_file /= '') &
+      call errors%add('--restart=FILE goes with one individual; --restart takes the newest backup of each')
+    code = merge(EXIT_USER, EXIT_OK, errors%count() > 0)
+    code = world%max_integer(code)
+    if (world%is_root .and. code /= EXIT_OK) then
+      call errors%print(error_unit, '')
+    else if (world%is_root) then
+      call notices%print(merge(output_unit, error_unit, is_check), 'notice: ')
+      if (is_check) call settings%config%print_effective(output_unit)
+    end if
+    flush (error_unit)
+
+  contains
+
+    !> Those of individual `number` that were not there yet: most of the input is common.
+    subroutine add_new_messages(number)
+      integer, intent(in) :: number
+      type(message_list_t) :: own_errors, own_notices
+      call load_train_settings(command%ini, number, any(command%action == [TRAIN_RUN, TRAIN_CHECK]), world, settings, &
+                               own_errors, own_notices)
+      call add_new(errors, own_errors)
+      call add_new(notices, own_notices)
+    end subroutine add_new_messages
+  end subroutine check_all
+
+  subroutine add_new(all, more)
+    type(message_list_t), intent(inout) :: all
+    type(message_list_t), intent(in) :: more
+    integer :: i, k
+    logical :: is_known
+    do i = 1, more%count()
+      is_known = .false.
+      do k = 1, all%count()
+        is_known = is_known .or. all%text(k) == more%text(i)
+      end do
+      if (.not. is_known) call all%add(more%text(i))
+    end do
+  end subroutine add_new
+
+  !> One individual from its input to its files; `spent` [s] of the wall time is gone. Collective.
+  subroutine train_one(command, world, number, spent, summary, code)
+    type(train_command_t), intent(in) :: command
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: number
+    real(rp), intent(in) :: spent
+    type(summary_t), intent(inout) :: summary
+    integer, intent(out) :: code
+    type(training_t), target :: training
+    call training%load(command, number, world)
+    code = training%code
+    if (code /= EXIT_OK) return
+    associate (s => training%settings)
+      s%limits%stop_seconds = max(0.0_rp, s%limits%stop_seconds - spent)
+      if (world%is_root .and. s%n_individuals > 1) then
+        write (output_unit, '(a)') '', 'individual '//s%individual//', '//number_text(number)//' of '// &
+          number_text(s%n_individuals)
+        flush (output_unit)
+      end if
+    end associate
+    call training%begin(command)
+    if (world%is_root) then
+      if (command%action == TRAIN_RUN) call training%lead(command)
+      if (command%action /= TRAIN_RUN) call training%evaluate(command)
+      call training%crew%dismiss()
+    else
+      call training%crew%serve()
+    end if
+    call training%finish()
+    code = training%code
+    if (world%is_root .and. command%action == TRAIN_RUN) &
+      call summary%add(training%settings, training%search%space, training%trained, training%has_outcome)
+  end subroutine train_one
+end module train_batch

@@ -1,0 +1,63 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The command line of `msm_train`.
+module train_command
+  use base_errors, only: message_list_t
+  use common_arguments, only: arguments_t, parse_arguments, print_lines
+  implicit none
+  private
+  public :: train_command_t, parse_train_command, print_train_usage
+
+  integer, parameter, public :: TRAIN_RUN = 1, TRAIN_CHECK = 2, TRAIN_EVALUATE = 3, TRAIN_SCREEN = 4, TRAIN_HELP = 5, &
+                                TRAIN_VERSION = 6, TRAIN_PARAMETERS = 7
+  !> In the order of the numbers above, from the second on.
+  character(12), parameter :: ACTIONS(6) = [character(12) :: '--check', '--evaluate', '--screen', '--help', &
+                                                                                            '--version', '--parameters']
+
+  !> What the user wants.
+  type :: train_command_t
+    integer :: action = TRAIN_RUN
+    character(:), allocatable :: ini          !< parameter file
+    logical :: restart = .false.
+    character(:), allocatable :: restart_file !< empty: the newest valid backup
+  end type train_command_t
+
+contains
+
+  !> Reads the arguments; every mistake is added to `errors`.
+  subroutine parse_train_command(command, errors)
+    type(train_command_t), intent(out) :: command
+    type(message_list_t), intent(inout) :: errors
+    type(arguments_t) :: arguments
+    call parse_arguments(ACTIONS, [character(0) ::], .true., arguments, errors)
+    command%action = TRAIN_RUN + arguments%action
+    command%ini = arguments%file
+    command%restart = arguments%restart
+    command%restart_file = arguments%restart_file
+    if (arguments%is_final) return
+    if (arguments%n_files > 1) call errors%add('too many file names')
+    if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
+    if (command%restart .and. command%action /= TRAIN_RUN) call errors%add('--restart goes with a run')
+  end subroutine parse_train_command
+
+  !> Writes how the program is called.
+  subroutine print_train_usage(unit)
+    integer, intent(in) :: unit
+    character(*), parameter :: LINES(15) = [character(84) :: &
+                                            'usage: mpirun -n RANKS msm_train FILE.ini [options]', &
+                                            '', &
+                                          '  --check             print every effective value and where it comes from', &
+                                            '  --evaluate          print the cost of the wing as [Wing] has it', &
+                                  '  --screen            rank veins and joints by their effect on the measured loads', &
+                                            '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
+                                            '  --parameters        print the reference of all parameters (Markdown)', &
+                                            '  --version           print version, commit, compiler and flags', &
+                                            '  --help              print this', &
+                                            '', &
+                                    'exit codes: 0 the training reached its end     3 numerical failure, backup kept', &
+                                     '            1 defect of program or machine  4 stopped early with a checkpoint:', &
+                                           '            2 mistake in the input            start again with --restart', &
+                                            '', &
+                                            'parameters: docs/parameters.md, example: ini/train.ini']
+    call print_lines(unit, LINES)
+  end subroutine print_train_usage
+end module train_command

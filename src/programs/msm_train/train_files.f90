@@ -1,0 +1,108 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Several individuals in one input: lists of files, and the names of what belongs to each of them.
+module train_files
+  use base_errors, only: message_list_t
+  use base_files, only: name_of
+  use base_text, only: count_words, next_word, number_text, quoted
+  use io_config, only: config_t
+  use io_shared_text, only: named_path
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: choose_individual, individual_files, of_individual
+
+contains
+
+  !> The wing and the measurement of individual `number` out of the lists, separated by commas, of [Wing] file (one for
+  !> all, or one for each) and [Measurement] file. `individual` is its name, that of its measurement without folder and
+  !> ending; empty if there is only one. Lists that do not fit together go to `errors`.
+  subroutine choose_individual(config, number, n_individuals, individual, wing, measurement, errors)
+    type(config_t), intent(in) :: config
+    integer, intent(in) :: number
+    integer, intent(out) :: n_individuals
+    character(:), allocatable, intent(out) :: individual, wing, measurement
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: wings, measurements
+    integer :: n_wings, i, k
+    wings = config%get_text('Wing', 'file')
+    measurements = config%get_text('Measurement', 'file')
+    n_wings = count_words(wings, ',')
+    n_individuals = max(1, count_words(measurements, ','))
+    individual = ''
+    wing = item(wings, merge(number, 1, n_wings > 1))
+    measurement = item(measurements, number)
+    if (n_wings > 1 .and. n_wings /= n_individuals) &
+      call config%complain(errors, 'Wing', 'file', number_text(n_wings)//' wings, but '//number_text(n_individuals)// &
+                           ' measurements: name one wing for all, or one for each')
+    if (n_individuals == 1) return
+    individual = stem_of(measurement)
+    do i = 2, n_individuals
+      do k = 1, i - 1
+        if (number > 1 .or. stem_of(item(measurements, i)) /= stem_of(item(measurements, k))) cycle
+        call config%complain(errors, 'Measurement', 'file', 'two measurements are called '// &
+                             quoted(stem_of(item(measurements, i)))//', by which their results are named')
+        return
+      end do
+    end do
+  end subroutine choose_individual
+
+  !> Paths of the wings and measurements of all individuals that the input file `ini` names; empty where there is no such
+  !> file. Collective.
+  subroutine individual_files(config, ini, world, paths)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: ini
+    type(world_t), intent(in) :: world
+    type(message_list_t), intent(inout) :: paths
+    call add_paths(config%get_text('Wing', 'file'))
+    call add_paths(config%get_text('Measurement', 'file'))
+
+  contains
+
+    subroutine add_paths(list)
+      character(*), intent(in) :: list
+      integer :: i
+      do i = 1, count_words(list, ',')
+        call paths%add(named_path(item(list, i), ini, world))
+      end do
+    end subroutine add_paths
+  end subroutine individual_files
+
+  !> The name of a file of this individual: `individual` goes before `ending`, or behind a name that does not end so.
+  pure function of_individual(name, individual, ending) result(own)
+    character(*), intent(in) :: name, individual, ending
+    character(:), allocatable :: own
+    integer :: n
+    own = name
+    if (individual == '' .or. name == '') return
+    n = len(name) - len(ending)
+    own = name//'_'//individual
+    if (n < 1) return
+    if (name(n + 1:) == ending) own = name(:n)//'_'//individual//ending
+  end function of_individual
+
+  !> Item k of a list, without blanks around it; empty if there are not so many.
+  function item(list, k) result(text)
+    character(*), intent(in) :: list
+    integer, intent(in) :: k
+    character(:), allocatable :: text
+    integer :: position, first, last, i
+    logical :: found
+    text = ''
+    position = 1
+    do i = 1, k
+      call next_word(list, ',', position, first, last, found)
+      if (.not. found) return
+    end do
+    text = trim(adjustl(list(first:last)))
+  end function item
+
+  !> The name of a file without folder and ending.
+  function stem_of(path) result(stem)
+    character(*), intent(in) :: path
+    character(:), allocatable :: stem
+    integer :: dot
+    stem = name_of(path)
+    dot = index(stem, '.', back=.true.)
+    if (dot > 1) stem = stem(:dot - 1)
+  end function stem_of
+end module train_files

@@ -1,0 +1,241 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A training from beginning to end: search, polish, files. Rank 0 leads, all ranks solve.
+module train_job
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER
+  use base_errors, only: failure_t, message_list_t, require
+  use base_kinds, only: i8, rp
+  use base_text, only: number_text
+  use common_wing_report, only: print_wing
+  use parallel_world, only: world_t
+  use train_command, only: train_command_t, TRAIN_RUN, TRAIN_SCREEN
+  use train_evaluation, only: evaluate_wing, print_loads
+  use train_log, only: train_log_t
+  use train_output, only: outcome_lines, write_fragment, write_history
+  use train_screening, only: prepare_screen, screen_wing
+  use train_settings, only: load_train_settings, train_settings_t
+  use training_crew, only: train_crew_t
+  use training_polish, only: polish_points, trained_t
+  use training_search, only: train_search_t
+  use training_task, only: train_runner_t
+  implicit none
+  private
+  public :: training_t
+
+  type :: training_t
+    type(world_t) :: world
+    type(train_settings_t) :: settings
+    type(train_runner_t) :: runner
+    type(train_crew_t) :: crew
+    type(train_search_t) :: search
+    type(train_log_t) :: log
+    type(failure_t) :: failure  !< of files
+    type(trained_t) :: trained  !< on rank 0, once `has_outcome`
+    logical :: has_outcome = .false.
+    integer :: code = EXIT_OK   !< of the program
+  contains
+    procedure :: load => training_load
+    procedure :: begin => training_begin
+    procedure :: lead => training_lead
+    procedure :: evaluate => training_evaluate
+    procedure :: finish => training_finish
+  end type training_t
+
+contains
+
+  !> Reads the input for individual `number`; mistakes are printed, and `code` is then not EXIT_OK. Collective.
+  subroutine training_load(self, command, number, world)
+    class(training_t), intent(inout) :: self
+    type(train_command_t), intent(in) :: command
+    integer, intent(in) :: number
+    type(world_t), intent(in) :: world
+    type(message_list_t) :: errors, ignored
+    self%world = world
+    call load_train_settings(command%ini, number, command%action == TRAIN_RUN, world, self%settings, errors, ignored)
+    if (errors%count() > 0) self%code = EXIT_USER
+    if (world%is_root) call errors%print(error_unit, '')
+    flush (error_unit)
+    self%code = world%max_integer(self%code)
+  end subroutine training_load
+
+  !> Makes all ranks ready for tasks. Collective.
+  subroutine training_begin(self, command)
+    class(training_t), intent(inout), target :: self
+    type(train_command_t), intent(in) :: command
+    type(failure_t) :: failure
+    if (command%action == TRAIN_SCREEN) call prepare_screen(self%settings, failure)
+    call require(.not. failure%failed, 'training_begin: the model of the settings')
+    call self%runner%init(self%settings%experiment)
+    call self%crew%init(self%world, self%settings%experiment, self%runner, self%settings%limits)
+    if (self%world%is_root) &
+      call print_wing(output_unit, what(), self%settings%setup)
+
+  contains
+
+    function what() result(text)
+      character(:), allocatable :: text
+      text = 'every load from the unloaded wing'
+      if (command%action /= TRAIN_RUN) return
+      text = 'training by CMA-ES'
+      if (self%settings%polish) text = text//' and least squares'
+    end function what
+  end subroutine training_begin
+
+  !> Rank 0: searches, polishes, writes.
+  subroutine training_lead(self, command)
+    class(training_t), intent(inout), target :: self
+    type(train_command_t), intent(in) :: command
+    real(rp), allocatable :: u(:), starts(:, :)
+    real(rp) :: cost
+    logical :: has_best, ok
+    call self%log%open(.true., self%settings%name//'.log', command%restart, self%settings%progress_seconds, ok)
+    if (.not. ok) then
+      call self%failure%raise(self%settings%name//'.log: cannot be written: is the folder missing or the disk full?')
+      return
+    end if
+    call self%search%init(self%settings, self%crew)
+    if (command%restart .and. self%settings%n_individuals > 1 .and. .not. self%search%has_backup()) then
+      call self%log%say('restart   there is no backup of '//self%settings%individual//': it begins anew')
+    else if (command%restart) then
+      call self%search%restore(self%settings, command%restart_file, self%log, self%failure)
+      if (self%failure%failed) then
+        self%code = EXIT_USER
+        return
+      end if
+    end if
+    call self%crew%stop_rules%listen(self%world)
+    call tell_what(self)
+    if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%crew, self%log)
+    call self%search%run(self%settings, self%crew, self%log)
+    if (take_failure(self)) return
+    call write_history(self%settings, self%search%space, self%search%history, self%failure)
+    if (.not. self%crew%is_stopped) then
+      call tell_effort(self)
+      call self%search%best(has_best, cost, u)
+      if (.not. has_best) then
+        self%code = EXIT_NUMERICAL
+        call self%log%say('failed    no candidate was feasible: are the bounds or the forces wrong?')
+        return
+      end if
+      call self%log%say('search    best cost '//number_text(cost))
+      call self%search%starts(self%settings, u, starts)
+      call polish_points(self%settings, self%crew, self%search%space, self%search%objective, starts, self%log, &
+                         self%trained)
+    end if
+    if (self%crew%is_stopped) then
+      self%code = EXIT_STOPPED
+      call self%crew%look()
+      call self%log%say('stopped early: '//trim(self%crew%stop_rules%reason)// &
+                        '; the backup is written, go on with --restart')
+      return
+    end if
+    call tell_outcome(self, self%trained)
+  end subroutine training_lead
+
+  !> A failure of files in the search ends the training.
+  logical function take_failure(self) result(failed)
+    class(training_t), intent(inout) :: self
+    failed = self%search%failure%failed
+    if (failed) self%failure = self%search%failure
+  end function take_failure
+
+  subroutine tell_what(self)
+    class(training_t), intent(inout) :: self
+    integer :: i
+    associate (s => self%settings, e => self%settings%experiment, space => self%search%space)
+      call self%log%say('data      '//s%measurement_path//': '//number_text(size(e%loads))//' loads, '// &
+                        number_text(e%count_residuals(0))//' residuals')
+      do i = 1, size(space%names)
+        call self%log%say('sought    '//trim(space%names(i))//' from '//number_text(space%box%lower(i))//' to '// &
+                          number_text(space%box%upper(i))//' '//trim(space%units(i))// &
+                          trim(merge(', logarithmic', ', linear     ', space%box%is_log(i))))
+      end do
+      call self%log%say('search    CMA-ES, '//number_text(self%search%search%run%params%lambda)// &
+                        ' candidates, weights '//trim(s%search%weights)//', seed '//number_text(int(s%search%seed)))
+    end associate
+  end subroutine tell_what
+
+  subroutine tell_effort(self)
+    class(training_t), intent(inout) :: self
+    character(200) :: line
+    associate (o => self%search%objective, crew => self%crew)
+      write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', &
+        o%n_redone, ' again cold and ', o%n_unsolved, ' without success; ', o%n_factorisations, ' factorisations; ', &
+        crew%busy_seconds, ' s of all ranks in this run'
+      call self%log%say(trim(line))
+    end associate
+  end subroutine tell_effort
+
+  !> Prints the outcome and writes the files.
+  subroutine tell_outcome(self, trained)
+    class(training_t), intent(inout) :: self
+    type(trained_t), intent(in) :: trained
+    character(:), allocatable :: text
+    character(120) :: line
+    integer :: first, last, l
+    call self%log%end_line()
+    call print_loads(output_unit, self%settings%experiment, trained%evaluations)
+    do l = 1, size(trained%evaluations)
+      if (trained%evaluations(l)%snaps > 0) &
+        call self%log%say('warning   the wing snaps under '//self%settings%experiment%measurement%loads(l)%name// &
+                          ': the cost may jump there, and is hard to make small; bend it less, or leave this load out')
+    end do
+    text = outcome_lines(self%settings, self%search%space, trained, '')
+    first = 1
+    do while (first <= len(text))
+      last = first + index(text(first:), new_line('a')) - 2
+      call self%log%say(text(first:last))
+      first = last + 2
+    end do
+    if (.not. trained%is_solved) then
+      self%code = EXIT_NUMERICAL
+      call self%log%say('failed    the final point has no cold solution in every load, or lies in an excluded zone')
+      return
+    end if
+    write (line, '(a,es9.2,a)') 'the cold solution of the final point differs from the warm one by at most ', &
+      trained%cold_difference, ' m'
+    call self%log%say(trim(line))
+    call self%log%say('evaluations '//number_text(int(self%search%evaluations()) + trained%n_evaluations)// &
+                      ' in all')
+    self%has_outcome = .true.
+    if (trained%has_failed_polish()) self%code = EXIT_NUMERICAL
+    call write_fragment(self%settings, self%search%space, trained, self%failure)
+    call write_history(self%settings, self%search%space, self%search%history, self%failure, trained)
+    if (.not. self%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
+                                                     '[include]; '//self%settings%name//'_history.h5 the search')
+  end subroutine tell_outcome
+
+  !> Rank 0: the cost of the wing as it is, or the screening of its parameters. Loads that were not solved because of a
+  !> stop say nothing of the wing.
+  subroutine training_evaluate(self, command)
+    class(training_t), intent(inout) :: self
+    type(train_command_t), intent(in) :: command
+    logical :: ok
+    if (command%action == TRAIN_SCREEN) then
+      call screen_wing(self%settings, self%crew, ok)
+    else
+      call evaluate_wing(self%settings, self%crew, ok)
+    end if
+    if (self%crew%is_stopped) then
+      self%code = EXIT_STOPPED
+      call self%crew%look()
+      write (output_unit, '(a)') 'stopped early: '//trim(self%crew%stop_rules%reason)//'; not all loads were solved'
+      flush (output_unit)
+    else if (.not. ok) then
+      self%code = EXIT_NUMERICAL
+    end if
+  end subroutine training_evaluate
+
+  !> Ends the work of all ranks; `code` is the same on all. Collective.
+  subroutine training_finish(self)
+    class(training_t), intent(inout) :: self
+    call self%log%close()
+    if (self%failure%failed) then
+      write (error_unit, '(a)') 'msm_train: '//self%failure%reason
+      if (self%code == EXIT_OK) self%code = EXIT_FAILURE
+    end if
+    flush (error_unit)
+    call self%runner%free()
+    self%code = self%world%max_integer(self%code)
+  end subroutine training_finish
+end module train_job

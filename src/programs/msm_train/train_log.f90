@@ -1,0 +1,176 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What `msm_train` tells: on the terminal and in NAME.log, by rank 0; and one live line while it searches and polishes.
+module train_log
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_kinds, only: i8, rp
+  use base_process, only: is_terminal, wall_seconds
+  use base_text_file, only: text_file_t
+  use common_progress, only: duration
+  use training_budget, only: budget_t
+  use training_listener, only: training_listener_t
+  implicit none
+  private
+  public :: train_log_t
+
+  type, extends(training_listener_t) :: train_log_t
+    type(text_file_t), private :: file
+    logical, private :: speaks = .false., is_live = .false., is_line_open = .false.
+    real(rp), private :: interval = 30, begun = 0, shown = -huge(1.0_rp), filed = -huge(1.0_rp)
+    integer(i8), private :: first_evaluations = -1
+  contains
+    procedure :: open => log_open
+    procedure :: say => log_say
+    procedure :: progress => log_progress
+    procedure :: polish_progress => log_polish_progress
+    procedure :: interval_progress => log_interval_progress
+    procedure :: end_line => log_end_line
+    procedure :: close => log_close
+  end type train_log_t
+
+contains
+
+  !> Opens the file, behind what it holds after a restart; on ranks that do not speak nothing happens. Without the
+  !> file there is no run.
+  subroutine log_open(self, speaks, path, is_restart, interval, ok)
+    class(train_log_t), intent(inout) :: self
+    logical, intent(in) :: speaks, is_restart
+    character(*), intent(in) :: path
+    real(rp), intent(in) :: interval !< [s] between progress lines in the log
+    logical, intent(out) :: ok
+    ok = .true.
+    self%speaks = speaks
+    self%is_live = is_terminal()
+    self%interval = interval
+    self%begun = wall_seconds()
+    if (.not. speaks) return
+    if (is_restart) then
+      call self%file%append(path, ok)
+    else
+      call self%file%create(path, ok)
+    end if
+  end subroutine log_open
+
+  !> A line for both.
+  subroutine log_say(self, text)
+    class(train_log_t), intent(inout) :: self
+    character(*), intent(in) :: text
+    logical :: ignored
+    if (.not. self%speaks) return
+    call self%end_line()
+    write (output_unit, '(a)') text
+    flush (output_unit)
+    if (.not. self%file%is_open()) return
+    call self%file%write(text, ignored)
+    call self%file%flush(ignored)
+  end subroutine log_say
+
+  !> How far the search is; what is left to it, with which the time is estimated from the second generation on.
+  subroutine log_progress(self, generation, evaluations, left, best, sigma, condition)
+    class(train_log_t), intent(inout) :: self
+    integer, intent(in) :: generation
+    integer(i8), intent(in) :: evaluations
+    type(budget_t), intent(in) :: left
+    real(rp), intent(in) :: best, sigma, condition
+    real(rp) :: now, seconds
+    character(160) :: line
+    character(:), allocatable :: until
+    if (.not. self%speaks) return
+    now = wall_seconds()
+    until = ''
+    if (self%first_evaluations < 0) then
+      self%first_evaluations = evaluations
+      self%begun = now
+    else
+      if (.not. is_due(self, now)) return
+      seconds = (now - self%begun)*left%evaluations/max(1_i8, evaluations - self%first_evaluations)
+      until = '  '//left%subject()//' ends in at most '//duration(seconds)
+    end if
+    write (line, '(a,i6,a,i9,a,es11.4,a,es9.2,a,es9.2,a)') 'generation', generation, '  evaluations', evaluations, &
+      '  best', min(best, 9.999e99_rp), '  sigma', sigma, '  condition', condition, until
+    call show(self, trim(line), now)
+  end subroutine log_progress
+
+  !> How far least squares is from one of its starts: points solved, and the lowest chi^2 so far. What the starts before
+  !> took since the wall time `begun` [s] tells when the last may end; of the first nothing is known.
+  subroutine log_polish_progress(self, start, n_starts, evaluations, chi2, begun)
+    class(train_log_t), intent(inout) :: self
+    integer, intent(in) :: start, n_starts !< of so many at most
+    integer, intent(in) :: evaluations
+    real(rp), intent(in) :: chi2, begun
+    real(rp) :: now
+    character(160) :: line
+    if (.not. self%speaks) return
+    now = wall_seconds()
+    if (.not. is_due(self, now)) return
+    write (line, '(2(a,i0),a,i9,a,es11.4,a)') 'polish from start ', start, ' of at most ', n_starts, '  evaluations', &
+      evaluations, '  best chi^2', min(chi2, 9.999e99_rp), estimate(start - 1, n_starts, now - begun)
+    call show(self, trim(line), now)
+  end subroutine log_polish_progress
+
+  !> How far the intervals are: `done` of n are found since the wall time `begun` [s].
+  subroutine log_interval_progress(self, name, done, n, evaluations, begun)
+    class(train_log_t), intent(inout) :: self
+    character(*), intent(in) :: name     !< of the parameter whose interval is being sought
+    integer, intent(in) :: done, n, evaluations
+    real(rp), intent(in) :: begun
+    real(rp) :: now
+    character(160) :: line
+    if (.not. self%speaks) return
+    now = wall_seconds()
+    if (.not. is_due(self, now)) return
+    write (line, '(2(a,i0),a,i9,a)') 'interval ', done + 1, ' of ', n, ', '//name//'  evaluations', evaluations, &
+      estimate(done, n, now - begun)
+    call show(self, trim(line), now)
+  end subroutine log_interval_progress
+
+  !> When all of n parts end if the `done` first of them took `seconds`; empty before one is done.
+  function estimate(done, n, seconds) result(text)
+    integer, intent(in) :: done, n
+    real(rp), intent(in) :: seconds
+    character(:), allocatable :: text
+    text = ''
+    if (done > 0) text = '  all end in about '//duration(seconds*(n - done)/done)
+  end function estimate
+
+  !> Whether it is time for another progress line.
+  pure logical function is_due(self, now)
+    type(train_log_t), intent(in) :: self
+    real(rp), intent(in) :: now
+    is_due = now - self%shown >= merge(0.2_rp, self%interval, self%is_live)
+  end function is_due
+
+  !> A progress line: on a terminal in the place of the last one; in the file a line of its own, no more often than the
+  !> interval allows.
+  subroutine show(self, line, now)
+    type(train_log_t), intent(inout) :: self
+    character(*), intent(in) :: line
+    real(rp), intent(in) :: now
+    logical :: ignored
+    if (self%is_live) then
+      write (output_unit, '(a)', advance='no') achar(13)//line//'   '
+      self%is_line_open = .true.
+    else
+      write (output_unit, '(a)') line
+    end if
+    flush (output_unit)
+    self%shown = now
+    if (.not. self%file%is_open() .or. (self%is_live .and. now - self%filed < self%interval)) return
+    self%filed = now
+    call self%file%write(line, ignored)
+    call self%file%flush(ignored)
+  end subroutine show
+
+  !> Ends the live line.
+  subroutine log_end_line(self)
+    class(train_log_t), intent(inout) :: self
+    if (self%is_line_open) write (output_unit, '(a)') ''
+    self%is_line_open = .false.
+  end subroutine log_end_line
+
+  subroutine log_close(self)
+    class(train_log_t), intent(inout) :: self
+    logical :: ignored
+    call self%end_line()
+    if (self%file%is_open()) call self%file%close(ignored)
+  end subroutine log_close
+end module train_log

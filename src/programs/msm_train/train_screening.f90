@@ -1,0 +1,168 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> `msm_train --screen`: which veins and joints can be found from these loads at all. The derivatives of everything
+!> that was measured, in units of its errors, are taken at the wing as [Wing] has it. On rank 0; the others serve.
+!>
+!> Parameters are taken one after another, always the one whose effect the ones before imitate least (QR with column
+!> pivoting); a parameter is proposed while its predicted 90 % interval, with the proposed ones sought too, is within
+!> a factor of two.
+module train_screening
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use measurement_evaluation, only: evaluation_t
+  use measurement_experiment, only: experiment_t
+  use solid_params, only: parameter_t, N_COMMON, PARAM_YOUNG
+  use train_evaluation, only: print_loads, solve_all_cold
+  use train_settings, only: masses_of, train_settings_t
+  use training_crew, only: train_crew_t
+  implicit none
+  private
+  public :: prepare_screen, screen_wing, pivot_columns
+
+  real(rp), parameter :: QUANTILE_90 = 1.6448536269514722_rp !< of the normal distribution, two-sided
+  real(rp), parameter :: WORTH = log(2.0_rp)/QUANTILE_90     !< sd of the logarithm that is still worth seeking
+
+contains
+
+  !> Makes E, all veins and all joints the unknowns of the experiment. On all ranks.
+  subroutine prepare_screen(settings, failure)
+    type(train_settings_t), intent(inout) :: settings
+    type(failure_t), intent(out) :: failure
+    integer :: i
+    associate (asked => settings%setup%asked)
+      call settings%experiment%init(settings%measurement, settings%setup%wing, asked, &
+                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, asked%count_usual())], settings%options, &
+                                    failure, settings%instrument, [integer ::], masses_of(settings))
+    end associate
+  end subroutine prepare_screen
+
+  !> Prints the ranking and a proposal; `ok` if every shape was found. Nothing is printed if the crew is stopped on the
+  !> way.
+  subroutine screen_wing(settings, crew, ok)
+    type(train_settings_t), intent(in) :: settings
+    type(train_crew_t), intent(inout) :: crew
+    logical, intent(out) :: ok
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: rows(:, :), effect(:), remaining(:), moved(:)
+    integer, allocatable :: order(:)
+    integer :: n, l, k, first, points
+    associate (e => settings%experiment)
+      ok = .false.
+      call solve_all_cold(e, crew, e%start(), evaluations)
+      if (crew%is_stopped) return
+      call print_loads(output_unit, e, evaluations)
+      ok = all(evaluations%is_solved)
+      if (.not. ok) return
+      n = e%count_parameters()
+      allocate (rows(e%count_residuals(0), e%count()), moved(n), source=0.0_rp)
+      first = 0
+      points = 0
+      do l = 1, size(evaluations)
+        do k = 1, e%count_residuals(l)
+          rows(first + k, :) = evaluations(l)%jacobian(k, :)/e%comparisons(l)%sigma(k)
+        end do
+        moved = moved + sum(evaluations(l)%jacobian(:e%comparisons(l)%n_heights, :n)**2, 1)
+        points = points + e%comparisons(l)%n_heights
+        first = first + e%count_residuals(l)
+      end do
+      moved = sqrt(moved/max(1, points))
+      effect = norm2(rows(:, :n), 1)
+      call remove_offsets(rows, n)
+      call pivot_columns(rows(:, :n), order, remaining)
+      call print_ranking(e, effect, moved, order, remaining)
+    end associate
+  end subroutine screen_wing
+
+  !> Takes what unknown offsets imitate out of the other columns.
+  pure subroutine remove_offsets(rows, n)
+    real(rp), intent(inout) :: rows(:, :)
+    integer, intent(in) :: n
+    integer :: i, k
+    do i = n + 1, size(rows, 2)
+      do k = 1, n
+        call project_out(rows(:, i), rows(:, k))
+      end do
+    end do
+  end subroutine remove_offsets
+
+  !> b without its part along a.
+  pure subroutine project_out(a, b)
+    real(rp), intent(in) :: a(:)
+    real(rp), intent(inout) :: b(:)
+    real(rp) :: square
+    square = dot_product(a, a)
+    if (square > 0) b = b - a*(dot_product(a, b)/square)
+  end subroutine project_out
+
+  !> order(n): columns so that each is the longest when those before are projected out of it; remaining(n) is its
+  !> length then, in that order.
+  pure subroutine pivot_columns(columns, order, remaining)
+    real(rp), intent(in) :: columns(:, :)
+    integer, allocatable, intent(out) :: order(:)
+    real(rp), allocatable, intent(out) :: remaining(:)
+    real(rp) :: left(size(columns, 1), size(columns, 2)), lengths(size(columns, 2)), length
+    logical :: is_taken(size(columns, 2))
+    integer :: i, k, n
+    n = size(columns, 2)
+    allocate (order(n), remaining(n))
+    left = columns
+    lengths = norm2(columns, 1)
+    is_taken = .false.
+    do i = 1, n
+      order(i) = maxloc(norm2(left, 1), 1, mask=.not. is_taken)
+      length = norm2(left(:, order(i)))
+      ! What round-off leaves of a column that the others imitate exactly is nothing.
+      if (.not. length > 1.0e-10_rp*lengths(order(i))) length = 0
+      remaining(i) = length
+      is_taken(order(i)) = .true.
+      if (.not. length > 0) left(:, order(i)) = 0
+      do k = 1, n
+        if (.not. is_taken(k)) call project_out(left(:, order(i)), left(:, k))
+      end do
+    end do
+  end subroutine pivot_columns
+
+  subroutine print_ranking(e, effect, moved, order, remaining)
+    type(experiment_t), intent(in) :: e
+    real(rp), intent(in) :: effect(:), moved(:), remaining(:)
+    integer, intent(in) :: order(:)
+    real(rp), parameter :: UM = 1.0e6_rp, TENTH = 0.1_rp
+    type(parameter_t) :: p
+    character(:), allocatable :: proposal
+    logical :: is_proposed
+    integer :: i
+    proposal = ''
+    write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points; effect over noise: of one '// &
+      'e-fold, in units of the declared errors;', 'sd of the logarithm: predicted if this one alone is sought, and '// &
+      'if all above it are sought too', '', &
+      'rank  parameter                 effect of 10 % [um]  over noise    sd alone  sd with those above  proposed'
+    is_proposed = .true.
+    do i = 1, size(order)
+      p = e%describe(order(i))
+      is_proposed = is_proposed .and. remaining(i)*WORTH >= 1
+      if (is_proposed) proposal = proposal//', '//p%name
+      write (output_unit, '(i4,2x,a26,f19.4,es12.2,a,a,a)') i, p%name//repeat(' ', 26), UM*TENTH*moved(order(i)), &
+        effect(order(i)), sd_text(effect(order(i)), 12), sd_text(remaining(i), 21), &
+        merge('       yes', '        no', is_proposed)
+    end do
+    if (proposal == '') then
+      write (output_unit, '(a)') '', 'these loads determine none of the parameters within a factor of two'
+    else
+      write (output_unit, '(a)') '', 'proposed:  parameters = '//proposal(3:)
+    end if
+    write (output_unit, '(a)') 'D is not ranked: it regularises. The numbers belong to the values of [Wing] and to '// &
+      'errors as declared.'
+    flush (output_unit)
+  end subroutine print_ranking
+
+  !> 1/length in `width` letters.
+  function sd_text(length, width) result(text)
+    real(rp), intent(in) :: length
+    integer, intent(in) :: width
+    character(width) :: text
+    character(16) :: buffer
+    buffer = 'infinite'
+    if (length > 1.0e-30_rp) write (buffer, '(es10.2)') 1/length
+    text = repeat(' ', max(0, width - len_trim(buffer)))//buffer
+  end function sd_text
+end module train_screening

@@ -1,0 +1,235 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The linear equations of Newton's method in a time step of a wing.
+!>
+!> The Jacobian is S + N + q C: S sparse and symmetric (mixed-stress tangent, inertia, damping), N skew (gyroscopic),
+!> and C >= 0 the dense answer of a reaction, if there is one, to velocities, which are q times the displacements.
+!> Without a reaction S is factorised and N left to the iteration of Concus, Golub & Widlund (1976), which
+!> converges for any symmetric positive definite plus skew matrix. With one, S + q D is factorised, D the blocks that
+!> stand for C, and GMRES does the rest.
+module solid_dynamic_solve
+  use base_kinds, only: rp
+  use solid_equilibrium, only: equilibrium_t
+  use solid_inertia, only: inertia_t, add_inertia_tangent, apply_gyroscopic, gyroscopic_turn
+  use solid_krylov, only: krylov_t
+  use solid_model, only: solid_model_t
+  use solid_motion, only: frame_t
+  use solid_reaction, only: reaction_t
+  use solid_residuals, only: residuals_t
+  use solid_tangent, only: assemble_tangent
+  implicit none
+  private
+  public :: dynamic_solver_t
+
+  !> Work space; nothing is allocated after `init`. With the result x(3, n_all) [m] of the last solution.
+  type :: dynamic_solver_t
+    type(equilibrium_t) :: equilibrium
+    real(rp), allocatable :: x(:, :)
+    type(krylov_t), private :: krylov
+    type(residuals_t), private :: residuals
+    logical, private :: is_own = .false. !< the factors are those of what was assembled last
+    real(rp), private, dimension(:, :), allocatable :: r, rate, mixed, old_x, old_r, turns, free_x
+    real(rp), private, dimension(:, :, :), allocatable :: diagonal, kept
+  contains
+    procedure :: init => solver_init
+    procedure :: free => solver_free
+    procedure :: start => solver_start
+    procedure :: assemble => solver_assemble
+    procedure :: factorise => solver_factorise
+    procedure :: iterate => solver_iterate
+    procedure :: solve_reaction => solver_solve_reaction
+    procedure :: solve => solver_solve
+  end type dynamic_solver_t
+
+contains
+
+  !> Work space and symbolic analysis for this model.
+  subroutine solver_init(self, model)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    integer :: n, m
+    n = model%n_all
+    m = model%n_free
+    call self%free()
+    call self%equilibrium%init(model)
+    call self%krylov%init(m)
+    call self%residuals%init(model)
+    allocate (self%x(3, n), self%r(3, n), self%rate(3, n), self%mixed(3, n), self%old_x(3, n), self%old_r(3, n), &
+              self%turns(3, m), self%free_x(3, m), source=0.0_rp)
+    allocate (self%diagonal(3, 3, n), self%kept(3, 3, m), source=0.0_rp)
+  end subroutine solver_init
+
+  !> Releases everything.
+  subroutine solver_free(self)
+    class(dynamic_solver_t), intent(inout) :: self
+    call self%equilibrium%free()
+    call self%krylov%free()
+    call self%residuals%free()
+    if (allocated(self%x)) deallocate (self%x, self%r, self%rate, self%mixed, self%old_x, self%old_r, self%turns, &
+                                       self%free_x, self%diagonal, self%kept)
+  end subroutine solver_free
+
+  !> To be called when a step begins: its equations are new ones.
+  subroutine solver_start(self)
+    class(dynamic_solver_t), intent(inout) :: self
+    call self%residuals%forget()
+  end subroutine solver_start
+
+  !> S at displacements u(3, n_all), or its elements' positive semidefinite parts.
+  subroutine solver_assemble(self, model, inertia, frame, u, q, semidefinite)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), q
+    logical, intent(in) :: semidefinite
+    type(frame_t) :: at_rest
+    call self%residuals%forget()
+    self%is_own = .false.
+    associate (blocks => self%equilibrium%blocks)
+      call assemble_tangent(model, u, self%equilibrium%axial, semidefinite, blocks)
+      if (inertia%rayleigh_stiffness > 0) &
+        blocks = (1 + q*inertia%rayleigh_stiffness)*blocks
+      if (semidefinite) then
+        call add_inertia_tangent(inertia, model, at_rest, q, blocks)
+      else
+        call add_inertia_tangent(inertia, model, frame, q, blocks)
+      end if
+    end associate
+  end subroutine solver_assemble
+
+  !> Factorises what was assembled at u, with the reaction's blocks, or a positive definite neighbour of it, and counts.
+  subroutine solver_factorise(self, model, inertia, frame, u, q, n_factorisations, is_spd, reaction)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), q
+    integer, intent(inout) :: n_factorisations
+    logical, intent(out) :: is_spd
+    class(reaction_t), intent(inout), optional :: reaction
+    integer :: attempt, i, b
+    if (present(reaction)) call reaction%block_diagonal(self%diagonal)
+    do attempt = 1, 2
+      if (attempt == 2) call self%assemble(model, inertia, frame, u, q, .true.)
+      if (present(reaction)) then
+        do i = 1, model%n_free
+          b = model%pattern%start(i + 1) - 1
+          self%kept(:, :, i) = self%equilibrium%blocks(:, :, b)
+          self%equilibrium%blocks(:, :, b) = self%kept(:, :, i) + q*self%diagonal(:, :, model%movable(i))
+        end do
+      end if
+      call model%pattern%pack(self%equilibrium%blocks, self%equilibrium%values)
+      if (present(reaction)) then
+        do i = 1, model%n_free
+          self%equilibrium%blocks(:, :, model%pattern%start(i + 1) - 1) = self%kept(:, :, i)
+        end do
+      end if
+      call self%equilibrium%cholesky%factorise(self%equilibrium%values, is_spd)
+      n_factorisations = n_factorisations + 1
+      self%is_own = is_spd
+      if (is_spd) return
+    end do
+  end subroutine solver_factorise
+
+  !> x = -(S + N)^-1 r with the assembled S, by the factors of an older S, if that succeeds.
+  subroutine solver_iterate(self, model, inertia, frame, q, r, is_solved)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q, r(:, :)
+    logical, intent(out) :: is_solved
+    real(rp), parameter :: ENOUGH = 1.0e-3_rp ! Newton's method mends the rest
+    real(rp) :: left
+    call prepare(self, model, inertia, frame, q, r)
+    call self%krylov%solve(model%pattern, self%equilibrium%blocks, self%turns, self%equilibrium%cholesky, &
+                           self%equilibrium%right_hand_side, ENOUGH, self%free_x, left)
+    call finish(self, model, left, is_solved)
+  end subroutine solver_iterate
+
+  !> x = -(S + N + q C)^-1 r with the assembled S, up to `enough` of r, by the factors at hand, if that succeeds. Counts
+  !> iterations.
+  subroutine solver_solve_reaction(self, model, inertia, frame, q, r, enough, reaction, n_iterations, is_solved)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q, r(:, :), enough
+    class(reaction_t), intent(inout) :: reaction
+    integer, intent(inout) :: n_iterations
+    logical, intent(out) :: is_solved
+    integer, parameter :: MANY = 60, FEW = 20 ! few where new factors would help
+    real(rp) :: left
+    call prepare(self, model, inertia, frame, q, r)
+    call self%residuals%solve(model, self%equilibrium%blocks, self%turns, reaction, q, self%equilibrium%cholesky, &
+                              self%equilibrium%right_hand_side, enough, merge(MANY, FEW, self%is_own), self%free_x, &
+                              left, n_iterations)
+    call finish(self, model, left, is_solved)
+  end subroutine solver_solve_reaction
+
+  !> What stands on the right and the skew part, of the free points.
+  subroutine prepare(self, model, inertia, frame, q, r)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q, r(:, :)
+    integer :: i
+    do i = 1, model%n_free
+      self%turns(:, i) = gyroscopic_turn(inertia, frame, q, model%movable(i))
+      self%equilibrium%right_hand_side(:, i) = -r(:, model%movable(i))
+    end do
+  end subroutine prepare
+
+  !> Takes the solution if no more than `left` of the residual is left.
+  subroutine finish(self, model, left, is_solved)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: left
+    logical, intent(out) :: is_solved
+    real(rp), parameter :: USEFUL = 0.3_rp
+    integer :: i
+    is_solved = left <= USEFUL
+    if (.not. is_solved) return
+    do i = 1, model%n_free
+      self%x(:, model%movable(i)) = self%free_x(:, i)
+    end do
+  end subroutine finish
+
+  !> x = -(S + N)^-1 r with the factorised S.
+  subroutine solver_solve(self, model, inertia, frame, q, r)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: q, r(:, :)
+    real(rp), parameter :: ENOUGH = 1.0e-8_rp ! of the squared energy norm: Newton's method mends the rest
+    integer, parameter :: LIMIT = 60
+    real(rp) :: rho, old_rho, first_rho, omega
+    integer :: k
+    call self%equilibrium%newton_step(model, r)
+    self%x = self%equilibrium%du
+    if (.not. maxval(abs(frame%omega)) + maxval(abs(frame%alpha)) > 0) return
+    first_rho = -sum(r*self%x)
+    old_rho = first_rho
+    self%old_x = 0
+    self%old_r = r
+    omega = 1
+    call apply_gyroscopic(inertia, model, frame, q, self%x, self%rate) ! r_1 = r_0 + N x_1, as x = -S^-1 r
+    self%r = self%rate
+    do k = 1, LIMIT
+      call self%equilibrium%newton_step(model, self%r)
+      rho = -sum(self%r*self%equilibrium%du)
+      if (rho <= ENOUGH*first_rho) exit
+      omega = 1/(1 + (rho/old_rho)/omega)
+      old_rho = rho
+      self%rate = self%old_x + omega*(self%equilibrium%du + self%x - self%old_x)
+      self%old_x = self%x
+      self%x = self%rate
+      call apply_gyroscopic(inertia, model, frame, q, self%equilibrium%du, self%rate)
+      self%mixed = (1 - omega)*self%old_r + omega*self%rate
+      self%old_r = self%r
+      self%r = self%mixed
+    end do
+  end subroutine solver_solve
+end module solid_dynamic_solve

@@ -1,0 +1,159 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Solves with the Jacobian of a wing that feels a reaction, A = S + N + q C, by the factors of another matrix, such as
+!> S + q D: GMRES in the form that keeps its directions z with their images A z = Q R (adaptive simpler GMRES, Jiranek &
+!> Rozloznik 2010, doi:10.1007/s11075-009-9311-1). The residual is what it reduces.
+!>
+!> As long as A is the same, the next right-hand side first takes what the directions of the earlier ones can give
+!> (de Sturler 1996, doi:10.1016/0377-0427(94)00123-5): later iterations of Newton's method with one tangent need fewer.
+module solid_residuals
+  use base_kinds, only: rp
+  use solid_cholesky, only: cholesky_t
+  use solid_model, only: solid_model_t
+  use solid_reaction, only: reaction_t
+  use solid_vectors, only: cross
+  implicit none
+  private
+  public :: residuals_t
+
+  integer, parameter :: MOST = 60 !< directions
+
+  !> Work space; nothing is allocated after `init`.
+  type :: residuals_t
+    integer, private :: n = 0   !< directions that are known
+    real(rp), private, allocatable :: upper(:, :) !< (MOST, MOST) R
+    real(rp), private, allocatable :: directions(:, :, :), images(:, :, :) !< (3, n_free, MOST) z and Q
+    real(rp), private, allocatable :: left(:, :), image(:, :), all_x(:, :), all_y(:, :)
+  contains
+    procedure :: init => residuals_init
+    procedure :: free => residuals_free
+    procedure :: forget => residuals_forget
+    procedure :: solve => residuals_solve
+  end type residuals_t
+
+contains
+
+  !> Allocates for this model.
+  subroutine residuals_init(self, model)
+    class(residuals_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    call self%free()
+    allocate (self%directions(3, model%n_free, MOST), self%images(3, model%n_free, MOST), source=0.0_rp)
+    allocate (self%upper(MOST, MOST), self%left(3, model%n_free), self%image(3, model%n_free), &
+              self%all_x(3, model%n_all), self%all_y(3, model%n_all), source=0.0_rp)
+    self%n = 0
+  end subroutine residuals_init
+
+  !> Releases the arrays.
+  subroutine residuals_free(self)
+    class(residuals_t), intent(inout) :: self
+    if (allocated(self%directions)) &
+      deallocate (self%upper, self%directions, self%images, self%left, self%image, self%all_x, self%all_y)
+  end subroutine residuals_free
+
+  !> To be called when A is another one.
+  subroutine residuals_forget(self)
+    class(residuals_t), intent(inout) :: self
+    self%n = 0
+  end subroutine residuals_forget
+
+  !> x(3, n_free) with A x = b up to `left` of the size of b, where A y = S y + t x y + q C y with the symmetric matrix
+  !> S of `blocks`, the vectors t = turns(3, n_free) of the points, and the reaction's C; q in 1/s. `left` is above
+  !> `enough` if `most_iterations`, or 20 where earlier solutions have left room for no more, do not suffice; they are
+  !> counted.
+  subroutine residuals_solve(self, model, blocks, turns, reaction, q, cholesky, b, enough, most_iterations, x, left, &
+                             n_iterations)
+    class(residuals_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: blocks(:, :, :), turns(:, :), q, b(:, :), enough
+    integer, intent(in) :: most_iterations !< at most 60
+    class(reaction_t), intent(inout) :: reaction
+    type(cholesky_t), intent(inout) :: cholesky
+    real(rp), intent(inout) :: x(:, :)
+    real(rp), intent(out) :: left
+    integer, intent(inout) :: n_iterations
+    real(rp), parameter :: LESS = 0.9_rp, DEPENDENT = 1.0e-12_rp
+    integer, parameter :: FEW = 20
+    real(rp) :: share(MOST), size_b, size_image, last
+    integer :: i, k
+    x = 0
+    left = 0
+    size_b = sqrt(inner(b, b))
+    if (.not. size_b > 0) return
+    if (self%n + min(most_iterations, FEW) > MOST) self%n = 0
+    associate (z => self%directions, orthogonal => self%images, r => self%left, upper => self%upper)
+      r = b
+      do k = 1, self%n
+        call take(orthogonal(:, :, k), r, share(k))
+      end do
+      left = sqrt(inner(r, r))/size_b
+      last = huge(last)
+      do k = self%n + 1, min(self%n + most_iterations, MOST)
+        if (left <= enough) exit
+        if (left < LESS*last) then
+          z(:, :, k) = r
+        else
+          z(:, :, k) = orthogonal(:, :, k - 1)
+        end if
+        last = left
+        call cholesky%solve(1, z(:, :, k))
+        call multiply(self, model, blocks, turns, reaction, q, z(:, :, k), self%image)
+        n_iterations = n_iterations + 1
+        size_image = sqrt(inner(self%image, self%image))
+        do i = 1, k - 1
+          call take(orthogonal(:, :, i), self%image, upper(i, k))
+        end do
+        upper(k, k) = sqrt(inner(self%image, self%image))
+        if (.not. upper(k, k) > DEPENDENT*size_image) exit ! nor if it is not a number
+        orthogonal(:, :, k) = self%image/upper(k, k)
+        self%n = k
+        call take(orthogonal(:, :, k), r, share(k))
+        left = sqrt(inner(r, r))/size_b
+      end do
+      do k = self%n, 1, -1
+        share(k) = (share(k) - dot_product(upper(k, k + 1:self%n), share(k + 1:self%n)))/upper(k, k)
+        x = x + share(k)*z(:, :, k)
+      end do
+    end associate
+  end subroutine residuals_solve
+
+  !> y = A x.
+  subroutine multiply(self, model, blocks, turns, reaction, q, x, y)
+    type(residuals_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: blocks(:, :, :), turns(:, :), q, x(:, :)
+    class(reaction_t), intent(inout) :: reaction
+    real(rp), intent(inout) :: y(:, :)
+    integer :: i
+    do i = 1, model%n_free
+      self%all_x(:, model%movable(i)) = x(:, i)
+    end do
+    self%all_y = 0
+    call reaction%tangent(self%all_x, self%all_y)
+    do i = 1, model%n_free
+      y(:, i) = q*self%all_y(:, model%movable(i)) + cross(turns(:, i), x(:, i))
+    end do
+    call model%pattern%multiply(blocks, 1.0_rp, x, y)
+  end subroutine multiply
+
+  !> Takes the part along the unit vector `e` out of `r`.
+  pure subroutine take(e, r, share)
+    real(rp), intent(in), contiguous :: e(:, :)
+    real(rp), intent(inout), contiguous :: r(:, :)
+    real(rp), intent(out) :: share
+    share = inner(e, r)
+    r = r - share*e
+  end subroutine take
+
+  !> The inner product, in twelve sums side by side, which is faster than in one.
+  pure real(rp) function inner(a, b)
+    real(rp), intent(in), contiguous :: a(:, :), b(:, :)
+    real(rp) :: sums(3, 4)
+    integer :: i, n
+    n = size(a, 2) - mod(size(a, 2), 4)
+    sums = 0
+    do i = 1, n, 4
+      sums = sums + a(:, i:i + 3)*b(:, i:i + 3)
+    end do
+    inner = sum(sums) + sum(a(:, n + 1:)*b(:, n + 1:))
+  end function inner
+end module solid_residuals

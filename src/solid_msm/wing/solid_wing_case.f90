@@ -1,0 +1,24 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A wing with what it is made of: its mechanical model and its mass. SI units.
+module solid_wing_case
+  use base_kinds, only: rp
+  use solid_mass, only: mass_params_t, mass_t
+  use solid_model, only: solid_model_t
+  use solid_params, only: solid_params_t
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: wing_case_t
+
+  type :: wing_case_t
+    character(:), allocatable :: path      !< of the wing file
+    type(wing_t) :: wing
+    type(solid_model_t) :: model
+    type(solid_params_t) :: asked          !< parameters before joints became as stiff as their veins
+    type(mass_params_t) :: material
+    type(mass_t) :: mass
+    logical :: has_mass = .false.
+    real(rp) :: scale(2) = 1               !< along x and y of the wing against that in its file
+    integer :: tip = 0                     !< the point farthest from the centre of the root
+  end type wing_case_t
+end module solid_wing_case

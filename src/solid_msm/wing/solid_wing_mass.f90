@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a wing file states of the mass of its wing: attributes `membrane_law`, `membrane_mass`, `membrane_weights`,
+!> `vein_density` and `mass_source` of the file (docs/wing-format.md). A file without them states nothing.
+module solid_wing_mass
+  use base_kinds, only: rp
+  use base_text, only: number_text, quoted
+  use io_arrays, only: is_finite, read_attribute_reals, read_text
+  use io_attributes, only: has_attribute
+  use io_hdf5, only: hdf5_file_t
+  use parallel_world, only: world_t
+  use solid_wing, only: wing_mass_t
+  use solid_wing_report, only: wing_report_t
+  implicit none
+  private
+  public :: read_wing_mass, share_wing_mass
+
+contains
+
+  !> Reads what the file states; mistakes go to `report`, and `mass` is then undefined.
+  subroutine read_wing_mass(file, mass, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(wing_mass_t), intent(out) :: mass
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: law
+    logical :: ok
+    mass%source = ''
+    if (has_attribute(file, '/', 'mass_source')) call read_text(file, '/', 'mass_source', mass%source, ok)
+    if (has_attribute(file, '/', 'vein_density')) call read_positive(file, 'vein_density', 'kg/m^3', mass%vein_density, report)
+    if (.not. has_attribute(file, '/', 'membrane_law')) then
+      if (has_attribute(file, '/', 'membrane_mass')) &
+        call report%add('attribute membrane_law', 'missing, although there is membrane_mass; valid: uniform | bilinear')
+      return
+    end if
+    call read_text(file, '/', 'membrane_law', law, ok)
+    if (.not. ok .or. all([character(8) :: 'uniform', 'bilinear'] /= law)) then
+      call report%add('attribute membrane_law', 'is '//quoted(law)//'; valid: uniform | bilinear')
+      return
+    end if
+    mass%law = law
+    call read_positive(file, 'membrane_mass', 'kg', mass%membrane, report)
+    if (law == 'bilinear') then
+      call read_attribute_reals(file, '/', 'membrane_weights', mass%weights, ok)
+      if (.not. ok .or. .not. all(is_finite(mass%weights))) &
+        call report%add('attribute membrane_weights', 'missing or not three reals w1, w2 [1/m], w3 [1/m]: the areal density '// &
+                        'of a bilinear law is proportional to w1 + w2 x + w3 y')
+    end if
+    if (mass%source == '') call report%add('attribute mass_source', 'missing or not a text: it says where the mass comes from')
+  end subroutine read_wing_mass
+
+  subroutine read_positive(file, name, unit, value, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name, unit
+    real(rp), intent(out) :: value
+    type(wing_report_t), intent(inout) :: report
+    real(rp) :: values(1)
+    logical :: ok
+    call read_attribute_reals(file, '/', name, values, ok)
+    value = values(1)
+    if (.not. ok) then
+      call report%add('attribute '//name, 'missing or not a real ['//unit//']')
+    else if (.not. (value > 0 .and. is_finite(value))) then
+      call report%add('attribute '//name, 'is '//number_text(value)//' '//unit//'; it must be positive')
+    end if
+  end subroutine read_positive
+
+  !> All ranks get what rank 0 has. Collective.
+  subroutine share_wing_mass(world, mass)
+    type(world_t), intent(in) :: world
+    type(wing_mass_t), intent(inout) :: mass
+    character(:), allocatable :: text
+    real(rp) :: numbers(5)
+    text = mass%law
+    call world%broadcast_text(text)
+    mass%law = text
+    numbers = [mass%membrane, mass%vein_density, mass%weights]
+    call world%broadcast_reals(numbers)
+    mass%membrane = numbers(1)
+    mass%vein_density = numbers(2)
+    mass%weights = numbers(3:)
+    if (.not. allocated(mass%source)) mass%source = ''
+    call world%broadcast_text(mass%source)
+  end subroutine share_wing_mass
+end module solid_wing_mass

@@ -1,0 +1,63 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The transforms that there are, by name: `builtin`, and `p3dfft` where it was found when the program was built.
+module spectral_backends
+  use base_errors, only: failure_t, require
+  use parallel_world, only: world_t
+  use spectral_external, only: HAS_P3DFFT, make_external, make_external_full
+  use spectral_grid, only: grid_t
+  use spectral_pencil, only: pencil_t
+  use spectral_transform, only: transform_t
+  implicit none
+  private
+  public :: make_transform, make_full_transform, HAS_P3DFFT
+
+contains
+
+  !> A transform of up to `max_in` fields backward and `max_out` fields forward at once. Fails where P3DFFT does, see
+  !> `spectral_p3dfft`; there is a transform then, too, which may be freed. Requires a process grid that exists
+  !> (`process_grid`). Collective.
+  subroutine make_transform(transform, name, world, grid, dealias, wanted_rows, effort, max_in, max_out, failure)
+    class(transform_t), allocatable, intent(out) :: transform
+    character(*), intent(in) :: name    !< 'builtin' or 'p3dfft'
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
+    character(*), intent(in) :: effort  !< FFTW planning: 'estimate' or 'measure'
+    integer, intent(in) :: max_in, max_out
+    type(failure_t), intent(inout) :: failure
+    select case (name)
+    case ('builtin')
+      call make_builtin(transform, world, grid, dealias, wanted_rows, effort, max_in, max_out)
+    case ('p3dfft')
+      call make_external(transform, world, grid, dealias, wanted_rows, effort, max_in + max_out, failure)
+    case default
+      call require(.false., 'make_transform: builtin or p3dfft')
+    end select
+  end subroutine make_transform
+
+  !> A second transform, of one field at once, over the same points as `main`, which keeps all modes; free it before
+  !> `main`. Collective.
+  subroutine make_full_transform(main, full)
+    class(transform_t), intent(in) :: main
+    class(transform_t), allocatable, intent(out) :: full
+    select type (main)
+    type is (pencil_t)
+      call make_builtin(full, main%world, main%grid, 'none', main%rows, 'estimate', 1, 1)
+    class default
+      call make_external_full(main, full)
+    end select
+  end subroutine make_full_transform
+
+  subroutine make_builtin(transform, world, grid, dealias, wanted_rows, effort, max_in, max_out)
+    class(transform_t), allocatable, intent(out) :: transform
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    character(*), intent(in) :: dealias, effort
+    integer, intent(in) :: wanted_rows, max_in, max_out
+    type(pencil_t), allocatable :: made
+    allocate (made)
+    call made%init(world, grid, dealias, wanted_rows, effort, max_in, max_out)
+    call move_alloc(made, transform)
+  end subroutine make_builtin
+end module spectral_backends

@@ -1,0 +1,186 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The costs of a generation of candidates, as tasks (candidate, load) for the crew, longest first.
+!>
+!> Candidates are solved warm from the solution of the optimiser's mean under the same load, which is solved first,
+!> itself warm from the mean before: a candidate's cost depends on the sequence of means alone, not on who computes it.
+module training_objective
+  use base_kinds, only: i8, rp
+  use base_sort, only: sorting_order
+  use measurement_evaluation, only: evaluation_t
+  use measurement_experiment, only: experiment_t
+  use training_crew, only: train_crew_t
+  use training_task, only: full_size, task_input, COST_CHI2, COST_FACTORISATIONS, COST_MEAN_SQUARE, COST_REDONE, &
+                           COST_SIZE, COST_VIOLATION
+  implicit none
+  private
+  public :: train_objective_t, candidate_costs_t, full_results
+
+  !> What is known about lambda candidates.
+  type :: candidate_costs_t
+    real(rp), allocatable :: f(:)           !< h [m] or chi^2, if feasible
+    real(rp), allocatable :: violation(:)   !< > 0: infeasible, by so much
+    logical, allocatable :: has_failed(:)   !< a shape was not found
+  end type candidate_costs_t
+
+  type :: train_objective_t
+    type(experiment_t), pointer :: experiment => null()
+    type(train_crew_t), pointer :: crew => null()
+    logical :: use_chi2 = .false.
+    real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m] of the last mean
+    logical, allocatable :: is_start(:)      !< (loads) `shapes` is a start of warm solutions
+    integer(i8) :: n_warm = 0, n_cold = 0, n_redone = 0, n_unsolved = 0 !< static solutions
+    integer(i8) :: n_factorisations = 0
+    real(rp), allocatable, private :: expected(:) !< (loads) relative durations of the tasks
+  contains
+    procedure :: init => objective_init
+    procedure :: forget => objective_forget
+    procedure :: solve_mean => objective_solve_mean
+    procedure :: evaluate => objective_evaluate
+  end type train_objective_t
+
+contains
+
+  !> Experiment and crew must live as long as the objective.
+  subroutine objective_init(self, experiment, crew, use_chi2)
+    class(train_objective_t), intent(inout) :: self
+    type(experiment_t), intent(in), target :: experiment
+    type(train_crew_t), intent(in), target :: crew
+    logical, intent(in) :: use_chi2
+    integer :: n_loads
+    n_loads = size(experiment%loads)
+    self%experiment => experiment
+    self%crew => crew
+    self%use_chi2 = use_chi2
+    allocate (self%shapes(3, experiment%model%n_all, n_loads), source=0.0_rp)
+    allocate (self%is_start(n_loads), source=.false.)
+    allocate (self%expected(n_loads), source=1.0_rp)
+  end subroutine objective_init
+
+  !> The next mean will be solved cold.
+  subroutine objective_forget(self)
+    class(train_objective_t), intent(inout) :: self
+    self%is_start = .false.
+    self%shapes = 0
+  end subroutine objective_forget
+
+  !> Solves all loads at the mean. If the crew is stopped afterwards nothing has changed.
+  subroutine objective_solve_mean(self, coordinates)
+    class(train_objective_t), intent(inout) :: self
+    real(rp), intent(in) :: coordinates(:)
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: shapes(:, :, :)
+    integer :: l
+    call full_results(self%experiment, self%crew, coordinates, self%is_start, self%shapes, evaluations, shapes)
+    if (self%crew%is_stopped) return
+    do l = 1, size(evaluations)
+      self%is_start(l) = evaluations(l)%is_start
+      if (self%is_start(l)) self%shapes(:, :, l) = shapes(:, :, l)
+      self%n_factorisations = self%n_factorisations + evaluations(l)%factorisations
+    end do
+  end subroutine objective_solve_mean
+
+  !> Costs of the candidates coordinates(n, lambda). If the crew is stopped afterwards they are not complete.
+  subroutine objective_evaluate(self, coordinates, costs)
+    class(train_objective_t), intent(inout) :: self
+    real(rp), intent(in) :: coordinates(:, :)
+    type(candidate_costs_t), intent(out) :: costs
+    real(rp), allocatable :: inputs(:, :), outputs(:, :), seconds(:)
+    integer, allocatable :: statuses(:)
+    integer :: k, l, n_loads, lambda, task
+    lambda = size(coordinates, 2)
+    n_loads = size(self%expected)
+    allocate (inputs(size(task_input(coordinates(:, 1), 1, .true., .false.)), lambda*n_loads))
+    allocate (outputs(COST_SIZE, lambda*n_loads), seconds(lambda*n_loads), statuses(lambda*n_loads))
+    do k = 1, lambda
+      do l = 1, n_loads
+        inputs(:, (k - 1)*n_loads + l) = task_input(coordinates(:, k), l, self%is_start(l), .false.)
+      end do
+    end do
+    call self%crew%run_costs(reshape(self%shapes, [size(self%shapes)]), longest_first(self, coordinates), inputs, &
+                             outputs, statuses, seconds)
+    allocate (costs%f(lambda), costs%violation(lambda), source=0.0_rp)
+    allocate (costs%has_failed(lambda), source=.false.)
+    if (self%crew%is_stopped) return
+    do k = 1, lambda
+      do l = 1, n_loads
+        task = (k - 1)*n_loads + l
+        if (statuses(task) /= 0) then
+          costs%has_failed(k) = .true.
+          self%n_unsolved = self%n_unsolved + 1
+        end if
+        costs%violation(k) = costs%violation(k) + sum(outputs(COST_VIOLATION:COST_VIOLATION + 1, task))
+        costs%f(k) = costs%f(k) + outputs(merge(COST_CHI2, COST_MEAN_SQUARE, self%use_chi2), task)
+        self%n_factorisations = self%n_factorisations + nint(outputs(COST_FACTORISATIONS, task))
+        self%n_redone = self%n_redone + nint(outputs(COST_REDONE, task))
+      end do
+    end do
+    if (.not. self%use_chi2) costs%f = sqrt(costs%f)
+    self%n_warm = self%n_warm + lambda*count(self%is_start)
+    self%n_cold = self%n_cold + lambda*count(.not. self%is_start)
+    do l = 1, n_loads
+      self%expected(l) = sum(seconds(l::n_loads))
+    end do
+  end subroutine objective_evaluate
+
+  !> Tasks by their expected duration: that of their load in the generation before, times the distance of the
+  !> candidate from the others' middle, over which it has to be carried. Only the order depends on the clock.
+  function longest_first(self, coordinates) result(order)
+    type(train_objective_t), intent(in) :: self
+    real(rp), intent(in) :: coordinates(:, :)
+    integer, allocatable :: order(:)
+    real(rp) :: middle(size(coordinates, 1)), distance(size(coordinates, 2)), mean_distance
+    integer(i8) :: keys(size(coordinates, 2)*size(self%expected))
+    integer :: k, l
+    middle = sum(coordinates, 2)/size(coordinates, 2)
+    do k = 1, size(coordinates, 2)
+      distance(k) = norm2(coordinates(:, k) - middle)
+    end do
+    mean_distance = max(sum(distance)/size(distance), tiny(1.0_rp))
+    do k = 1, size(coordinates, 2)
+      do l = 1, size(self%expected)
+        keys((k - 1)*size(self%expected) + l) = -nint(1.0e9_rp*self%expected(l)/sum(self%expected)* &
+                                                      (1 + distance(k)/mean_distance), i8)
+      end do
+    end do
+    order = sorting_order(keys)
+  end function longest_first
+
+  !> All loads at one point with derivatives and shapes(3, n_all, loads) [m], warm from `starts` where `is_start`. Those
+  !> that are left out are not solved; their shapes are `starts`. If the crew is stopped afterwards they are not complete, and not solved. On rank 0.
+  subroutine full_results(experiment, crew, coordinates, is_start, starts, evaluations, shapes, &
+                          is_left_out)
+    type(experiment_t), intent(in) :: experiment
+    type(train_crew_t), intent(inout) :: crew
+    real(rp), intent(in) :: coordinates(:), starts(:, :, :)
+    logical, intent(in) :: is_start(:)
+    logical, intent(in), optional :: is_left_out(:)
+    type(evaluation_t), allocatable, intent(out) :: evaluations(:)
+    real(rp), allocatable, intent(out) :: shapes(:, :, :)
+    real(rp), allocatable :: inputs(:, :), outputs(:, :), seconds(:)
+    integer, allocatable :: statuses(:), loads(:)
+    integer :: k, l, m, n, n_loads
+    n_loads = size(is_start)
+    loads = [(l, l=1, n_loads)]
+    if (present(is_left_out)) loads = pack(loads,.not. is_left_out)
+    n = size(loads)
+    allocate (inputs(size(task_input(coordinates, 1, .true., .true.)), n))
+    allocate (outputs(full_size(experiment), n), seconds(n), statuses(n))
+    allocate (evaluations(n_loads))
+    shapes = starts
+    do l = 1, n_loads
+      call evaluations(l)%init(experiment, l, .true.)
+    end do
+    do k = 1, size(loads)
+      inputs(:, k) = task_input(coordinates, loads(k), is_start(loads(k)), .true.)
+    end do
+    call crew%run_full(reshape(starts, [size(starts)]), [(k, k=1, n)], inputs, outputs, statuses, seconds)
+    n = size(shapes, 1)*size(shapes, 2)
+    do k = 1, size(loads)
+      l = loads(k)
+      m = evaluations(l)%count_reals()
+      call evaluations(l)%from_reals(outputs(:m, k))
+      evaluations(l)%is_solved = evaluations(l)%is_solved .and. statuses(k) == 0
+      shapes(:, :, l) = reshape(outputs(m + 1:m + n, k), shape(shapes(:, :, l)))
+    end do
+  end subroutine full_results
+end module training_objective

@@ -1,0 +1,392 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The global search of a training: CMA-ES generation by generation, with a checkpoint and a row of the history for
+!> each; in two stages if wanted, the second with E fixed. On rank 0; the others serve the crew.
+module training_search
+  use base_errors, only: failure_t
+  use base_files, only: folder_of, join_path, name_of
+  use base_kinds, only: i8, rp
+  use base_random, only: random_uniforms
+  use base_text, only: number_text
+  use cmaes_archive, only: archive_t
+  use cmaes_options, only: cmaes_options_t
+  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_stop, only: RUNNING
+  use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  use io_checkpoint_slots, only: checkpoint_slots_t
+  use measurement_evaluation, only: evaluation_t
+  use parallel_world, only: world_t
+  use solid_params, only: PARAM_YOUNG
+  use training_budget, only: find_budget
+  use training_case, only: training_case_t
+  use training_crew, only: train_crew_t
+  use training_history, only: train_history_t
+  use training_listener, only: training_listener_t
+  use training_mark, only: mark_of
+  use training_objective, only: candidate_costs_t, full_results, train_objective_t
+  use training_space, only: search_space_t
+  implicit none
+  private
+  public :: train_search_t
+
+  character(*), parameter :: SCHEMA = 'flusi-msm training'
+  integer, parameter :: MOST_DRAWS = 20 !< of random starts
+  integer(i8), parameter :: DRAWS = 2_i8**62 !< stream of random numbers that the optimiser does not use
+  character(*), parameter :: PREFIX = 'search_of_' !< of what the optimiser stores
+
+  type :: train_search_t
+    type(search_space_t) :: space
+    type(cmaes_search_t) :: search         !< of the present stage
+    type(train_objective_t) :: objective
+    type(train_history_t) :: history
+    integer :: stage = 1
+    integer(i8) :: spent = 0               !< evaluations of finished stages
+    logical :: is_done = .false.
+    type(failure_t) :: failure             !< of files
+    type(checkpoint_slots_t), private :: slots
+    integer(i8), private :: mark = 0       !< what a checkpoint must belong to
+    integer, private :: since_checkpoint = 0
+  contains
+    procedure :: init => search_init
+    procedure :: has_backup => search_has_backup
+    procedure :: restore => search_restore
+    procedure :: choose_start => search_choose_start
+    procedure :: run => search_run
+    procedure :: back_up => search_back_up
+    procedure :: best => search_best
+    procedure :: starts => search_starts
+    procedure :: evaluations => search_evaluations
+  end type train_search_t
+
+contains
+
+  !> The first generation of the first stage. Settings and crew must live as long as the search.
+  subroutine search_init(self, settings, crew)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in), target :: settings
+    type(train_crew_t), intent(in), target :: crew
+    type(world_t) :: alone
+    call self%space%init(settings%experiment, settings%sought)
+    call self%objective%init(settings%experiment, crew, settings%use_chi2)
+    call self%history%init(settings%experiment%count())
+    call alone%isolate()
+    call self%slots%scan(alone, folder_of(settings%name), name_of(settings%name)//'_backup')
+    self%mark = mark_of(settings)
+    call begin_stage(self, settings)
+  end subroutine search_init
+
+  !> Begins at a random point of the box where the wing can bear all loads: elsewhere every candidate may fail, at great
+  !> cost. After MOST_DRAWS draws any point will do. A search that has begun, or begins at [Wing], stays as it is.
+  subroutine search_choose_start(self, settings, crew, log)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in) :: settings
+    type(train_crew_t), intent(inout) :: crew
+    class(training_listener_t), intent(inout) :: log
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: shapes(:, :, :)
+    real(rp) :: u(size(self%space%free)), pair(2)
+    logical :: is_feasible, is_start(size(settings%experiment%loads))
+    integer :: draw, i, l
+    if (settings%starts_at_wing .or. self%history%n_generations > 0 .or. self%stage > 1) return
+    is_start = .false.
+    do draw = 1, MOST_DRAWS
+      do i = 1, size(u)
+        pair = random_uniforms(settings%search%seed, DRAWS, int(draw, i8)*1000000_i8 + i)
+        u(i) = pair(1)
+      end do
+      call full_results(settings%experiment, crew, self%space%coordinates(u), is_start, self%objective%shapes, &
+                        evaluations, shapes)
+      if (crew%is_stopped) return
+      is_feasible = .true.
+      do l = 1, size(evaluations)
+        is_feasible = is_feasible .and. evaluations(l)%is_feasible()
+      end do
+      if (is_feasible) exit
+    end do
+    call log%say('start     random point '//number_text(min(draw, MOST_DRAWS))// &
+                 trim(merge(', the first that bears all loads   ', ', though it does not bear all loads', &
+                            is_feasible)))
+    call begin_stage(self, settings, u)
+  end subroutine search_choose_start
+
+  !> The first generation of the present stage; `first` is where it begins.
+  subroutine begin_stage(self, settings, first)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in) :: settings
+    real(rp), intent(in), optional :: first(:)
+    type(start_region_t) :: region
+    type(cmaes_options_t) :: options
+    integer :: n
+    n = size(self%space%free)
+    allocate (region%lower(n), source=0.0_rp)
+    allocate (region%upper(n), source=1.0_rp)
+    region%is_box = .true.
+    if (settings%starts_at_wing .and. self%stage == 1) &
+      region%first = self%space%place(settings%experiment%start())
+    if (self%stage > 1) region%first = self%space%fixed(self%space%free)
+    if (present(first)) region%first = first
+    options = settings%search
+    options%seed = options%seed + (self%stage - 1)
+    call self%search%start(options, settings%restarts, settings%max_restarts, region)
+    call self%objective%forget()
+  end subroutine begin_stage
+
+  !> Whether there is a checkpoint from which to go on.
+  logical function search_has_backup(self) result(found)
+    class(train_search_t), intent(in) :: self
+    character(:), allocatable :: name
+    call self%slots%newest_valid(name, found)
+  end function search_has_backup
+
+  !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty.
+  subroutine search_restore(self, settings, path, log, failure)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in) :: settings
+    character(*), intent(in) :: path
+    class(training_listener_t), intent(inout) :: log
+    type(failure_t), intent(inout) :: failure
+    type(world_t) :: alone
+    type(checkpoint_reader_t) :: reader
+    character(:), allocatable :: name, text
+    integer(i8) :: number
+    logical :: found
+    name = path
+    if (name == '') then
+      call self%slots%newest_valid(name, found)
+      if (.not. found) then
+        call failure%raise('there is no valid backup to restart from: '//self%slots%reason(0)//'; '// &
+                           self%slots%reason(1))
+        return
+      end if
+      name = join_path(folder_of(settings%name), name)
+    end if
+    call alone%isolate()
+    call reader%open(alone, name, failure)
+    if (failure%failed) return
+    text = ''
+    if (reader%has('schema')) call reader%get_text('schema', text, failure)
+    if (text /= SCHEMA) call failure%raise(name//': is not a checkpoint of msm_train')
+    call reader%get_integer('mark', number, failure)
+    if (.not. failure%failed .and. number /= self%mark) &
+      call failure%raise(name//': belongs to another wing, measurement, box, seed or kind of search')
+    if (.not. failure%failed) call load_state(self, settings, reader, failure)
+    call reader%close(failure)
+    call self%slots%came_from(name)
+    if (.not. failure%failed) call log%say('restart   after '//number_text(int(self%evaluations()))// &
+                                           ' evaluations from '//name)
+  end subroutine search_restore
+
+  subroutine load_state(self, settings, reader, failure)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in) :: settings
+    type(checkpoint_reader_t), intent(inout) :: reader
+    type(failure_t), intent(inout) :: failure
+    type(archive_t) :: names, archive
+    real(rp), allocatable :: numbers(:)
+    integer(i8) :: number
+    integer :: i
+    call reader%get_integer('stage', number, failure)
+    if (.not. failure%failed .and. number == 2) then
+      call reader%get_reals('fixed', numbers, failure)
+      if (.not. failure%failed) call fix_young(self, settings, numbers)
+    end if
+    call reader%get_integer('spent', self%spent, failure)
+    if (failure%failed) return
+    call self%search%visit(names)
+    do i = 1, size(names%fields)
+      associate (field => names%fields(i))
+        if (allocated(field%reals)) then
+          call reader%get_reals(PREFIX//trim(field%name), numbers, failure)
+          call archive%put_reals(trim(field%name), numbers)
+        else
+          call reader%get_integer(PREFIX//trim(field%name), number, failure)
+          call archive%put_integers(trim(field%name), [number])
+        end if
+      end associate
+      if (failure%failed) return
+    end do
+    archive%is_reading = .true.
+    call self%search%visit(archive)
+    if (archive%failure%failed) call failure%raise(archive%failure%reason)
+    call reader%get_reals('mean_shapes', numbers, failure)
+    if (.not. failure%failed) self%objective%shapes = reshape(numbers, shape(self%objective%shapes))
+    call reader%get_reals('mean_is_start', numbers, failure)
+    if (.not. failure%failed) self%objective%is_start = numbers > 0.5_rp
+    call reader%get_reals('counts', numbers, failure)
+    if (.not. failure%failed) then
+      self%objective%n_warm = nint(numbers(1), i8)
+      self%objective%n_cold = nint(numbers(2), i8)
+      self%objective%n_redone = nint(numbers(3), i8)
+      self%objective%n_unsolved = nint(numbers(4), i8)
+      self%objective%n_factorisations = nint(numbers(5), i8)
+    end if
+    call self%history%load(reader, failure)
+    self%is_done = self%search%state%stop_code /= RUNNING .and. self%stage == settings%n_stages
+  end subroutine load_state
+
+  !> Generations until the search ends or the crew is stopped; then writes a checkpoint.
+  subroutine search_run(self, settings, crew, log)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in) :: settings
+    type(train_crew_t), intent(inout) :: crew
+    class(training_listener_t), intent(inout) :: log
+    do while (.not. self%is_done)
+      call crew%look()
+      if (.not. crew%is_stopped) call make_generation(self, settings%n_stages - self%stage, crew, log)
+      if (crew%is_stopped) exit
+      self%since_checkpoint = self%since_checkpoint + 1
+      if (self%search%state%stop_code /= RUNNING) call finish_stage(self, settings, log)
+      if (self%since_checkpoint >= settings%checkpoint_every .or. self%is_done) call self%back_up()
+      if (self%failure%failed) return
+    end do
+    if (self%since_checkpoint > 0 .or. self%history%n_generations == 0) call self%back_up()
+  end subroutine search_run
+
+  !> One generation; if the crew is stopped on the way, everything is as before.
+  subroutine make_generation(self, n_coming, crew, log)
+    class(train_search_t), intent(inout) :: self
+    integer, intent(in) :: n_coming !< stages behind this one
+    type(train_crew_t), intent(inout) :: crew
+    class(training_listener_t), intent(inout) :: log
+    type(train_objective_t) :: before
+    type(candidate_costs_t) :: costs
+    real(rp), allocatable :: x(:, :), coordinates(:, :), values(:, :), mean(:), best_x(:)
+    real(rp) :: sigma, condition, best
+    integer(i8) :: counts(5), ignored
+    integer :: k, run
+    logical :: has_best
+    before = self%objective
+    call self%search%ask(x)
+    allocate (coordinates(self%history%n_unknowns, size(x, 2)), best_x(size(x, 1)))
+    allocate (values, source=coordinates)
+    do k = 1, size(x, 2)
+      coordinates(:, k) = self%space%coordinates(x(:, k))
+      values(:, k) = self%space%values(x(:, k))
+    end do
+    associate (state => self%search%run%state)
+      mean = self%space%values(state%mean)
+      sigma = state%sigma
+      condition = state%condition
+      run = state%restart
+      counts = [self%stage, run, state%generation + 1, size(x, 2), 0]
+      call self%objective%solve_mean(self%space%coordinates(state%mean))
+    end associate
+    if (.not. crew%is_stopped) call self%objective%evaluate(coordinates, costs)
+    if (crew%is_stopped) then
+      self%objective = before
+      return
+    end if
+    call self%search%tell(costs%f, costs%violation, costs%has_failed)
+    call self%search%best(has_best, best, best_x, ignored)
+    counts(5) = self%evaluations()
+    call self%history%add_generation(counts, best, sigma, condition, costs, mean)
+    call self%history%add_candidates(counts, costs, values)
+    call log%progress(int(counts(3)), counts(5), find_budget(self%search, n_coming), best, sigma, condition)
+    if (self%search%state%restart /= run) then
+      call log%say('run '//number_text(run + 1)//' ended: '//self%search%stop_sentence())
+      call self%objective%forget()
+    end if
+  end subroutine make_generation
+
+  !> Says why the stage ended, and begins the next one or ends the search.
+  subroutine finish_stage(self, settings, log)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in) :: settings
+    class(training_listener_t), intent(inout) :: log
+    real(rp), allocatable :: u(:)
+    real(rp) :: best
+    logical :: has_best
+    call self%best(has_best, best, u)
+    call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; '// &
+                 self%search%stop_sentence())
+    self%is_done = self%stage == settings%n_stages .or. .not. has_best
+    if (self%is_done) return
+    call log%say('stage 2   E is fixed, the other parameters are sought again')
+    call fix_young(self, settings, whole(self, u))
+  end subroutine finish_stage
+
+  !> Places of all unknowns in [0, 1] from those of the free ones.
+  pure function whole(self, u) result(all_u)
+    class(train_search_t), intent(in) :: self
+    real(rp), intent(in) :: u(:)
+    real(rp) :: all_u(size(self%space%fixed))
+    all_u = self%space%fixed
+    all_u(self%space%free) = u
+  end function whole
+
+  subroutine fix_young(self, settings, u)
+    class(train_search_t), intent(inout) :: self
+    class(training_case_t), intent(in) :: settings
+    real(rp), intent(in) :: u(:)
+    integer :: i
+    do i = 1, size(settings%sought%numbers)
+      if (settings%sought%numbers(i) == PARAM_YOUNG) call self%space%fix(i, u)
+    end do
+    self%stage = 2
+    self%spent = self%search%evaluations()
+    call begin_stage(self, settings)
+  end subroutine fix_young
+
+  !> Evaluations of candidates in all stages.
+  pure integer(i8) function search_evaluations(self) result(n)
+    class(train_search_t), intent(in) :: self
+    n = self%spent + self%search%evaluations()
+  end function search_evaluations
+
+  !> The best feasible point of all stages, for the space of the present one.
+  subroutine search_best(self, has_best, cost, u)
+    class(train_search_t), intent(in) :: self
+    logical, intent(out) :: has_best
+    real(rp), intent(out) :: cost
+    real(rp), allocatable, intent(out) :: u(:)
+    integer(i8) :: ignored
+    allocate (u(size(self%space%free)))
+    call self%search%best(has_best, cost, u, ignored)
+    if (self%stage > 1) call self%history%improve(self%space, has_best, cost, u)
+  end subroutine search_best
+
+  !> Where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.
+  subroutine search_starts(self, settings, u, starts)
+    class(train_search_t), intent(in) :: self
+    class(training_case_t), intent(in) :: settings
+    real(rp), intent(in) :: u(:)
+    real(rp), allocatable, intent(out) :: starts(:, :)
+    integer :: i
+    call self%history%best_candidates(settings%polish_starts, 0.5_rp, starts)
+    do i = 1, size(starts, 2)
+      where (self%space%is_log) starts(:, i) = log(starts(:, i))
+    end do
+  if (self%stage > 1 .or. size(starts, 2) == 0) starts = reshape(self%space%coordinates(u), [size(self%space%fixed), 1])
+  end subroutine search_starts
+
+  !> Writes the next of the two alternating checkpoints.
+  subroutine search_back_up(self)
+    class(train_search_t), intent(inout) :: self
+    type(checkpoint_writer_t) :: writer
+    type(archive_t) :: archive
+    integer :: i
+    call self%search%visit(archive)
+    call self%slots%begin(writer, self%failure)
+    call writer%put_text('schema', SCHEMA)
+    call writer%put_integer('mark', self%mark)
+    call writer%put_integer('stage', int(self%stage, i8))
+    call writer%put_integer('spent', self%spent)
+    call writer%put_reals('fixed', self%space%fixed)
+    do i = 1, size(archive%fields)
+      associate (field => archive%fields(i))
+        if (allocated(field%reals)) then
+          call writer%put_reals(PREFIX//trim(field%name), field%reals)
+        else
+          call writer%put_integer(PREFIX//trim(field%name), field%integers(1))
+        end if
+      end associate
+    end do
+    associate (o => self%objective)
+      call writer%put_reals('mean_shapes', [o%shapes])
+      call writer%put_reals('mean_is_start', merge(1.0_rp, 0.0_rp, o%is_start))
+      call writer%put_reals('counts', real([o%n_warm, o%n_cold, o%n_redone, o%n_unsolved, o%n_factorisations], rp))
+    end associate
+    call self%history%save(writer)
+    call self%slots%commit(writer, self%failure)
+    self%since_checkpoint = 0
+  end subroutine search_back_up
+end module training_search

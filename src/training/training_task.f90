@@ -1,0 +1,150 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The task of which a training consists: one load on one candidate, done by any rank. What comes out depends on the
+!> task and on what rank 0 has shared, never on what the rank has done before.
+module training_task
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use base_signals, only: signal_caught
+  use io_stop, only: stop_rules_t
+  use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
+  use measurement_experiment, only: experiment_t
+  use parallel_farm, only: task_runner_t
+  implicit none
+  private
+  public :: train_runner_t, COST_SIZE, task_input, full_size, NOT_SOLVED
+
+  !> Numbers that a task for costs gives back.
+  integer, parameter :: COST_SIZE = 7
+  integer, parameter, public :: COST_MEAN_SQUARE = 1, COST_CHI2 = 2, COST_VIOLATION = 3, COST_FACTORISATIONS = 5, &
+                                COST_SNAPS = 6, COST_REDONE = 7
+  integer, parameter :: NOT_SOLVED = 1 !< status of a task whose shape was not found
+  integer, parameter :: N_HEAD = 3     !< numbers of an input before the coordinates
+
+  !> Does tasks. The context that rank 0 shares is empty or holds the starts of warm solutions, (3, n_all, loads).
+  type, extends(task_runner_t) :: train_runner_t
+    type(stop_rules_t), pointer :: stop_rules => null() !< whose clock rank 0 heeds between tasks, if there are any
+    type(experiment_t), pointer, private :: experiment => null()
+    type(evaluation_work_t), private :: work
+    type(evaluation_t), allocatable, private :: plain(:), full(:) !< (loads) without and with derivatives
+    real(rp), allocatable, private :: u(:, :)
+  contains
+    procedure :: init => runner_init
+    procedure :: free => runner_free
+    procedure :: run_task => runner_run_task
+    procedure :: wants_stop => runner_wants_stop
+  end type train_runner_t
+
+contains
+
+  !> The experiment must live as long as the runner.
+  subroutine runner_init(self, experiment)
+    class(train_runner_t), intent(inout) :: self
+    type(experiment_t), intent(in), target :: experiment
+    integer :: l
+    self%experiment => experiment
+    call self%work%init(experiment)
+    allocate (self%plain(size(experiment%loads)), self%full(size(experiment%loads)))
+    do l = 1, size(experiment%loads)
+      call self%plain(l)%init(experiment, l, .false.)
+      call self%full(l)%init(experiment, l, .true.)
+    end do
+    allocate (self%u(3, experiment%model%n_all), source=0.0_rp)
+    allocate (self%context(0))
+  end subroutine runner_init
+
+  !> Releases everything.
+  subroutine runner_free(self)
+    class(train_runner_t), intent(inout) :: self
+    call self%work%free()
+  end subroutine runner_free
+
+  !> A task: load l at these coordinates, warm or cold, with everything (derivatives, shape) or costs alone.
+  pure function task_input(coordinates, l, is_warm, is_full) result(input)
+    real(rp), intent(in) :: coordinates(:)
+    integer, intent(in) :: l
+    logical, intent(in) :: is_warm, is_full
+    real(rp) :: input(N_HEAD + size(coordinates))
+    input(1) = l
+    input(2) = merge(1, 0, is_warm)
+    input(3) = merge(1, 0, is_full)
+    input(N_HEAD + 1:) = coordinates
+  end function task_input
+
+  !> Numbers that a task with everything gives back at most: an evaluation and the shape behind it.
+  pure integer function full_size(experiment) result(n)
+    type(experiment_t), intent(in) :: experiment
+    type(evaluation_t) :: evaluation
+    integer :: l, most
+    most = 0
+    do l = 1, size(experiment%loads)
+      most = max(most, experiment%count_residuals(l))
+    end do
+    n = evaluation_overhead(evaluation) + most*(1 + experiment%count()) + 3*experiment%model%n_all
+  end function full_size
+
+  pure integer function evaluation_overhead(evaluation) result(n)
+    type(evaluation_t), intent(in) :: evaluation
+    type(evaluation_t) :: empty
+    empty = evaluation
+    allocate (empty%residuals(0), empty%jacobian(0, 0))
+    n = empty%count_reals()
+  end function evaluation_overhead
+
+  !> See `task_input`. `output` is what `evaluation_t%to_reals` gives followed by the shape (3, n_all) [m], or the
+  !> COST_SIZE numbers. The status is NOT_SOLVED where no shape was found.
+  subroutine runner_run_task(self, input, output, status)
+    class(train_runner_t), intent(inout) :: self
+    real(rp), intent(in) :: input(:)
+    real(rp), intent(inout) :: output(:)
+    integer, intent(out) :: status
+    logical :: is_warm
+    integer :: l, n
+    l = nint(input(1))
+    is_warm = input(2) > 0.5_rp
+    n = size(self%u)
+    self%u = 0
+    if (is_warm) then
+      call require(size(self%context) == n*size(self%plain), 'training_task: starts of warm solutions')
+      self%u = reshape(self%context((l - 1)*n + 1:l*n), shape(self%u))
+    end if
+    if (input(3) > 0.5_rp) then
+      call evaluate(self%experiment, self%work, input(N_HEAD + 1:), l, is_warm, self%u, self%full(l))
+      associate (m => self%full(l)%count_reals())
+        call self%full(l)%to_reals(output(:m))
+        output(m + 1:m + n) = reshape(self%u, [n])
+      end associate
+      status = merge(0, NOT_SOLVED, self%full(l)%is_solved)
+    else
+      call evaluate(self%experiment, self%work, input(N_HEAD + 1:), l, is_warm, self%u, self%plain(l))
+      call sum_up(self%experiment, l, self%plain(l), output)
+      status = merge(0, NOT_SOLVED, self%plain(l)%is_solved)
+    end if
+  end subroutine runner_run_task
+
+  !> The costs of one load.
+  subroutine sum_up(experiment, l, evaluation, output)
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    type(evaluation_t), intent(in) :: evaluation
+    real(rp), intent(inout) :: output(:)
+    associate (comparison => experiment%comparisons(l), r => evaluation%residuals)
+      if (comparison%n_heights > 0) &
+        output(COST_MEAN_SQUARE) = sum(r(:comparison%n_heights)**2)/comparison%n_heights
+      output(COST_CHI2) = sum((r/comparison%sigma)**2)
+    end associate
+    output(COST_VIOLATION:COST_VIOLATION + 1) = evaluation%violation
+    output(COST_FACTORISATIONS) = evaluation%factorisations
+    output(COST_SNAPS) = evaluation%snaps
+    output(COST_REDONE) = merge(1, 0, evaluation%was_redone_cold)
+  end subroutine sum_up
+
+  !> Whether a signal has asked rank 0 to stop, or its time is over: a generation may last longer than a job has left.
+  logical function runner_wants_stop(self) result(wants)
+    class(train_runner_t), intent(inout) :: self
+    if (signal_caught() > 0) self%is_stopping = .true.
+    if (associated(self%stop_rules)) then
+      if (self%stop_rules%is_time_over()) self%is_stopping = .true.
+    end if
+    wants = self%is_stopping
+  end function runner_wants_stop
+end module training_task

@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whole runs with wings without thickness, rigid and flexible: restart to the bit, ranks, mirror images, mistakes.
+
+usage: flusi_thin.py <flusi> <h5dump> [tests]
+
+The grids are far too coarse for physics; what is tested is that parts fit together.
+"""
+import re
+import subprocess
+
+from flusi_flexible import FLIGHT, SIDED, table
+from flusi_wing import BEAT, LAST_DIGIT, ROUND_OFF, SERIES, WING, make, restarted, steps
+from whole_program import EXIT_USER, check, close, main, merged, same_checkpoints
+
+THIN = merged(WING, {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}})
+
+
+def test_rigid_restart(case):
+    """Wings without thickness: a restart gives the same digits, and a checkpoint knows what surface it belongs to."""
+    _, parts = restarted(case, THIN)
+    parts.write("run.ini", merged(WING, steps(20)))
+    done = parts.run("run.ini", "--restart", code=EXIT_USER)
+    check("surface = thin" in done.err, f"another surface is refused: {done.err}")
+
+
+def test_rigid_ranks(case):
+    """Wings without thickness: the same numbers on any number of ranks, and the flow follows the wings."""
+    one = make(case.sub("ranks_1"), THIN, 1)
+    last = max(n for n in one.files() if n.startswith("ux_"))
+    for ranks, rows in ((2, 2), (3, 1)):
+        other = make(case.sub(f"ranks_{ranks}"), merged(THIN, {"Resolution": {"process_rows": rows}}), ranks)
+        for name in (*SERIES, "slip.t"):
+            a, b = one.series(name).rows, other.series(name).rows
+            check(len(a) == len(b) > 3, f"{name} has the same records on {ranks} ranks")
+            for p, q in zip(zip(*a), zip(*b)):
+                close(p, q, LAST_DIGIT, f"a column of {name}")
+        for prefix in ("ux", "uy", "uz"):
+            name = last.replace("ux", prefix)
+            close(one.field(name), other.field(name), ROUND_OFF, name)
+    # What is left after the forces comes from the response, which is exact to a few per cent of what they had to do on
+    # so coarse a grid.
+    for _, after, before, *_ in one.series("slip.t").rows:
+        check(after < 0.1 * before, f"the forces take the slip from {before} to {after}")
+    for left, right in zip(one.series("wing_left.t").rows, one.series("wing_right.t").rows):
+        close([left[1], -left[2], left[3]], right[1:4], 1e-7, "the wings are mirror images")
+
+
+def test_end(case):
+    """The end is shared by the last two steps: in a tiny one what is left of the slip would be a large force."""
+    make(case, merged(THIN, {"Time": {"nt": 1000, "Tmax": 0.15}, "Saving": {"tintegral": 1e-9, "tsave": 9}}), 1)
+    steps = [row[1] for row in case.series("dt.t").rows]
+    check(min(steps[-2:]) > 0.4 * steps[-3], f"none is tiny: {steps[-3:]}")
+    force = [row[3] for row in case.series("forces.t").rows]
+    check(abs(force[-1] - force[-2]) < 0.2 * max(map(abs, force)), f"nor is the force another: {force[-3:]}")
+
+
+def test_rigid_mistakes(case):
+    """What wings without thickness cannot do is refused by its key."""
+    case.write("beat.ini", BEAT)
+    for section, key, value in (("Time", "iTimeMethodFluid", "RK4"), ("Dealiasing", "iDealias", 0),
+                                ("Insects", "marker_spacing", 1.0)):
+        case.write("run.ini", merged(THIN, {section: {key: value}}))
+        done = case.run("run.ini", "--check", code=EXIT_USER)
+        check(key in done.err, f"{key} is named: {done.err}")
+
+
+BENT = merged(FLIGHT, {"Insects": {"surface": "thin"}, "Time": {"nt": 12}, "Saving": {"tintegral": 4e-3},
+                       "Wing": {"E": 2e9}})
+BENT_SERIES = ("forces.t", "bending_left.t", "bending_right.t", "wing_right.t", "coupling_left.t", "slip.t")
+
+
+def fly(case, ranks=1, **sections):
+    case.write("run.ini", merged(BENT, sections))
+    case.run("run.ini", ranks=ranks)
+    return case
+
+
+def same_flights(whole, parts, name):
+    same_checkpoints(whole, whole.newest_checkpoint(), parts, parts.newest_checkpoint())
+    for series in BENT_SERIES:
+        check(whole.series(series).lines == parts.series(series).lines, f"{name}, {series}: the last digit")
+    check(max(abs(row[4]) for row in table(whole, "bending_left.t")) > 0, f"{name}: the wing bends")
+
+
+def go_on(run, nt, **sections):
+    run.write("run.ini", merged(merged(BENT, {"Time": {"nt": nt}}), sections))
+    run.run("run.ini", "--restart", ranks=2)
+
+
+def test_flexible_restart(case):
+    """A flight in parts is one in a piece, to the bit, with the strong coupling and with wings that are released after the
+    restart."""
+    for name, coupling, first, end in (("strong", {"coupling": "strong"}, 7, 9), ("held", {"T_release": 0.018}, 3, 8)):
+        whole = fly(case.sub(name), 2, Flexible_wing=coupling, Time={"nt": end})
+        parts = fly(case.sub(f"{name}_parts"), 2, Flexible_wing=coupling, Time={"nt": first})
+        go_on(parts, end, Flexible_wing=coupling)
+        same_flights(whole, parts, name)
+        check(all((row[10] > 1) == (name == "strong") for row in table(whole, "coupling_left.t")[2:]), "passes are told")
+
+
+def test_response(case):
+    """The response belongs to the shape for which it was made: after a restart between two such shapes the flight goes on
+    to the bit."""
+    small = {"dt_fixed": 1e-3, "nt": 24}
+    whole = fly(case.sub("whole"), 2, Time=small)
+    parts = fly(case.sub("parts"), 2, Time={**small, "nt": 22})
+    shape = made_for(parts)
+    check(shape != made_for(fly(case.sub("start"), 2, Time={**small, "nt": 1})), "it was made for a bent wing")
+    go_on(parts, 24, Time={"dt_fixed": 1e-3})
+    check(shape == made_for(parts), "and not made anew in the last steps")
+    same_flights(whole, parts, "small steps")
+
+
+def made_for(run):
+    done = subprocess.run([run.h5dump, "-d", "marker_shape", run.folder / run.newest_checkpoint()], check=True,
+                          capture_output=True, text=True)
+    return done.stdout.split("DATA", 1)[1]
+
+
+def test_flexible_ranks(case):
+    """The same flight on any number of ranks: each wing has its owner, and the grid is cut both ways."""
+    one = fly(case.sub("n1"))
+    for ranks, rows in ((2, 2), (3, 1)):
+        other = fly(case.sub(f"n{ranks}"), ranks, Resolution={"process_rows": rows})
+        for name in BENT_SERIES:
+            a, b = table(one, name), table(other, name)
+            check(len(a) == len(b) >= 12, f"{name} has the same records on {ranks} ranks")
+            for p, q in zip(zip(*a), zip(*b)):
+                # The y forces of mirror images cancel; Newton's method stops at 1e-8 of the forces.
+                size = max(abs(x) for x in p)
+                worst = max(abs(x - y) for x, y in zip(p, q))
+                check(worst <= LAST_DIGIT * size + 1e-9, f"{name} on {ranks} ranks: {worst} of {size}")
+
+
+def test_flexible_mirror(case):
+    """Wings that tell up from down do the same on both sides, to whichever side z points."""
+    run = fly(case, 2, **merged(SIDED, {"Wing": {"z_side": "right dorsal"}}))
+    left, right = table(run, "bending_left.t"), table(run, "bending_right.t")
+    check(max(abs(row[3]) for row in left) > 1e-3, "the wings bend")
+    for a, b in zip(left, right):
+        check(abs(a[3] + b[3]) < 1e-7 and abs(a[1] - b[1]) < 1e-7, f"mirror images at t = {a[0]}")
+
+
+def test_power(case):
+    """The flow receives the power that the wings lose, but for the slip; the summary says so."""
+    beat = {"Time": {"nt": 10000, "Tmax": 1.0, "dt_fixed": 0.02}, "Wing": {"E": 12.58e9}, "Saving": {"tintegral": 0.02}}
+    text = (fly(case, 2, **beat).folder / "summary.txt").read_text()
+    ratio = float(re.search(r"the wings lose is (\S+) of the power that the flow receives", text).group(1))
+    check(0.95 < ratio < 1.05, f"the power is balanced: {ratio}")
+    received = [row[4] for row in table(case, "slip.t")]
+    lost = [row[13] for row in table(case, "forces.t")][1:]  # the loads at the end of a step are known when the next begins
+    size = max(abs(x) for x in lost)
+    worst = max(abs(a - b) for a, b in zip(lost, received))
+    check(worst < 0.1 * size, f"in every step: {worst} of {size}")
+
+
+def test_flexible_keys(case):
+    """Keys of the load beside the wings have no effect, which is told."""
+    case.write("run.ini", merged(BENT, {"Flexible_wing": {"load_distance": 0.3, "load": "pressure_viscous"}}))
+    done = case.run("run.ini", "--check")
+    for key in ("load_distance", "load"):
+        check(f"[Flexible_wing] {key} is of no effect" in done.err + done.out, f"{key} is named: {done.err}")
+
+
+if __name__ == "__main__":
+    main(globals())

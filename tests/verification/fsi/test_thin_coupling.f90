@@ -1,0 +1,225 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A flexible wing without thickness in the flow: without density it is the wing alone, very stiff it is the rigid one,
+!> light it flies; what it loses the flow receives; both couplings agree; the error falls with the step.
+program test_thin_coupling
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_requests, only: request_t
+  use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
+  use fsi_wing_deformation, only: show_forces
+  use fsi_wing_frame, only: flapping_motion_t
+  use solid_dynamics, only: dynamic_state_t, dynamics_t, step_report_t
+  use support_coupling, only: flight_t, PERIOD
+  use testkit, only: testkit_t
+  implicit none
+  type(testkit_t) :: t
+
+  call t%start(parallel=.true.)
+  call no_density()
+  call stiff()
+  call light()
+  call balance()
+  call steps()
+  call t%finish()
+
+contains
+
+  !> A flight without thickness, ready to step.
+  subroutine prepare(f, coupling)
+    type(flight_t), intent(inout) :: f
+    integer, intent(in), optional :: coupling
+    f%is_thin = .true.
+    f%params%coupling = COUPLING_WEAK
+    if (present(coupling)) f%params%coupling = coupling
+    call f%start(t%world)
+    call t%check('a flight begins',.not. f%failure%failed)
+  end subroutine prepare
+
+  !> The motion goes to that of the wing alone in proportion to the density.
+  subroutine no_density()
+    real(rp), parameter :: T_END = 0.1_rp, DENSITIES(3) = [1.2e-2_rp, 1.2e-3_rp, 1.2e-30_rp]
+    type(flight_t), allocatable :: f
+    type(dynamics_t) :: stepper
+    type(dynamic_state_t) :: alone
+    type(step_report_t) :: report
+    type(flapping_motion_t) :: motion
+    real(rp), allocatable :: nothing(:, :)
+    real(rp) :: changed(3), size_u
+    integer :: i
+    do i = 1, 3
+      allocate (f)
+      f%density = DENSITIES(i)
+      call prepare(f)
+      call f%step(T_END)
+      call t%check('the flight succeeds',.not. f%failure%failed)
+      if (.not. allocated(nothing)) then
+        associate (given => f%wings%params, p => f%params)
+          motion%body = given%body
+          motion%mount = given%wings(1)%mount
+          motion%motion = given%wings(1)%motion
+          motion%length = p%units%length
+          motion%frequency = 1/p%units%time
+          allocate (nothing(3, p%model%n_all), source=0.0_rp)
+          call stepper%init(p%model)
+          call alone%init(p%model, 0.0_rp)
+          do while (alone%time < (T_END - f%dt/2)*PERIOD)
+            call stepper%step(p%model, p%inertia, motion, nothing, f%dt*PERIOD, p%options, alone, report)
+          end do
+        end associate
+        size_u = maxval(abs(alone%u))
+      end if
+      changed(i) = maxval(abs(f%coupler%states(1)%u - alone%u))/size_u
+      call f%free()
+      deallocate (f)
+    end do
+    call t%check_close('the flow bends the wing in proportion to its density', changed(1)/changed(2), 10.0_rp, rtol=0.01_rp)
+    ! Newton's method leaves 1e-8 of the forces.
+    call t%check_below('and not at all without density', changed(3), 1.0e-8_rp)
+  end subroutine no_density
+
+  !> The loads go to those of the rigid wing as the wing gets stiffer.
+  subroutine stiff()
+    real(rp), parameter :: T_END = 0.1_rp, SOFTNESS(2) = [1.0e-3_rp, 1.0e-4_rp]
+    type(flight_t), allocatable :: f
+    type(request_t) :: nothing
+    real(rp) :: rigid(7), loads(7), differs(2)
+    integer :: i
+    allocate (f)
+    call prepare(f)
+    do while (f%fluid%rhs%state%time < T_END - f%dt/2)
+      call f%fluid%step(nothing, f%failure, f%wings)
+      call f%thin%advance_rigid(f%fluid, f%wings)
+    end do
+    rigid = loads_of(f)
+    call f%free()
+    deallocate (f)
+    do i = 1, 2
+      allocate (f)
+      f%softness = SOFTNESS(i)
+      f%params%inertia%rayleigh_stiffness = 1.0e-4_rp ! the start makes a stiff wing ring
+      call prepare(f)
+      call f%step(T_END)
+      loads = loads_of(f)
+      differs(i) = norm2(loads - rigid)/norm2(rigid)
+      call f%free()
+      deallocate (f)
+    end do
+    print '(a,2es10.2)', 'stiff wings differ from the rigid one by', differs
+    call t%check_below('a stiff wing has nearly the loads of the rigid one', differs(1), 0.05_rp)
+    call t%check_below('and they go to these in proportion to its softness', differs(2), 0.15_rp*differs(1))
+  end subroutine stiff
+
+  !> Force, moment, power.
+  function loads_of(f) result(loads)
+    type(flight_t), intent(in) :: f
+    real(rp) :: loads(7)
+    associate (l => f%wings%marker_loads(1))
+      loads = [l%force, l%moment, l%power]
+    end associate
+  end function loads_of
+
+  !> Wings of a hundredth and a thousandth of the mass fly, with one pass a step and without any limit of the step, and
+  !> do the same: the air that they move is all that has mass.
+  subroutine light()
+    real(rp), parameter :: T_END = 0.3_rp, MASS = 250.0e-9_rp
+    type(flight_t), allocatable :: f
+    real(rp), allocatable :: u(:, :, :)
+    integer :: i
+    logical :: flies
+    flies = .true.
+    do i = 1, 2
+      allocate (f)
+      f%mass = MASS/merge(100, 1000, i == 1)
+      call prepare(f)
+      call f%step(T_END)
+      flies = flies .and. .not. f%failure%failed .and. f%coupler%wings(1)%report%substeps <= 1
+      if (.not. allocated(u)) allocate (u(3, size(f%coupler%states(1)%u, 2), 2))
+      u(:, :, i) = f%coupler%states(1)%u
+      call f%free()
+      deallocate (f)
+    end do
+    call t%check('wings of a hundredth of the mass and less fly', flies)
+    print '(a,3es10.2)', 'light wings: size and difference', maxval(abs(u)), maxval(abs(u(:, :, 2) - u(:, :, 1)))
+    call t%check_below('and do nearly the same', maxval(abs(u(:, :, 2) - u(:, :, 1))), 0.02_rp*maxval(abs(u)))
+  end subroutine light
+
+  !> In every step the mean flow takes up the force on the wing, the load on its points adds up to that force, and the
+  !> flow receives the power that the wing loses but for the slip. The first steps are left out of that of a wing in a small
+  !> box: there the flow has all its velocity from the forces of one step, which leave out the periodic images.
+  subroutine balance()
+    type(flight_t), allocatable :: f
+    type(request_t) :: nothing
+    real(rp), allocatable :: on_points(:, :)
+    real(rp) :: before(3), after(3), errors(3), lost, received
+    integer :: step
+    allocate (f)
+    call prepare(f)
+    errors = 0
+    lost = 0
+    received = 0
+    allocate (on_points(3, f%params%model%n_points))
+    before = mean_flow(f)
+    do step = 1, 30
+      call f%fluid%step(nothing, f%failure, f%wings)
+      call f%coupler%look(f%fluid, f%wings)
+      call f%coupler%advance(f%fluid%dt, f%wings, f%failure, f%fluid, f%thin)
+      after = mean_flow(f)
+      associate (load => f%wings%marker_loads(1))
+        ! The mean of u x omega is 0 but for the round-off of a sum over the grid.
+        errors(1) = max(errors(1), maxval(abs((after - before)*f%fluid%transform%grid%volume()/f%fluid%dt + load%force)) &
+                        /norm2(load%force))
+        call f%wings%place(f%fluid%rhs%state%time, f%fluid%rhs%penalty, f%failure)
+        call show_forces(f%coupler%history%applied(:, :, 1), f%params%units, .false., f%wings%poses(1), on_points)
+        errors(2) = max(errors(2), norm2(sum(on_points, 2) - load%force)/norm2(load%force))
+        lost = lost + load%power
+        received = received + f%thin%slip%received
+        if (step > 10) errors(3) = max(errors(3), f%thin%slip%after/f%thin%slip%speed)
+      end associate
+      before = after
+    end do
+    call t%check('the steps succeed',.not. f%failure%failed)
+    print '(a,5es10.2)', 'momentum, load, slip, power lost, received', errors, lost, received
+    call t%check_below('the flow receives the momentum that the wing loses', errors(1), 1.0e-10_rp)
+    call t%check_below('the load on the points is the force on the flow, turned', errors(2), 1.0e-12_rp)
+    call t%check_below('the flow follows the wing', errors(3), 0.02_rp)
+    call t%check_close('and receives its power', received, lost, rtol=0.02_rp)
+    call f%free()
+  end subroutine balance
+
+  function mean_flow(f) result(mean)
+    type(flight_t), intent(in) :: f
+    real(rp) :: mean(3)
+    mean = 0
+    associate (sticks => f%fluid%transform%sticks)
+      if (sticks%zero > 0) mean = real(f%fluid%rhs%state%u(1, sticks%zero, :))
+    end associate
+    call t%world%sum_reals(mean)
+  end function mean_flow
+
+  !> First order in the step; the strong coupling does the same as one pass up to third order.
+  subroutine steps()
+    real(rp), parameter :: T_END = 0.16_rp, DT(3) = [0.01_rp, 0.005_rp, 0.0025_rp]
+    type(flight_t), allocatable :: f
+    real(rp), allocatable :: u(:, :, :)
+    real(rp) :: order, strong
+    integer :: i
+    do i = 0, 3
+      allocate (f)
+      f%dt = DT(max(i, 1))
+      f%params%tolerance = 1.0e-9_rp
+      call prepare(f, merge(COUPLING_STRONG, COUPLING_WEAK, i == 0))
+      call f%step(T_END)
+      call t%check('the flight succeeds',.not. f%failure%failed)
+      if (i == 0) call t%check('the strong coupling repeats steps', f%coupler%report%total > f%coupler%report%steps)
+      if (.not. allocated(u)) allocate (u(3, size(f%coupler%states(1)%u, 2), 0:3))
+      u(:, :, i) = f%coupler%states(1)%u
+      call f%free()
+      deallocate (f)
+    end do
+    order = log(norm2(u(:, :, 2) - u(:, :, 1))/norm2(u(:, :, 3) - u(:, :, 2)))/log(2.0_rp)
+    strong = norm2(u(:, :, 1) - u(:, :, 0))/norm2(u(:, :, 2) - u(:, :, 1))
+    print '(a,f6.2,es10.2)', 'order, strong', order, strong
+    call t%check_below('the error falls in proportion to the step', 0.8_rp, order)
+    call t%check_below('the strong coupling changes less than the step does', strong, 0.3_rp)
+  end subroutine steps
+end program test_thin_coupling

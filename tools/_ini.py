@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Input files of flusi as text: which values they have, and the same file with other ones."""
+import re
+
+_SECTION = re.compile(r"\s*\[([^\]]+)\]")
+_KEY = re.compile(r"\s*([\w:]+)\s*=\s*([^;]*)")
+
+
+def values_of(text):
+    """{section: {key: value}} without comments; values are text."""
+    values, section = {}, ""
+    for line in text.splitlines():
+        line = line.split(";")[0] if line.lstrip().startswith(";") else line
+        header, key = _SECTION.match(line), _KEY.match(line)
+        if header:
+            section = header[1].strip()
+        elif key:
+            values.setdefault(section, {})[key[1]] = key[2].strip()
+    return values
+
+
+def with_values(text, changes):
+    """The text with the values {section: {key: value}} in the place of its own, or added where it has none."""
+    left = {section: dict(keys) for section, keys in changes.items()}
+    lines, section = [], ""
+
+    def add_missing():
+        lines.extend(f"{key} = {value};" for key, value in left.pop(section, {}).items())
+
+    for line in text.splitlines():
+        header, key = _SECTION.match(line), _KEY.match(line)
+        if header:
+            add_missing()
+            section = header[1].strip()
+        elif key and key[1] in left.get(section, {}):
+            line = f"{key[1]} = {left[section].pop(key[1])};"
+        lines.append(line)
+    add_missing()
+    for section in list(left):
+        lines.append(f"[{section}]")
+        add_missing()
+    return "\n".join(lines) + "\n"
+
+
+def differences(before, after):
+    """What differs between two results of values_of: '[Time] CFL: 0.45, now 0.4'."""
+    found = []
+    for section in sorted({*before, *after}):
+        old, new = before.get(section, {}), after.get(section, {})
+        found += [f"[{section}] {key}: {old.get(key, 'none')}, now {new.get(key, 'none')}"
+                  for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
+    return found

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mistakes of the user: found one by one, told together."""
+from __future__ import annotations
+
+import sys
+from typing import Callable, List
+
+
+class InputError(Exception):
+    """A mistake in what the user gave; its text is all the user needs to see."""
+
+
+class Problems:
+    """Collects mistakes, so that the user sees all of them at once."""
+
+    def __init__(self) -> None:
+        self.errors: List[str] = []
+        self.notices: List[str] = []
+
+    def error(self, text: str) -> None:
+        if text not in self.errors:
+            self.errors.append(text)
+
+    def notice(self, text: str) -> None:
+        if text not in self.notices:
+            self.notices.append(text)
+
+    def stop_if_any(self) -> None:
+        """Raises an InputError that lists all mistakes, if there is one."""
+        if self.errors:
+            raise InputError("\n".join(self.errors))
+
+
+def run_command(name: str, main: Callable[[], None]) -> None:
+    """Runs main(). An InputError becomes a message for each of its lines and exit code 2."""
+    try:
+        main()
+    except InputError as error:
+        for line in str(error).split("\n"):
+            print(f"{name}: {line}", file=sys.stderr)
+        sys.exit(2)
