@@ -7,6 +7,11 @@
 set -u
 program=$1
 mpiexec=${MPIEXEC:-mpiexec}
+if "$mpiexec" --version 2> /dev/null | grep -q 'Open MPI) 5'; then
+  # Shared memory is a file, too, of 16 MB by default. Where a collective write fails on one rank, the default (vulcan)
+  # leaves the other one waiting for ever; that of Open MPI 4 does not, but there this one crashes.
+  export OMPI_MCA_btl_sm_segment_size=4194304 OMPI_MCA_fcoll=dynamic_gen2
+fi
 
 fail() { echo "FAIL: $*"; exit 1; }
 run() { "$mpiexec" -n 2 "$program" "$@" 2>&1; }
@@ -15,7 +20,7 @@ run() { "$mpiexec" -n 2 "$program" "$@" 2>&1; }
 must_fail() {
   if output=$("$@"); then fail "a checkpoint without space was reported as written"; fi
   echo "$output" | grep 'runtime_backup1' || fail "the message names no file: $output"
-  grep -qi 'segmentation\|signal' <<< "$output" && fail "it crashed: $output"
+  grep -v 'IEEE_' <<< "$output" | grep -qi 'segmentation\|signal' && fail "it crashed: $output"
   ls | grep 'part\|reserve' && fail "an unfinished file was left"
   run verify | grep 'newest 1 ' || fail "the earlier checkpoint is lost"
 }
