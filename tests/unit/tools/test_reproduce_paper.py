@@ -24,7 +24,7 @@ from synthetic import (CYCLE_MEANS, UNITS, axes_of, picture, rectangle, write_fl
 from _flusi_io import InputError  # noqa: E402
 from _ini import differences, values_of, with_values  # noqa: E402
 from _paper_cases import FLEXIBLE, INI, RIGID, individual_cases, pair_cases, refuse_changed  # noqa: E402
-from _paper_flights import Estimate, in_hours, progress_of  # noqa: E402
+from _paper_flights import in_hours, mpi_environment, progress_of  # noqa: E402
 from _paper_numbers import SHAPES, collect  # noqa: E402
 from _paper_page import write_page  # noqa: E402
 from _paper_statements import statements_of, verdict_of  # noqa: E402
@@ -35,9 +35,9 @@ FORCE, POWER = 0.200600, 0.285300  # mN and mW of one unit, as UNITS of the synt
 
 
 def small_wing(folder):
-    """ini/wing.ini with the wing of 200 points."""
+    """ini/wing.ini with the wing of 200 points, held for most of the first beat, which is cheap."""
     text = with_values((SOURCE / "ini/wing.ini").read_text(), {
-        "Wing": {"file": SOURCE / "wings/calliphora_small.h5"},
+        "Wing": {"file": SOURCE / "wings/calliphora_small.h5"}, "Flexible_wing": {"T_release": 0.8},
         "Insects": {f"FlappingMotion_{side}": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini"
                     for side in ("left", "right")}})
     path = Path(folder) / "small.ini"
@@ -223,20 +223,18 @@ class Flights(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
         self.folder = self.folder.resolve()
         self.ini = small_wing(self.folder)
-        done = self.tool("--dry-run")
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        done = self.tool("--dry-run", "--hours", "1e-7")
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
         for text in ("rigid_16", "flexible_16", "in all", "N steps per beat"):
             self.assertIn(text, done.stdout)
-        self.assertFalse((self.folder / "rigid_16").exists())
-        done = self.tool("--hours", "1e-7")
-        self.assertEqual(done.returncode, 2)
         self.assertIn("allow it with --hours", done.stderr)
+        self.assertFalse((self.folder / "rigid_16").exists())
         # A rigid flight that was interrupted: its first half, with a backup.
         rigid = pair_cases(self.folder, self.ini, [16], 1)[0]
         rigid.folder.mkdir()
         (rigid.folder / INI).write_text(with_values(rigid.text, {"Time": {"Tmax": 0.5}}))
         subprocess.run([os.environ.get("MPIEXEC", "mpirun"), "-n", "1", FLUSI, INI], cwd=rigid.folder, check=True,
-                       capture_output=True)
+                       capture_output=True, env=mpi_environment())
         rigid.note(status="begun", versions=["flusi-msm of old"])
         done = self.tool()
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -248,16 +246,14 @@ class Flights(unittest.TestCase):
         grid = found["grids"][0]
         self.assertEqual(grid[RIGID]["beats"], [1])
         self.assertGreater(grid[RIGID]["power_mW"], 0)
-        self.assertGreater(grid["deformation"]["tip"]["highest"], 0)
+        self.assertNotEqual(grid["deformation"]["tip"]["largest"], 0)
         self.assertEqual(len(grid[RIGID]["versions"]), 2)
         page = (self.folder / "paper.html").read_text()
         for text in ("Sections in the middle of the downstroke: flexible wing", "Pressure on both sides, flexible wing",
                      "several versions"):
             self.assertIn(text, page)
-        before = (rigid.folder / "forces.t").stat().st_mtime_ns
-        done = self.tool("--page")
-        self.assertIn("paper.html", done.stdout)
-        self.assertEqual((rigid.folder / "forces.t").stat().st_mtime_ns, before)
+        done = self.tool("--dry-run")
+        self.assertEqual([line.split()[-2:] for line in done.stdout.splitlines()[1:3]], 2 * [["is", "there"]], done.stdout)
         self.assertTrue(rigid.is_finished())
 
 
