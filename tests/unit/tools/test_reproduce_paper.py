@@ -24,13 +24,13 @@ from synthetic import (CYCLE_MEANS, UNITS, axes_of, picture, rectangle, write_fl
 from _flusi_io import InputError  # noqa: E402
 from _ini import differences, values_of, with_values  # noqa: E402
 from _paper_cases import FLEXIBLE, INI, RIGID, individual_cases, pair_cases, refuse_changed  # noqa: E402
-from _paper_flights import in_hours, mpi_environment, progress_of  # noqa: E402
+from _paper_flights import fly_all, in_hours, mpi_environment, progress_of  # noqa: E402
 from _paper_numbers import SHAPES, collect  # noqa: E402
 from _paper_page import write_page  # noqa: E402
 from _paper_statements import statements_of, verdict_of  # noqa: E402
 
 TOOL = SOURCE / "tools/reproduce-paper"
-FLUSI = Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
+FLUSI = Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and Path(sys.argv[1]).is_file() else None
 FORCE, POWER = 0.200600, 0.285300  # mN and mW of one unit, as UNITS of the synthetic runs says
 
 
@@ -49,9 +49,10 @@ class Inputs(unittest.TestCase):
     def test_values(self):
         text = "; [No] a = 1\n[A]\nx = 1; note = 2\n  file = b.h5\n[B]\ny = 2 3;\n"
         self.assertEqual(values_of(text), {"A": {"x": "1", "file": "b.h5"}, "B": {"y": "2 3"}})
-        after = values_of(with_values(text, {"A": {"x": 5, "z": 6}, "C": {"q": 7}}))
-        self.assertEqual(after, {"A": {"x": "5", "file": "b.h5", "z": "6"}, "B": {"y": "2 3"}, "C": {"q": "7"}})
-        self.assertEqual(differences(values_of(text), after), ["[A] x: 1, now 5", "[A] z: none, now 6", "[C] q: none, now 7"])
+        after = values_of(with_values(text, {"A": {"x": 5, "z": 6}, "B": {"w": 8}, "C": {"q": 7}}))
+        self.assertEqual(after, {"A": {"x": "5", "file": "b.h5", "z": "6"}, "B": {"y": "2 3", "w": "8"}, "C": {"q": "7"}})
+        self.assertEqual(differences(values_of(text), after),
+                         ["[A] x: 1, now 5", "[A] z: none, now 6", "[B] w: none, now 8", "[C] q: none, now 7"])
 
     def test_words(self):
         self.assertEqual([in_hours(s) for s in (12, 600, 9000)], ["12 s", "10 min", "2 h 30 min"])
@@ -188,6 +189,10 @@ class Stored(unittest.TestCase):
         self.finish_all()
         self.assertTrue(all(case.is_finished() for case in self.cases))
         refuse_changed(self.cases, False)
+        told = io.StringIO()
+        with contextlib.redirect_stdout(told):
+            self.assertEqual(fly_all(None, self.cases, None, None), ([], False), "nothing is flown again")
+        self.assertEqual(told.getvalue().count("is there"), 4)
         longer = pair_cases(self.folder, SOURCE / "ini/wing.ini", [32], 3)
         self.assertFalse(longer[0].is_finished())
         with self.assertRaisesRegex(InputError, r"rigid_32 .*\[Time\] Tmax: 4, now 3(.|\n)*--anew"):
