@@ -49,7 +49,9 @@ class Inputs(unittest.TestCase):
     def test_values(self):
         text = "; [No] a = 1\n[A]\nx = 1; note = 2\n  file = b.h5\n[B]\ny = 2 3;\n"
         self.assertEqual(values_of(text), {"A": {"x": "1", "file": "b.h5"}, "B": {"y": "2 3"}})
-        after = values_of(with_values(text, {"A": {"x": 5, "z": 6}, "B": {"w": 8}, "C": {"q": 7}}))
+        changed = with_values(text, {"A": {"x": 5, "z": 6}, "B": {"w": 8}, "C": {"q": 7}})
+        self.assertEqual([changed.count(f"\n[{name}]") for name in "ABC"], [1, 1, 1], "each section once")
+        after = values_of(changed)
         self.assertEqual(after, {"A": {"x": "5", "file": "b.h5", "z": "6"}, "B": {"y": "2 3", "w": "8"}, "C": {"q": "7"}})
         self.assertEqual(differences(values_of(text), after),
                          ["[A] x: 1, now 5", "[A] z: none, now 6", "[B] w: none, now 8", "[C] q: none, now 7"])
