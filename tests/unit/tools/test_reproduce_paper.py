@@ -184,6 +184,9 @@ class Stored(unittest.TestCase):
         told = statements_of(found)
         self.assertEqual([s["topic"] for s in told], ["spread over individuals"])
         self.assertIn("10.0 % in drag", told[0]["sentence"])
+        page = write_page(self.folder, self.cases, cases).read_text()
+        for text in ("Individuals in numbers", "10.0 %", "45.16 %", "data:image/png"):
+            self.assertIn(text, page)
         self.assertEqual(values_of(cases["3"].text)["Time"]["Tmax"], f"{4 / 158:.12g}")
 
     def test_changed_input(self):
