@@ -58,9 +58,9 @@ class Inputs(unittest.TestCase):
 
     def test_words(self):
         self.assertEqual([in_hours(s) for s in (12, 600, 9000)], ["12 s", "10 min", "2 h 30 min"])
-        line = "step      44  t 3.977E-01  dt 7.80E-03  max|u|  7.227  s/step 1.60E+00    39.8 %  ETA 2m03s"
-        self.assertEqual(progress_of(line), ("t 0.398, 39.8 %, 1.6 s a step", 123))
-        self.assertEqual(progress_of("something else"), ("something else", None))
+        line = "step      44  t 3.977E-01  dt 7.80E-03  max|u|  7.227  s/step 1.60E+00    25.0 %  ETA 2m03s"
+        self.assertEqual(progress_of(line), ("t 0.398, 25 %, 1.6 s a step", 1.6, 0.25))
+        self.assertEqual(progress_of("something else"), ("something else", None, None))
 
 
 class Stored(unittest.TestCase):
