@@ -29,12 +29,6 @@ def in_hours(seconds):
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
-def _seconds(text):
-    """Of what flusi says as ETA: 45s, 12m30s, 5h10m, 3d04h."""
-    units = {"d": 86400, "h": 3600, "m": 60, "s": 1}
-    return sum(float(number) * units[unit] for number, unit in re.findall(r"([\d.]+)([dhms])", text))
-
-
 def mpi_environment():
     """One thread per rank, and ranks of two runs never bound to the same core; root usually means a container."""
     wanted = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
@@ -105,6 +99,9 @@ class Estimate:
             return len(read_series(place / "timesteps_info.t").time) / PILOT_POINTS
         return self._measured("steps per beat and point", measure)
 
+    def steps(self, case):
+        return self.steps_per_beat_and_point() * case.points * case.beats
+
     def seconds_per_step(self, case):
         done = steps_of(case)
         if done is not None and done[0] > 2 * TIMED_STEPS:
@@ -120,9 +117,8 @@ class Estimate:
         """Seconds that the flight will still take; 0 of a finished one."""
         if case.is_finished():
             return 0.0
-        steps = self.steps_per_beat_and_point() * case.points * case.beats
         done = steps_of(case) if case.has_backup() else None
-        return self.seconds_per_step(case) * max(steps - (done[0] if done else 0), 0)
+        return self.seconds_per_step(case) * max(self.steps(case) - (done[0] if done else 0), 0)
 
 
 def steps_of(case):
@@ -169,11 +165,12 @@ def fly(flusi, case, tell):
 
 
 def progress_of(line):
-    """'t 1.2, 30 %, 0.1 s a step' and the seconds left, of a line of flusi's."""
-    match = re.search(r"t\s+(\S+)\s.*s/step\s+(\S+)\s+(\S+) %\s+ETA (\S+)", line)
+    """('t 1.2, 30 %, 0.1 s a step', seconds of a step, part done) of a line of flusi's; (line, None, None) of another one."""
+    match = re.search(r"t\s+(\S+)\s.*s/step\s+(\S+)\s+(\S+) %", line)
     if not match:
-        return line, None
-    return f"t {float(match[1]):.3f}, {match[3]} %, {float(match[2]):.3g} s a step", _seconds(match[4])
+        return line, None, None
+    seconds, percent = float(match[2]), float(match[3])
+    return f"t {float(match[1]):.3f}, {percent:g} %, {seconds:.3g} s a step", seconds, percent / 100
 
 
 def fly_all(flusi, cases, estimate, after_each):
@@ -188,10 +185,11 @@ def fly_all(flusi, cases, estimate, after_each):
         later = sum(estimate.left(other) for other in cases[number:])
         print(f"{head}: {'goes on' if case.has_backup() else 'begins'}, about {in_hours(estimate.left(case))}", flush=True)
 
-        def tell(line, head=head, later=later):
-            text, left = progress_of(line)
-            print(f"{head}: {text}" + (f", all done in about {in_hours(left + later)}" if left is not None else ""),
-                  flush=True)
+        def tell(line, head=head, later=later, steps=estimate.steps(case)):
+            # flusi's own ETA is wrong while the wings come up to speed and steps are long.
+            text, seconds, part = progress_of(line)
+            left = f", all done in about {in_hours(seconds * steps * (1 - part) + later)}" if seconds else ""
+            print(f"{head}: {text}{left}", flush=True)
 
         code = fly(flusi, case, tell)
         if code == EXIT_STOPPED:

@@ -24,20 +24,20 @@ from synthetic import (CYCLE_MEANS, UNITS, axes_of, picture, rectangle, write_fl
 from _flusi_io import InputError  # noqa: E402
 from _ini import differences, values_of, with_values  # noqa: E402
 from _paper_cases import FLEXIBLE, INI, RIGID, individual_cases, pair_cases, refuse_changed  # noqa: E402
-from _paper_flights import Estimate, in_hours, progress_of  # noqa: E402
+from _paper_flights import fly_all, in_hours, mpi_environment, progress_of  # noqa: E402
 from _paper_numbers import SHAPES, collect  # noqa: E402
 from _paper_page import write_page  # noqa: E402
 from _paper_statements import statements_of, verdict_of  # noqa: E402
 
 TOOL = SOURCE / "tools/reproduce-paper"
-FLUSI = Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
+FLUSI = Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and Path(sys.argv[1]).is_file() else None
 FORCE, POWER = 0.200600, 0.285300  # mN and mW of one unit, as UNITS of the synthetic runs says
 
 
 def small_wing(folder):
-    """ini/wing.ini with the wing of 200 points."""
+    """ini/wing.ini with the wing of 200 points, held for most of the first beat, which is cheap."""
     text = with_values((SOURCE / "ini/wing.ini").read_text(), {
-        "Wing": {"file": SOURCE / "wings/calliphora_small.h5"},
+        "Wing": {"file": SOURCE / "wings/calliphora_small.h5"}, "Flexible_wing": {"T_release": 0.8},
         "Insects": {f"FlappingMotion_{side}": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini"
                     for side in ("left", "right")}})
     path = Path(folder) / "small.ini"
@@ -49,15 +49,18 @@ class Inputs(unittest.TestCase):
     def test_values(self):
         text = "; [No] a = 1\n[A]\nx = 1; note = 2\n  file = b.h5\n[B]\ny = 2 3;\n"
         self.assertEqual(values_of(text), {"A": {"x": "1", "file": "b.h5"}, "B": {"y": "2 3"}})
-        after = values_of(with_values(text, {"A": {"x": 5, "z": 6}, "C": {"q": 7}}))
-        self.assertEqual(after, {"A": {"x": "5", "file": "b.h5", "z": "6"}, "B": {"y": "2 3"}, "C": {"q": "7"}})
-        self.assertEqual(differences(values_of(text), after), ["[A] x: 1, now 5", "[A] z: none, now 6", "[C] q: none, now 7"])
+        changed = with_values(text, {"A": {"x": 5, "z": 6}, "B": {"w": 8}, "C": {"q": 7}})
+        self.assertEqual([changed.count(f"\n[{name}]") for name in "ABC"], [1, 1, 1], "each section once")
+        after = values_of(changed)
+        self.assertEqual(after, {"A": {"x": "5", "file": "b.h5", "z": "6"}, "B": {"y": "2 3", "w": "8"}, "C": {"q": "7"}})
+        self.assertEqual(differences(values_of(text), after),
+                         ["[A] x: 1, now 5", "[A] z: none, now 6", "[B] w: none, now 8", "[C] q: none, now 7"])
 
     def test_words(self):
         self.assertEqual([in_hours(s) for s in (12, 600, 9000)], ["12 s", "10 min", "2 h 30 min"])
-        line = "step      44  t 3.977E-01  dt 7.80E-03  max|u|  7.227  s/step 1.60E+00    39.8 %  ETA 2m03s"
-        self.assertEqual(progress_of(line), ("t 0.398, 39.8 %, 1.6 s a step", 123))
-        self.assertEqual(progress_of("something else"), ("something else", None))
+        line = "step      44  t 3.977E-01  dt 7.80E-03  max|u|  7.227  s/step 1.60E+00    25.0 %  ETA 2m03s"
+        self.assertEqual(progress_of(line), ("t 0.398, 25 %, 1.6 s a step", 1.6, 0.25))
+        self.assertEqual(progress_of("something else"), ("something else", None, None))
 
 
 class Stored(unittest.TestCase):
@@ -181,6 +184,9 @@ class Stored(unittest.TestCase):
         told = statements_of(found)
         self.assertEqual([s["topic"] for s in told], ["spread over individuals"])
         self.assertIn("10.0 % in drag", told[0]["sentence"])
+        page = write_page(self.folder, self.cases, cases).read_text()
+        for text in ("Individuals in numbers", "10.0 %", "45.16 %", "data:image/png"):
+            self.assertIn(text, page)
         self.assertEqual(values_of(cases["3"].text)["Time"]["Tmax"], f"{4 / 158:.12g}")
 
     def test_changed_input(self):
@@ -188,6 +194,10 @@ class Stored(unittest.TestCase):
         self.finish_all()
         self.assertTrue(all(case.is_finished() for case in self.cases))
         refuse_changed(self.cases, False)
+        told = io.StringIO()
+        with contextlib.redirect_stdout(told):
+            self.assertEqual(fly_all(None, self.cases, None, None), ([], False), "nothing is flown again")
+        self.assertEqual(told.getvalue().count("is there"), 4)
         longer = pair_cases(self.folder, SOURCE / "ini/wing.ini", [32], 3)
         self.assertFalse(longer[0].is_finished())
         with self.assertRaisesRegex(InputError, r"rigid_32 .*\[Time\] Tmax: 4, now 3(.|\n)*--anew"):
@@ -223,20 +233,18 @@ class Flights(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
         self.folder = self.folder.resolve()
         self.ini = small_wing(self.folder)
-        done = self.tool("--dry-run")
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        done = self.tool("--dry-run", "--hours", "1e-7")
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
         for text in ("rigid_16", "flexible_16", "in all", "N steps per beat"):
             self.assertIn(text, done.stdout)
-        self.assertFalse((self.folder / "rigid_16").exists())
-        done = self.tool("--hours", "1e-7")
-        self.assertEqual(done.returncode, 2)
         self.assertIn("allow it with --hours", done.stderr)
+        self.assertFalse((self.folder / "rigid_16").exists())
         # A rigid flight that was interrupted: its first half, with a backup.
         rigid = pair_cases(self.folder, self.ini, [16], 1)[0]
         rigid.folder.mkdir()
         (rigid.folder / INI).write_text(with_values(rigid.text, {"Time": {"Tmax": 0.5}}))
         subprocess.run([os.environ.get("MPIEXEC", "mpirun"), "-n", "1", FLUSI, INI], cwd=rigid.folder, check=True,
-                       capture_output=True)
+                       capture_output=True, env=mpi_environment())
         rigid.note(status="begun", versions=["flusi-msm of old"])
         done = self.tool()
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -248,16 +256,14 @@ class Flights(unittest.TestCase):
         grid = found["grids"][0]
         self.assertEqual(grid[RIGID]["beats"], [1])
         self.assertGreater(grid[RIGID]["power_mW"], 0)
-        self.assertGreater(grid["deformation"]["tip"]["highest"], 0)
+        self.assertNotEqual(grid["deformation"]["tip"]["largest"], 0)
         self.assertEqual(len(grid[RIGID]["versions"]), 2)
         page = (self.folder / "paper.html").read_text()
         for text in ("Sections in the middle of the downstroke: flexible wing", "Pressure on both sides, flexible wing",
                      "several versions"):
             self.assertIn(text, page)
-        before = (rigid.folder / "forces.t").stat().st_mtime_ns
-        done = self.tool("--page")
-        self.assertIn("paper.html", done.stdout)
-        self.assertEqual((rigid.folder / "forces.t").stat().st_mtime_ns, before)
+        done = self.tool("--dry-run")
+        self.assertEqual([line.split()[-2:] for line in done.stdout.splitlines()[1:3]], 2 * [["is", "there"]], done.stdout)
         self.assertTrue(rigid.is_finished())
 
 
