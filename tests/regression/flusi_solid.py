@@ -363,8 +363,8 @@ def test_doubts(case):
         check(len(notices) == 1 and f"[{section}] {key}: " in notices[0] and words in notices[0], f"{key}:\n{notices}")
 
 
-def test_mass_of_the_file(case):
-    """A run takes the mass from the wing file, unless it says another one."""
+def test_mass_keys(case):
+    """Keys of [Mass] count before what the wing file states; drawn_wings.py has files that state other masses."""
     found = {}
     for name, mass in (("file", {}), ("same", {"membrane_law": "bilinear", "membrane_mass": 81.475e-9}),
                        ("other", {"membrane_law": "uniform", "areal_density": 6e-3})):
