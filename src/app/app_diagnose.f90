@@ -13,6 +13,7 @@ module app_diagnose
   use app_diagnose_summary, only: print_verdict
   use app_diagnose_unknown, only: describe_unknown, unknown_t
   use app_diagnose_zeros, only: compare_zeros, zeros_t
+  use app_wing_doubts, only: print_notices
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -62,7 +63,7 @@ contains
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')
     else if (world%is_root) then
-      call notices%print(merge(output_unit, error_unit, command%action == DIAGNOSE_CHECK), 'notice: ')
+      call print_notices(notices, command%action == DIAGNOSE_CHECK)
     end if
     flush (error_unit)
     self%code = world%max_integer(self%code)

@@ -7,6 +7,7 @@ module app_solid
   use app_solid_output, only: solid_output_t
   use app_solid_restart, only: load_solid, save_solid
   use app_solid_settings, only: load_solid_settings, solid_settings_t
+  use app_wing_doubts, only: print_notices
   use app_wing_modes, only: find_modes
   use app_wing_places, only: add_force
   use app_wing_report, only: print_wing
@@ -57,10 +58,10 @@ module app_solid
 contains
 
   !> Reads the input; mistakes are printed, and `code` is then not EXIT_OK.
-  subroutine read_settings(command, settings, notice_unit, code)
+  subroutine read_settings(command, settings, is_check, code)
     type(command_t), intent(in) :: command
     type(solid_settings_t), intent(out) :: settings
-    integer, intent(in) :: notice_unit
+    logical, intent(in) :: is_check
     integer, intent(out) :: code
     type(message_list_t) :: errors, notices
     code = EXIT_OK
@@ -69,7 +70,7 @@ contains
       call errors%print(error_unit, '')
       code = EXIT_USER
     else
-      call notices%print(notice_unit, 'notice: ')
+      call print_notices(notices, is_check)
     end if
   end subroutine read_settings
 
@@ -78,7 +79,7 @@ contains
     type(command_t), intent(in) :: command
     integer, intent(out) :: code
     type(solid_settings_t) :: settings
-    call read_settings(command, settings, output_unit, code)
+    call read_settings(command, settings, .true., code)
     if (code == EXIT_OK) call settings%config%print_effective(output_unit)
   end subroutine check_solid
 
@@ -95,7 +96,7 @@ contains
       return
     end if
     run%world = world
-    call read_settings(command, run%settings, error_unit, code)
+    call read_settings(command, run%settings, .false., code)
     if (code /= EXIT_OK) return
     call print_wing(output_unit, 'variable-step BDF2 in the frame of the wing', run%settings%setup)
     call run%start(command, started, code)

@@ -6,6 +6,7 @@ module app_static
   use app_command_line, only: command_t, ACTION_STATIC_CHECK
   use app_static_output, only: remove_shape, static_row_t, static_table_t, write_shape
   use app_static_settings, only: load_static_settings, static_settings_t
+  use app_wing_doubts, only: print_notices
   use app_wing_modes, only: find_modes, save_modes
   use app_wing_report, only: print_wing
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
@@ -34,7 +35,7 @@ contains
       code = EXIT_USER
       return
     end if
-    call notices%print(merge(output_unit, error_unit, command%action == ACTION_STATIC_CHECK), 'notice: ')
+    call print_notices(notices, command%action == ACTION_STATIC_CHECK)
     if (command%action == ACTION_STATIC_CHECK) then
       call settings%config%print_effective(output_unit)
       return

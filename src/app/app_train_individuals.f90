@@ -7,6 +7,7 @@ module app_train_individuals
   use app_train_command, only: train_command_t, TRAIN_CHECK, TRAIN_RUN
   use app_train_settings, only: load_train_settings, train_settings_t
   use app_train_summary, only: summary_t
+  use app_wing_doubts, only: print_notices
   use base_constants, only: EXIT_FAILURE, EXIT_OK, EXIT_STOPPED, EXIT_USER
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -66,7 +67,7 @@ contains
     if (world%is_root .and. code /= EXIT_OK) then
       call errors%print(error_unit, '')
     else if (world%is_root) then
-      call notices%print(merge(output_unit, error_unit, is_check), 'notice: ')
+      call print_notices(notices, is_check)
       if (is_check) call settings%config%print_effective(output_unit)
     end if
     flush (error_unit)

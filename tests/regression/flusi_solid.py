@@ -347,7 +347,7 @@ def test_doubts(case):
     def told(wing_file, **sections):
         known = {"Wing": {"file": SOURCE / "wings" / wing_file, "E": 1e10, "D": 2.1e-7}}
         done = run(case, merged(merged(wing(), known), sections), "--check")
-        return [line for line in (done.out + done.err).splitlines() if line.startswith("notice: ")]
+        return [line for line in (done.out + done.err).splitlines() if line.startswith("; notice: ")]
     notices = told("plate.h5", Wing={"E": None, "D": None})
     for words in ("[Wing] E: is not given: assumed is 12.58 GPa", "[Wing] D: is not given: assumed is 2e-7 N m",
                   "[Mass] membrane_mass: is not given: assumed is 81.475 ug"):
