@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Remarks on the material of a wing: numbers of a blowfly that stand in for those that nobody stated, and numbers that are
-!> orders of magnitude off.
+!> orders of magnitude off; how the remarks on an input are printed.
 module common_wing_doubts
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_magnitude, only: magnitude_doubt
@@ -11,7 +12,7 @@ module common_wing_doubts
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: notice_assumptions, notice_magnitudes
+  public :: notice_assumptions, notice_magnitudes, print_notices
 
   character(*), parameter :: PAPER = 'Truong et al.'
   !> Ranges in which insects lie, with a decade of room.
@@ -22,6 +23,18 @@ module common_wing_doubts
   real(rp), parameter :: LONGEST = 0.2_rp                        !< wings beyond this length are no insect's [m]
 
 contains
+
+  !> Prints remarks on an input. With `is_check` they stand before the values that --check prints, as comments: what it prints is
+  !> an input with the same meaning.
+  subroutine print_notices(notices, is_check)
+    type(message_list_t), intent(in) :: notices
+    logical, intent(in) :: is_check
+    if (is_check) then
+      call notices%print(output_unit, '; notice: ')
+    else
+      call notices%print(error_unit, 'notice: ')
+    end if
+  end subroutine print_notices
 
   !> Says which numbers are assumed because neither the input nor the wing file states them, and whose they are.
   subroutine notice_assumptions(c, wing, needs_mass, notices)

@@ -6,6 +6,7 @@ module diagnose_job
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use base_random, only: random_uniforms
+  use common_wing_doubts, only: print_notices
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use diagnose_draws, only: draws_file_t
   use diagnose_files, only: write_fragments, write_maps, write_next
@@ -62,7 +63,7 @@ contains
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')
     else if (world%is_root) then
-      call notices%print(merge(output_unit, error_unit, command%action == DIAGNOSE_CHECK), 'notice: ')
+      call print_notices(notices, command%action == DIAGNOSE_CHECK)
     end if
     flush (error_unit)
     self%code = world%max_integer(self%code)

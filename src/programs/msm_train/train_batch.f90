@@ -8,6 +8,7 @@ module train_batch
   use base_kinds, only: rp
   use base_process, only: wall_seconds
   use base_text, only: number_text
+  use common_wing_doubts, only: print_notices
   use parallel_world, only: world_t
   use train_command, only: train_command_t, TRAIN_CHECK, TRAIN_RUN
   use train_job, only: training_t
@@ -66,7 +67,7 @@ contains
     if (world%is_root .and. code /= EXIT_OK) then
       call errors%print(error_unit, '')
     else if (world%is_root) then
-      call notices%print(merge(output_unit, error_unit, is_check), 'notice: ')
+      call print_notices(notices, is_check)
       if (is_check) call settings%config%print_effective(output_unit)
     end if
     flush (error_unit)

@@ -8,6 +8,7 @@ module flusi_solid
   use base_kinds, only: rp
   use base_text, only: number_text
   use common_progress, only: progress_t
+  use common_wing_doubts, only: print_notices
   use common_wing_report, only: print_wing
   use flusi_command, only: command_t, ACTION_SOLID_CHECK
   use flusi_solid_output, only: solid_output_t
@@ -57,10 +58,10 @@ module flusi_solid
 contains
 
   !> Reads the input; mistakes are printed, and `code` is then not EXIT_OK.
-  subroutine read_settings(command, settings, notice_unit, code)
+  subroutine read_settings(command, settings, is_check, code)
     type(command_t), intent(in) :: command
     type(solid_settings_t), intent(out) :: settings
-    integer, intent(in) :: notice_unit
+    logical, intent(in) :: is_check
     integer, intent(out) :: code
     type(message_list_t) :: errors, notices
     code = EXIT_OK
@@ -69,7 +70,7 @@ contains
       call errors%print(error_unit, '')
       code = EXIT_USER
     else
-      call notices%print(notice_unit, 'notice: ')
+      call print_notices(notices, is_check)
     end if
   end subroutine read_settings
 
@@ -78,7 +79,7 @@ contains
     type(command_t), intent(in) :: command
     integer, intent(out) :: code
     type(solid_settings_t) :: settings
-    call read_settings(command, settings, output_unit, code)
+    call read_settings(command, settings, .true., code)
     if (code == EXIT_OK) call settings%config%print_effective(output_unit)
   end subroutine check_solid
 
@@ -95,7 +96,7 @@ contains
       return
     end if
     run%world = world
-    call read_settings(command, run%settings, error_unit, code)
+    call read_settings(command, run%settings, .false., code)
     if (code /= EXIT_OK) return
     call print_wing(output_unit, 'variable-step BDF2 in the frame of the wing', run%settings%setup)
     call run%start(command, started, code)

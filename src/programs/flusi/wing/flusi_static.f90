@@ -6,6 +6,7 @@ module flusi_static
   use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use common_wing_doubts, only: print_notices
   use common_wing_report, only: print_wing
   use flusi_command, only: command_t, ACTION_STATIC_CHECK
   use flusi_static_output, only: remove_shape, static_row_t, static_table_t, write_shape
@@ -34,7 +35,7 @@ contains
       code = EXIT_USER
       return
     end if
-    call notices%print(merge(output_unit, error_unit, command%action == ACTION_STATIC_CHECK), 'notice: ')
+    call print_notices(notices, command%action == ACTION_STATIC_CHECK)
     if (command%action == ACTION_STATIC_CHECK) then
       call settings%config%print_effective(output_unit)
       return
