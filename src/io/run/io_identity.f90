@@ -33,7 +33,7 @@ module io_identity
     procedure :: text => change_text
   end type change_t
 
-  character(*), parameter :: NL = new_line('a'), EQUALS = ' = ', CONTENT = ' {content '
+  character(*), parameter :: NL = new_line('a'), EQUALS = ' = ', FILE_MARK = ' {content '
 
 contains
 
@@ -150,16 +150,20 @@ contains
   pure function value_in(line) result(value)
     character(*), intent(in) :: line
     character(:), allocatable :: value
-    value = line(index(line, EQUALS) + len(EQUALS):)
-    if (index(value, CONTENT) > 0) value = value(:index(value, CONTENT) - 1)
+    integer :: last
+    last = index(line, FILE_MARK) - 1
+    if (last < 0) last = len(line)
+    value = line(index(line, EQUALS) + len(EQUALS):last)
   end function value_in
 
   !> What a value means: the content of the file that it names, else itself.
   pure function content_in(line) result(content)
     character(*), intent(in) :: line
     character(:), allocatable :: content
-    content = line(index(line, EQUALS) + len(EQUALS):)
-    if (index(content, CONTENT) > 0) content = content(index(content, CONTENT):)
+    integer :: first
+    first = index(line, FILE_MARK)
+    if (first == 0) first = index(line, EQUALS) + len(EQUALS)
+    content = line(first:)
   end function content_in
 
   function hexadecimal(word) result(text)
