@@ -88,7 +88,7 @@ def run(program, folder, name):
     else:
         text = (ROOT / "ini/flag.ini").read_text().replace("../wings/", f"{ROOT}/wings/")
         (folder / "run.ini").write_text(change(text, {**case, "iDoBackup": "no"}))
-        command = [program, "run.ini"]
+        command = [program, "run.ini", "--overwrite"]
     with open(folder / "log", "w") as log:
         subprocess.run(command, cwd=folder, stdout=log, stderr=log, check=True)
     (folder / "done").touch()

@@ -206,7 +206,7 @@ def main():
                 continue
             write(folder, *CASES[name])
             with open(folder / "log", "w") as log:
-                subprocess.run([program, "run.ini"], cwd=folder, stdout=log, stderr=log, check=True)
+                subprocess.run([program, "run.ini", "--overwrite"], cwd=folder, stdout=log, stderr=log, check=True)
             (folder / "done").touch()
         table(root)
     else:

@@ -79,8 +79,8 @@ def cover_wing(options, w, folder):
     sections["Train"]["seed"] = w
     write_input(folder, sections, options.changes)
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    done = subprocess.run([options.build.resolve() / "bin/msm_train", "train.ini"], cwd=folder, stdout=subprocess.PIPE,
-                          text=True)
+    done = subprocess.run([options.build.resolve() / "bin/msm_train", "train.ini", "--overwrite"], cwd=folder,
+                          stdout=subprocess.PIPE, text=True)
     fitted = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
     result = {"wing": w, "truth": truth, "redrawn": redrawn, "make_s": round(made, 1), "fit_s": round(fitted, 1),
               "code": done.returncode, "intervals": {}}

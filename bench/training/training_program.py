@@ -57,8 +57,8 @@ def main():
                 "Train": {"parameters": "E, joint:*", "seed": options.seed}, "Polish": {"intervals": "no"}}
     write_input(folder, sections, options.changes)
     begun = time.monotonic()
-    done = subprocess.run(["mpirun", "-n", str(options.ranks), build / "bin/msm_train", "train.ini"], cwd=folder,
-                          stdout=subprocess.PIPE, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+    done = subprocess.run(["mpirun", "-n", str(options.ranks), build / "bin/msm_train", "train.ini",
+                           "--overwrite"], cwd=folder, stdout=subprocess.PIPE, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
     wall = time.monotonic() - begun
     print(done.stdout, end="")
     if done.returncode != 0:

@@ -101,7 +101,7 @@ def run(program, folder, name):
     with open(folder / "log", "w") as log:
         for i, keys in enumerate(parts):
             (folder / "run.ini").write_text(change(text, keys))
-            command = [program, "run.ini"] + ["--restart"] * (goes_on or i > 0)
+            command = [program, "run.ini", "--restart" if goes_on or i > 0 else "--overwrite"]
             subprocess.run(command, cwd=folder, stdout=log, stderr=log, check=True)
     (folder / "done").touch()
 

@@ -8,7 +8,7 @@ module base_files
   implicit none
   private
   public :: file_exists, rename_file, remove_file, empty_file, sync_path, replace_file
-  public :: join_path, folder_of, name_of, real_path
+  public :: join_path, folder_of, name_of, real_path, make_folder, link_file
 
   ! fopen and fileno instead of open: open takes a variable argument list, which no portable
   ! Fortran interface can describe.
@@ -17,6 +17,18 @@ module base_files
       import :: c_int, c_char
       character(kind=c_char), intent(in) :: from(*), to(*)
     end function c_rename
+
+    ! The mode has type mode_t, an unsigned int.
+    integer(c_int) function c_mkdir(path, mode) bind(C, name='mkdir')
+      import :: c_int, c_char
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_mkdir
+
+    integer(c_int) function c_link(from, to) bind(C, name='link')
+      import :: c_int, c_char
+      character(kind=c_char), intent(in) :: from(*), to(*)
+    end function c_link
 
     integer(c_int) function c_unlink(path) bind(C, name='unlink')
       import :: c_int, c_char
@@ -78,6 +90,22 @@ contains
     logical, intent(out) :: ok
     ok = c_unlink(path//c_null_char) == 0
   end subroutine remove_file
+
+  !> Makes a folder; `ok` is false if there is something of this name, or it cannot be made.
+  subroutine make_folder(path, ok)
+    character(*), intent(in) :: path
+    logical, intent(out) :: ok
+    integer(c_int), parameter :: ALL_RIGHTS = int(o'777', c_int) ! less those that the user's mask takes away
+    ok = c_mkdir(path//c_null_char, ALL_RIGHTS) == 0
+  end subroutine make_folder
+
+  !> Gives an existing file a second name; `ok` is false if something has that name already. Of several processes, on
+  !> whatever machines, one alone succeeds, also where a network file system does not keep exclusive creation.
+  subroutine link_file(from, to, ok)
+    character(*), intent(in) :: from, to
+    logical, intent(out) :: ok
+    ok = c_link(from//c_null_char, to//c_null_char) == 0
+  end subroutine link_file
 
   !> Makes an existing file empty, also one that is open elsewhere; its space is free at once.
   subroutine empty_file(path, ok)

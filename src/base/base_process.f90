@@ -6,6 +6,7 @@ module base_process
   implicit none
   private
   public :: exit_with, is_terminal, environment_value, wall_seconds, epoch_seconds, launched_rank, process_id
+  public :: host_name, process_birth, random_word, date_and_clock
 
   interface
     subroutine c_exit(code) bind(c, name='exit')
@@ -23,6 +24,14 @@ module base_process
       import :: c_int
       integer(c_int) :: id
     end function c_getpid
+
+    function c_gethostname(name, size) result(error) bind(c, name='gethostname')
+      use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+      import :: c_int
+      character(kind=c_char), intent(out) :: name(*)
+      integer(c_size_t), value :: size
+      integer(c_int) :: error
+    end function c_gethostname
 
     function c_time(ignored) result(seconds) bind(c, name='time')
       use, intrinsic :: iso_c_binding, only: c_long, c_ptr
@@ -43,6 +52,76 @@ contains
   integer function process_id()
     process_id = int(c_getpid())
   end function process_id
+
+  !> Name of the machine; empty if it has none.
+  function host_name() result(name)
+    use, intrinsic :: iso_c_binding, only: c_size_t, c_null_char
+    character(:), allocatable :: name
+    integer, parameter :: MOST = 256
+    character(MOST) :: buffer
+    buffer = ''
+    name = ''
+    if (c_gethostname(buffer, int(MOST, c_size_t)) /= 0) return
+    name = trim(buffer(:index(buffer//c_null_char, c_null_char) - 1))
+  end function host_name
+
+  !> When the process `id` of this machine began, in ticks since the machine did; with the number it names a process for
+  !> good. 0 if there is no such process or it has ended; -1 if this system does not tell (it has no /proc).
+  integer(i8) function process_birth(id) result(birth)
+    integer, intent(in) :: id
+    integer, parameter :: BEFORE = 19 ! words between the state of a process and its birth, see proc(5)
+    character(2000) :: line
+    character(1) :: state
+    character(24) :: words(BEFORE - 1)
+    integer :: status
+    birth = -1
+    call read_line(process_id(), status)
+    if (status /= 0) return
+    birth = 0
+    call read_line(id, status)
+    if (status /= 0) return
+    ! The name, in parentheses, may hold anything.
+    read (line(index(line, ')', back=.true.) + 1:), *, iostat=status) state, words, birth
+    if (status /= 0 .or. state == 'Z' .or. state == 'X') birth = 0
+
+  contains
+
+    subroutine read_line(process, status)
+      integer, intent(in) :: process
+      integer, intent(out) :: status
+      character(12) :: number
+      integer :: unit
+      write (number, '(i0)') process
+      line = ''
+      open (newunit=unit, file='/proc/'//trim(number)//'/stat', action='read', status='old', iostat=status)
+      if (status /= 0) return
+      read (unit, '(a)', iostat=status) line
+      close (unit)
+    end subroutine read_line
+  end function process_birth
+
+  !> A number that no other call on any machine returns, as far as chance allows.
+  integer(i8) function random_word() result(word)
+    integer :: unit, status
+    integer(i8) :: count
+    open (newunit=unit, file='/dev/urandom', access='stream', form='unformatted', action='read', status='old', iostat=status)
+    if (status == 0) then
+      read (unit, iostat=status) word
+      close (unit)
+    end if
+    if (status == 0) return
+    call system_clock(count)
+    word = ieor(ieor(count, shiftl(epoch_seconds(), 24)), shiftl(int(process_id(), i8), 8))
+  end function random_word
+
+  !> Date and time of now, as 2020-02-29 23:59:59.
+  function date_and_clock() result(text)
+    character(19) :: text
+    character(8) :: date
+    character(10) :: time
+    call date_and_time(date, time)
+    text = date(1:4)//'-'//date(5:6)//'-'//date(7:8)//' '//time(1:2)//':'//time(3:4)//':'//time(5:6)
+  end function date_and_clock
 
   !> Whether somebody watches: standard output is a terminal, and standard error too, because launchers
   !> put a pseudo-terminal behind the output of batch jobs.

@@ -16,6 +16,7 @@ module base_text_file
     type(c_ptr) :: stream = c_null_ptr
   contains
     procedure :: create => text_file_create
+    procedure :: create_new => text_file_create_new
     procedure :: append => text_file_append
     procedure :: is_open => text_file_is_open
     procedure :: write => text_file_write
@@ -57,6 +58,15 @@ contains
     self%stream = c_fopen(path//c_null_char, 'w'//c_null_char)
     ok = c_associated(self%stream)
   end subroutine text_file_create
+
+  !> Opens a new, empty file; `ok` is false if something of this name exists.
+  subroutine text_file_create_new(self, path, ok)
+    class(text_file_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    logical, intent(out) :: ok
+    self%stream = c_fopen(path//c_null_char, 'wx'//c_null_char)
+    ok = c_associated(self%stream)
+  end subroutine text_file_create_new
 
   !> Opens a file behind its last character; a missing one is created.
   subroutine text_file_append(self, path, ok)

@@ -13,6 +13,7 @@ module training_search
   use cmaes_stop, only: RUNNING
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
+  use io_identity, only: identity_t
   use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
   use solid_params, only: PARAM_YOUNG
@@ -42,6 +43,7 @@ module training_search
     integer(i8) :: spent = 0               !< evaluations of finished stages
     logical :: is_done = .false.
     type(failure_t) :: failure             !< of files
+    type(identity_t) :: identity           !< of the run, for checkpoints
     type(checkpoint_slots_t), private :: slots
     integer(i8), private :: mark = 0       !< what a checkpoint must belong to
     integer, private :: since_checkpoint = 0
@@ -137,12 +139,14 @@ contains
     call self%slots%newest_valid(name, found)
   end function search_has_backup
 
-  !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty.
-  subroutine search_restore(self, settings, path, log, failure)
+  !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty. `was` is the run that it is of, if it
+  !> could be read.
+  subroutine search_restore(self, settings, path, log, was, failure)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
     character(*), intent(in) :: path
     class(training_listener_t), intent(inout) :: log
+    type(identity_t), intent(out) :: was
     type(failure_t), intent(inout) :: failure
     type(world_t) :: alone
     type(checkpoint_reader_t) :: reader
@@ -165,6 +169,7 @@ contains
     text = ''
     if (reader%has('schema')) call reader%get_text('schema', text, failure)
     if (text /= SCHEMA) call failure%raise(name//': is not a checkpoint of msm_train')
+    call was%load(reader, failure)
     call reader%get_integer('mark', number, failure)
     if (.not. failure%failed .and. number /= self%mark) &
       call failure%raise(name//': belongs to another wing, measurement, box, seed or kind of search')
@@ -366,6 +371,7 @@ contains
     integer :: i
     call self%search%visit(archive)
     call self%slots%begin(writer, self%failure)
+    call self%identity%save(writer)
     call writer%put_text('schema', SCHEMA)
     call writer%put_integer('mark', self%mark)
     call writer%put_integer('stage', int(self%stage, i8))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that go wrong: exit code 3 for a flow that blows up and 1 for a disk that does not take the output;
+"""Runs that go wrong: exit code 3 for a flow that blows up and 5 for a disk that does not take the output;
 the last valid backup stays, the reason is said, nothing hangs.
 
 usage: flusi_failure.py <flusi> <h5dump> [tests]
@@ -8,7 +8,7 @@ usage: flusi_failure.py <flusi> <h5dump> [tests]
 import math
 import shutil
 
-from whole_program import EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, check, main, merged, ring
+from whole_program import EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_OK, check, main, merged, ring
 
 TIMEOUT = 30  # seconds, for runs of less than one
 
@@ -111,12 +111,12 @@ def test_not_a_number(case):
 
 
 def test_output_fails(case):
-    """Output that cannot be written is not a numerical failure: exit code 1, the file is named, no failed-u*."""
+    """Output that cannot be written is not a numerical failure: exit code 5, the file is named, no failed-u*."""
     for obstacle, saving in (("ux_000050.h5", {}), ("runtime_backup1.h5", {"truntime": 1e-9})):
         part = case.sub(obstacle)
         part.write("run.ini", ring(Saving={"naming": "time", "tsave": 0.05, **saving}, Time={"dt_fixed": 0.005}))
         (part.folder / obstacle / "full").mkdir(parents=True)  # a folder cannot be replaced by a file
-        done = part.run("run.ini", ranks=2, code=EXIT_FAILURE, timeout=TIMEOUT)
+        done = part.run("run.ini", ranks=2, code=EXIT_UNWRITABLE, timeout=TIMEOUT)
         check(obstacle in done.err, f"the file is named:\n{done.err}")
         check(not failed_fields(part), "the velocity did not fail")
 

@@ -362,7 +362,7 @@ def test_touching(case):
     check(not any(name.startswith("failed") for name in case.files()), "no parameter of the mechanics would help")
     images = {"Insects": {"x0": "2.0 1.52 1.0"}, "Geometry": {"yl": 3.04}, "Time": {"nt": 50}}
     case.write("run.ini", merged(FLIGHT, images))
-    done = case.run("run.ini", code=EXIT_NUMERICAL)
+    done = case.run("run.ini", "--overwrite", code=EXIT_NUMERICAL)
     check("beyond a side of the periodic box" in done.err, f"images are neighbours, too:\n{done.err}")
     case.write("run.ini", merged(FLIGHT, {"Insects": {"WingThickness": 0.3}}))
     err = case.run("--check", "run.ini", ranks=0).err
@@ -386,7 +386,7 @@ def test_leaving(case):
     short = {"Insects": {"x0": "2.0 2.0 0.16"}, "Time": {"nt": 12, "Tmax": 0.048}}
     case.run(merged_file(case, short), ranks=0)
     heavy = {"Flexible_wing": {"gravity": "0 0 -3e5"}}
-    err = case.run(merged_file(case, short, heavy), ranks=2, code=EXIT_NUMERICAL).err
+    err = case.run(merged_file(case, short, heavy), "--overwrite", ranks=2, code=EXIT_NUMERICAL).err
     check(re.search(r"at t = 0\.0\S+ the left wing leaves the box in the direction z: it reaches from -(0\.0|\d\S*e-)", err),
           f"the reason is told:\n{err}")
     check("the velocity" not in err and not any(name.startswith("failed") for name in case.files()), "and no other")

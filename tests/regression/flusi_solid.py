@@ -8,7 +8,7 @@ import math
 import re
 import shutil
 
-from whole_program import (EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER, SOLID_REFERENCE, SOURCE,
+from whole_program import (EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER, SOLID_REFERENCE, SOURCE,
                            TRAIN_REFERENCE, check, live_keys, main, merged, same_checkpoints)
 
 WING = SOURCE / "wings/calliphora_small.h5"
@@ -33,8 +33,9 @@ def flapping(**sections):
 
 
 def run(case, ini, *arguments, name="run.ini", code=EXIT_OK, ranks=0):
+    """Without arguments a new run, whatever is there."""
     case.write(name, ini)
-    return case.run("--solid", name, *arguments, ranks=ranks, code=code)
+    return case.run("--solid", name, *(arguments or ["--overwrite"]), ranks=ranks, code=code)
 
 
 def records(case, name="solid.t"):
@@ -168,7 +169,7 @@ def test_refused_restarts(case):
     check("flusi: " in done.err and "here_00000.h5" in done.err, done.err)
     check("solid.t" not in case.files(), "nothing was written")
     case.write("here.xmf", "of something else\n")
-    done = run(case, wing(Saving={"name": "here"}, Time={"t_max": 4e-4}), "--restart", code=EXIT_FAILURE)
+    done = run(case, wing(Saving={"name": "here"}, Time={"t_max": 4e-4}), "--restart", code=EXIT_UNWRITABLE)
     check("here.xmf: is not an index of this program" in done.err, done.err)
 
 
@@ -338,8 +339,8 @@ def test_mistakes(case):
         check(sentence in done.out, f"{sentence}:\n{done.out}")
     done = run(case, wing(), ranks=2, code=EXIT_USER)
     check(done.err.count("flusi: --solid runs on one rank, not on 2") == 1, done.err)
-    done = run(case, wing(Saving={"name": "no/such/folder"}), code=EXIT_FAILURE)
-    check("no/such/folder.t: cannot be created" in done.err, done.err)
+    done = run(case, wing(Saving={"name": "no/such/folder"}), code=EXIT_UNWRITABLE)
+    check("no/such/folder.lock: cannot be written" in done.err, done.err)
 
 
 def test_doubts(case):

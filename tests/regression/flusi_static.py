@@ -9,7 +9,7 @@ import re
 import struct
 import xml.etree.ElementTree as ET
 
-from whole_program import (EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER, SOURCE, check, live_keys, main, merged,
+from whole_program import (EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER, SOURCE, check, live_keys, main, merged,
                            SOLID_REFERENCE, STATIC_REFERENCE)
 
 NO_MPI = {"OMPI_MCA_pml": "no_such_component"}
@@ -329,11 +329,11 @@ def test_mistakes(case):
         done = case.run("--static", *arguments, "run.ini", ranks=0, code=EXIT_USER)
         check(word in done.err and case.files() == ["run.ini"], f"{arguments}:\n{done.err}")
     case.write("run.ini", two_loads(Saving={"name": "no/such/folder"}))
-    done = case.run("--static", "run.ini", ranks=0, code=EXIT_FAILURE)
+    done = case.run("--static", "run.ini", ranks=0, code=EXIT_UNWRITABLE)
     check("no/such/folder_loads.t: cannot be written" in done.err, done.err)
     (case.folder / "static_01.h5").mkdir()
     case.write("run.ini", two_loads())
-    done = case.run("--static", "run.ini", ranks=0, code=EXIT_FAILURE)
+    done = case.run("--static", "run.ini", ranks=0, code=EXIT_UNWRITABLE)
     check("static_01.h5" in done.err and case.files() == ["run.ini", "static_01.h5", "static_loads.t"],
           f"a file in the way: {case.files()}\n{done.err}")
 

@@ -44,7 +44,7 @@ intervals = no;
 FLUSI = sys.argv.pop(3)
 # ini/diagnose-flight.ini with one wing, one beat and a grid that is too coarse for physics.
 COARSE = {"nx": 32, "ny": 32, "nz": 16, "Tmax": 1.0, "CFL": 0.9, "eps": 1.0e-2, "sponge_thickness": 4}
-EXIT_NAMED, EXIT_SET, EXIT_USER, EXIT_INSUFFICIENT = 10, 11, 2, 20
+EXIT_NAMED, EXIT_SET, EXIT_USER, EXIT_INSUFFICIENT, EXIT_UNWRITABLE = 10, 11, 2, 20, 5
 SCHEMA = SOURCE / "docs/diagnosis.schema.json"
 
 
@@ -252,7 +252,12 @@ def test_few(case):
     synthesise(case, loads=CASE["loads"][1:2], spacing=2e-3, protocol={"levels": [1]})
     (case.folder / "diagnose.ini").write_text(INPUT.format(wing=CASE["wing"]).replace("joint:C_Sc, joint:R4+5_r-m", "joint:*"))
     plan = case.run("diagnose.ini", "--plan", code=EXIT_OK)
+    for name in "diagnosis.json", "diagnosis_extended.ini", "diagnosis_baseline.ini":
+        case.write(name, "of an earlier diagnosis\n")
     done = case.run("diagnose.ini", code=EXIT_INSUFFICIENT)
+    for name in "diagnosis.json", "diagnosis_extended.ini":
+        check("earlier" in (case.folder / f"{name}.earlier").read_text(), f"{name} moves aside")
+    check("diagnosis_extended.ini" not in case.files(), "and none is there if none is written")
     for name in "diagnosis_plan", "diagnosis":
         found = json.loads((case.folder / f"{name}.json").read_text())
         check(not validate(found, SCHEMA), f"{name}.json is what the schema says: {validate(found, SCHEMA)}")
@@ -305,6 +310,18 @@ def test_mistakes(case):
     (case.folder / "over.ini").write_text(INPUT.format(wing=CASE["wing"]) + "[Saving]\nname = bending;\n")
     done = case.run("over.ini", ranks=1, code=EXIT_USER)
     check("bending.h5 is read, and would be overwritten" in done.err, done.err)
+
+
+def test_files(case):
+    """That nothing can be written, or that another diagnosis writes there, is said before anything is computed."""
+    synthesise(case, loads=CASE["loads"][1:2], spacing=2e-3, protocol={"levels": [1]})
+    case.write("diagnose.ini", INPUT.format(wing=CASE["wing"]) + "[Saving]\nname = no/such/folder;\n")
+    done = case.run("diagnose.ini", ranks=0, code=EXIT_UNWRITABLE)
+    check("no/such/folder.lock: cannot be written" in done.err and "verdict" not in done.out, done.err)
+    case.write("diagnose.ini", INPUT.format(wing=CASE["wing"]))
+    case.write("diagnosis.lock", "% A run\nhost = elsewhere\nprocess = 1\nbirth = 7\nsince = today\n")
+    done = case.run("diagnose.ini", ranks=0, code=EXIT_USER)
+    check("process 1 on elsewhere, since today; if it has ended, remove diagnosis.lock" in done.err, done.err)
 
 
 main(globals())

@@ -60,7 +60,7 @@ def hide(folder, stiffness, hidden, levels=(1.0,), loads=LOADS):
 def seek(folder, sought, keys=""):
     """What msm_train finds, by name, beginning where nothing happens."""
     (folder / "train.ini").write_text(INI.format(wing=WING, joint=JOINT, sought=", ".join(sought), keys=keys))
-    done = subprocess.run([PROGRAM, "train.ini"], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([PROGRAM, "train.ini", "--overwrite"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     text = (folder / "trained.ini").read_text()
     lists = ", ".join(line.partition("=")[2].partition(";")[0] for line in text.splitlines() if line.startswith("param"))

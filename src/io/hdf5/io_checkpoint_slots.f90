@@ -9,6 +9,7 @@ module io_checkpoint_slots
   use base_files, only: join_path, name_of
   use base_kinds, only: i8
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
+  use io_identity, only: identity_t
   use parallel_world, only: world_t
   implicit none
   private
@@ -22,11 +23,13 @@ module io_checkpoint_slots
     integer :: source = -1             !< slot that the run came from, until another one is newer
     integer :: writing = -1            !< slot between begin and commit
     type(failure_t) :: verdict(0:1)    !< why a slot is invalid
+    type(identity_t) :: identity       !< of the run, for its checkpoints
   contains
     procedure :: scan => slots_scan
     procedure :: newest_valid => slots_newest_valid
     procedure :: choose_oldest_or_invalid => slots_choose_oldest_or_invalid
     procedure :: came_from => slots_came_from
+    procedure :: identify => slots_identify
     procedure :: begin => slots_begin
     procedure :: commit => slots_commit
     procedure :: newest_generation => slots_newest_generation
@@ -85,6 +88,13 @@ contains
     end do
   end subroutine slots_came_from
 
+  !> From now on checkpoints carry the identity of their run.
+  subroutine slots_identify(self, identity)
+    class(checkpoint_slots_t), intent(inout) :: self
+    type(identity_t), intent(in) :: identity
+    self%identity = identity
+  end subroutine slots_identify
+
   !> Begins the next checkpoint in the right place, with its generation number. Collective.
   subroutine slots_begin(self, writer, failure)
     class(checkpoint_slots_t), intent(inout) :: self
@@ -93,6 +103,7 @@ contains
     self%writing = next_slot(self)
     call writer%begin(self%world, self%directory, slot_name(self, self%writing), failure)
     call writer%put_integer('generation', maxval(self%generation) + 1)
+    call self%identity%save(writer)
   end subroutine slots_begin
 
   !> Commits the checkpoint that `begin` began. After a failure the earlier ones are untouched and the

@@ -16,9 +16,9 @@ module io_config
                     KEY_TEXT, KEY_WORD
   use io_peek, only: find_spacing
   use io_registry, only: registry_t
-  use io_shared_text, only: read_text_file
+  use io_shared_text, only: add_named_files, content_note, read_text_file
   use io_units, only: unit_scales_t, unit_value
-  use io_value, only: effective_line, read_value, value_t
+  use io_value, only: effective_line, read_value, value_t, value_text
   use parallel_world, only: world_t
   implicit none
   private
@@ -50,6 +50,8 @@ module io_config
     procedure :: complain => config_complain
     procedure :: settle => config_settle
     procedure :: reads => config_reads
+    procedure :: inputs => config_inputs
+    procedure :: named_files => config_named_files
   end type config_t
 
 contains
@@ -305,6 +307,48 @@ contains
       if (has_header) write (unit, '(a)') ''
     end do
   end subroutine config_print_effective
+
+  !> All values in one text, of which each line is `[section] key = value`, in L, T and M; behind the name of a file is
+  !> what tells its content. The names of what a run writes are left out. Not collective: the calling rank reads the files.
+  function config_inputs(self) result(text)
+    class(config_t), intent(in) :: self
+    character(:), allocatable :: text, line
+    type(value_t) :: value
+    integer :: i, k
+    text = ''
+    do i = 1, self%registry%n_keys
+      associate (key => self%registry%keys(i)%key)
+        if (key%kind == KEY_INERT .or. key%section == INCLUDE_SECTION .or. .not. self%values(i)%is_known) cycle
+        value = self%values(i)
+        value%number = value%number/value%unit
+        value%reals = value%reals/value%unit
+        line = value_text(key, value)
+        do k = 1, len(line) ! of matrices
+          if (line(k:k) == new_line('a')) line(k:k) = ' '
+        end do
+        if (any(key%kind == [KEY_TEXT, KEY_WORD]) .and. key%section /= 'Saving') &
+          line = line//content_note(value%text, self%name)
+        text = text//'['//key%section//'] '//key%name//' = '//line//new_line('a')
+      end associate
+    end do
+  end function config_inputs
+
+  !> Adds the paths of all files that are read: the file itself, those that it includes, and those that values name and
+  !> that exist. Not collective.
+  subroutine config_named_files(self, paths)
+    class(config_t), intent(in) :: self
+    type(message_list_t), intent(inout) :: paths
+    integer :: i
+    do i = 1, self%sources%count()
+      call paths%add(self%sources%text(i))
+    end do
+    do i = 1, self%registry%n_keys
+      associate (key => self%registry%keys(i)%key)
+        if (any(key%kind == [KEY_TEXT, KEY_WORD]) .and. self%values(i)%is_known .and. key%section /= 'Saving') &
+          call add_named_files(self%values(i)%text, self%name, paths)
+      end associate
+    end do
+  end subroutine config_named_files
 
   integer function find(self, section, key) result(i)
     class(config_t), intent(in) :: self

@@ -1,13 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Small text files that every rank needs, read from the disk once.
 module io_shared_text
+  use base_checksum, only: checksum_add, checksum_text
+  use base_errors, only: message_list_t
   use base_files, only: file_exists, folder_of, join_path
-  use base_text, only: quoted
+  use base_kinds, only: i8
+  use base_text, only: next_word, quoted
   use parallel_world, only: world_t
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
-  public :: read_text_file, read_shared_text, read_named_text, named_path
+  public :: read_text_file, read_shared_text, read_named_text, named_path, add_named_files, content_note
 
   integer(int64), parameter :: MAX_BYTES = 64*1024_int64**2
 
@@ -98,4 +101,47 @@ contains
     end if
     if (present(world)) call world%broadcast_text(path)
   end function named_path
+
+  !> Adds the paths of the files that `list` names, separated by commas, each perhaps behind a word and ::, and looked for
+  !> like named_path, if they exist. Not collective.
+  subroutine add_named_files(list, ini, paths)
+    character(*), intent(in) :: list, ini
+    type(message_list_t), intent(inout) :: paths
+    character(:), allocatable :: name, path
+    integer :: position, first, last
+    logical :: found
+    position = 1
+    do
+      call next_word(list, ',', position, first, last, found)
+      if (.not. found) return
+      name = trim(adjustl(list(first:last)))
+      if (index(name, '::') > 0) name = name(index(name, '::') + 2:)
+      if (name == '') cycle
+      path = named_path(name, ini)
+      if (path == '') cycle
+      if (.not. file_exists(path//'/.')) call paths%add(path) ! no folder
+    end do
+  end subroutine add_named_files
+
+  !> ` {content CHECKSUM}` of the files that `list` names as for add_named_files; empty if none of them is there. Files above
+  !> 64 MB count with their names alone. Not collective.
+  function content_note(list, ini) result(note)
+    character(*), intent(in) :: list, ini
+    character(:), allocatable :: note, content, problem
+    type(message_list_t) :: paths
+    character(16) :: digits
+    integer(i8) :: total
+    integer :: i
+    note = ''
+    call add_named_files(list, ini, paths)
+    if (paths%count() == 0) return
+    total = 0
+    do i = 1, paths%count()
+      call read_text_file(paths%text(i), content, problem)
+      if (allocated(problem)) content = paths%text(i)
+      total = checksum_add(ishftc(total, 7), checksum_text(content))
+    end do
+    write (digits, '(z16.16)') total
+    note = ' {content '//digits//'}'
+  end function content_note
 end module io_shared_text

@@ -13,6 +13,8 @@ module common_arguments
     logical, allocatable :: has_flag(:)       !< for each of the flags
     logical :: is_final = .false.             !< --help, --version or --parameters: nothing else matters
     logical :: restart = .false.
+    logical :: overwrite = .false.            !< results of an earlier run move aside
+    logical :: accepts = .false.              !< a restart takes inputs that do not fit the checkpoint
     character(:), allocatable :: restart_file !< empty: the newest valid backup
     integer :: n_files = 0
     character(:), allocatable :: file, other_file !< the first two; empty if not given
@@ -21,8 +23,8 @@ module common_arguments
 contains
 
   !> Sorts the arguments. Of `actions` one at most may be given; they include those that end everything (--help,
-  !> also as -h, --version, --parameters). `flags` may be given in any number. --restart and --restart=FILE are known
-  !> if `takes_restart`. Every mistake is added to `errors`; too many or missing files are the caller's to report.
+  !> also as -h, --version, --parameters). `flags` may be given in any number. --restart, --restart=FILE, --overwrite and
+  !> --accept-changes are known if `takes_restart`. Every mistake is added to `errors`; too many or missing files are the caller's to report.
   subroutine parse_arguments(actions, flags, takes_restart, arguments, errors)
     character(*), intent(in) :: actions(:), flags(:)
     logical, intent(in) :: takes_restart
@@ -53,6 +55,10 @@ contains
         arguments%restart = .true.
         arguments%restart_file = argument(len(RESTART_FROM) + 1:)
         if (arguments%restart_file == '') call errors%add('--restart= needs the name of a backup')
+      else if (takes_restart .and. argument == '--overwrite') then
+        arguments%overwrite = .true.
+      else if (takes_restart .and. argument == '--accept-changes') then
+        arguments%accepts = .true.
       else if (index(argument, '-') == 1) then
         call errors%add('unknown argument "'//argument//'"')
       else
@@ -61,6 +67,8 @@ contains
         if (arguments%n_files == 2) arguments%other_file = argument
       end if
     end do
+    if (arguments%overwrite .and. arguments%restart) call errors%add('--overwrite contradicts --restart')
+    if (arguments%accepts .and. .not. arguments%restart) call errors%add('--accept-changes goes with --restart')
   end subroutine parse_arguments
 
   !> Place of `name` in `names`; 0 if it is not there.

@@ -22,6 +22,8 @@ module flusi_command
     character(:), allocatable :: ini          !< parameter file
     logical :: restart = .false.
     character(:), allocatable :: restart_file !< empty: the newest valid backup
+    logical :: overwrite = .false.            !< results of an earlier run move aside
+    logical :: accepts = .false.              !< a restart takes inputs that do not fit the checkpoint
     logical :: flusi_compat = .false.         !< duplicate keys: the first wins
     logical :: postprocess = .false.          !< called in FLUSI's way, results go to files
     character(:), allocatable :: file, other_file
@@ -43,6 +45,8 @@ contains
     command%other_file = arguments%other_file
     command%restart = arguments%restart
     command%restart_file = arguments%restart_file
+    command%overwrite = arguments%overwrite
+    command%accepts = arguments%accepts
     if (arguments%is_final) return
     command%flusi_compat = arguments%has_flag(3)
     command%postprocess = any(arguments%has_flag(4:5))
@@ -92,17 +96,21 @@ contains
     end select
     if (command%restart .and. all(command%action /= [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])) &
       call errors%add('--restart goes with a run')
+    if (command%overwrite .and. all(command%action /= [ACTION_RUN, ACTION_SOLID])) &
+      call errors%add('--overwrite goes with a run')
   end subroutine check_files
 
   !> Writes how the program is called.
   subroutine print_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(20) = [character(84) :: &
+    character(*), parameter :: LINES(24) = [character(84) :: &
                                             'usage: mpirun -n RANKS flusi FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
                                  '  --dry-run           print memory, time step, steps and output files; run nothing', &
                                             '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
+                                         '  --accept-changes    and with inputs that do not fit the backup', &
+                                         '  --overwrite         begin anew; results of an earlier run move aside', &
                                         '  --flusi-compat      where a key stands twice, the first wins, as in FLUSI', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
@@ -114,8 +122,10 @@ contains
                                             '       flusi [--postprocess] --compare-keys A.key B.key', &
                                             '', &
                                    'exit codes: 0 the run reached its end       3 numerical failure, checkpoint kept', &
-                                     '            1 defect of program or machine  4 stopped early with a checkpoint:', &
+                                     '            1 defect of the program         4 stopped early with a checkpoint:', &
                                            '            2 mistake in the input            start again with --restart', &
+                            '            5 files cannot be written: the disk is full, or the folder read-only', &
+                            '              or missing; what was complete before is kept', &
                                             '', &
                                             'parameters: docs/parameters.md, examples: ini/']
     call print_lines(unit, LINES)

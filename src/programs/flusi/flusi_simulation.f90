@@ -2,15 +2,16 @@
 !> One run: the fluid, its output, its checkpoints, and the rules to stop.
 module flusi_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED
-  use base_errors, only: failure_t
+  use base_constants, only: EXIT_OK, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE
+  use base_errors, only: failure_t, message_list_t
   use base_files, only: name_of
   use base_kinds, only: i8, rp
   use base_timers, only: timers_t
   use common_progress, only: progress_t
+  use common_run, only: run_t
   use fluid_requests, only: request_t
-  use fluid_restart, only: save_fluid, load_fluid
   use fluid_solver, only: fluid_t
+  use flusi_checkpoints, only: put_state, restore_state, result_names
   use flusi_command, only: command_t
   use flusi_flight_faults, only: check_flight
   use flusi_output, only: output_t
@@ -20,10 +21,8 @@ module flusi_simulation
   use flusi_summary, only: write_summary
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_restart, only: has_flexible_wings, load_wings, save_wings
-  use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
   use fsi_thin_wings, only: thin_wings_t
-  use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
+  use io_checkpoint, only: checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use io_stop, only: stop_rules_t
   use parallel_world, only: world_t
@@ -32,7 +31,7 @@ module flusi_simulation
   private
   public :: simulation_t
 
-  character(*), parameter :: BACKUP_NAME = 'runtime_backup', WISDOM_NAME = 'fftw_wisdom'
+  character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
   type :: simulation_t
@@ -41,11 +40,13 @@ module flusi_simulation
     type(fluid_t) :: fluid
     type(flapping_wings_t), allocatable :: wings !< if anything moves
     type(coupler_t), allocatable :: coupler      !< if the flow bends them
-    type(thin_wings_t), allocatable :: thin  !< of wings without thickness
+    type(thin_wings_t), allocatable :: thin      !< of wings without thickness
     type(run_series_t), private :: series
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
     type(stop_rules_t), private :: stop_rules
+    type(run_t), private :: files                !< that are written, and no other run's
+    logical, private :: is_built = .false.
     type(progress_t), private :: progress
     type(timers_t), private :: timers
     integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_wings = 0, t_output = 0, t_backup = 0
@@ -71,6 +72,7 @@ contains
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
     type(command_t), intent(in) :: command
+    type(message_list_t) :: remarks, patterns
     real(rp), allocatable :: restart_time ! in a new run it has none, and is absent where it is handed on
     logical :: restarts, found
 
@@ -89,6 +91,16 @@ contains
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
+    restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
+    call self%files%begin(world, 'flusi', BASE_NAME, command%ini, settings%config, self%failure)
+    if (restarts .and. command%overwrite) call self%failure%raise('--overwrite contradicts inicond = backup')
+    call result_names(patterns)
+    if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%failure)
+    if (self%failure%failed) then
+      call self%fail(merge(EXIT_USER, self%files%code, self%files%code == EXIT_OK))
+      return
+    end if
+    self%is_built = .true.
     call self%stop_rules%init(settings%output%limits)
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
     call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
@@ -105,11 +117,9 @@ contains
                              self%wings)
       if (allocated(self%thin)) call self%thin%soften(settings%coupler%model%points, settings%coupler%units)
     end if
-    call self%slots%scan(world, '.', BACKUP_NAME) ! with iDoBackup = no too: an early stop writes one
-
-    restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
+    if (restarts) call self%slots%scan(world, '.', BACKUP_NAME)
     if (restarts .and. .not. self%failure%failed) then
-      call self%restart(command)
+      call self%restart(command, remarks)
       restart_time = self%fluid%rhs%state%time
     else if (.not. self%failure%failed) then
       call self%fluid%start(self%failure)
@@ -125,17 +135,27 @@ contains
     if (settings%fluid%intelligent_dt) self%fluid%rhs%intervals = &
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                  settings%output%slices), 0.0_rp]
+    call self%files%settle(self%failure)
+    if (self%failure%failed) then
+      call self%fail(self%files%code)
+      return
+    end if
+    ! With iDoBackup = no too: an early stop writes one.
+    if (.not. restarts) call self%slots%scan(world, '.', BACKUP_NAME)
+    call self%slots%identify(self%files%identity)
     call self%stop_rules%listen(world)
     call self%series%open(world, self%fluid, settings%units%note(), self%failure, self%wings, settings%flexible, &
                           restart_time)
     call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), &
                           self%failure, self%wings, restart_time)
     if (self%failure%failed) then
-      call self%fail(EXIT_FAILURE)
+      call self%fail(EXIT_UNWRITABLE)
       return
     end if
-    if (world%is_root) call print_run_header(output_unit, settings, self%fluid, self%coupler, &
-                                             restart_time, self%thin)
+    if (world%is_root) then
+      call print_run_header(output_unit, settings, self%fluid, self%coupler, restart_time, self%thin)
+      call remarks%print(output_unit, '')
+    end if
     call self%progress%init(world%is_root, settings%output%progress_seconds)
     call self%timers%stop(self%t_start)
   end subroutine simulation_init
@@ -189,7 +209,7 @@ contains
         call self%output%write_failed(fluid, self%failure)
         call self%fail(EXIT_NUMERICAL)
       else if (self%failure%failed) then
-        call self%fail(EXIT_FAILURE)
+        call self%fail(EXIT_UNWRITABLE)
       end if
     end associate
   end subroutine simulation_run
@@ -241,17 +261,22 @@ contains
   !> Closes files, prints where the time went, releases everything. Collective.
   subroutine simulation_finish(self)
     class(simulation_t), intent(inout) :: self
+    if (.not. self%is_built) then
+      call self%files%finish()
+      return
+    end if
     if (self%exit_code /= EXIT_USER) then
       call self%series%close(self%failure)
       if (self%exit_code == EXIT_OK .and. allocated(self%wings) .and. self%world%is_root .and. &
           self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%failure)
-      if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_FAILURE)
+      if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_UNWRITABLE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
       if (self%world%is_root .and. allocated(self%coupler)) call print_coupling(output_unit, self%coupler)
     end if
     call self%fluid%free()
     if (allocated(self%coupler)) call self%coupler%free()
+    call self%files%finish()
   end subroutine simulation_finish
 
   !> Whether end time or number of steps is reached.
@@ -274,10 +299,10 @@ contains
   end subroutine write_all
 
   !> Restores the state from the named checkpoint or the newest valid one.
-  subroutine restart(self, command)
+  subroutine restart(self, command, remarks)
     class(simulation_t), intent(inout) :: self
     type(command_t), intent(in) :: command
-    type(checkpoint_reader_t) :: reader
+    type(message_list_t), intent(inout) :: remarks
     character(:), allocatable :: path
     logical :: found
     path = command%restart_file
@@ -292,21 +317,8 @@ contains
         return
       end if
     end if
-    call reader%open(self%world, path, self%failure)
-    if (self%failure%failed) return
-    call load_fluid(reader, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state, self%failure)
-    if (self%failure%failed) return
-    if (allocated(self%coupler)) then
-      call load_wings(reader, self%wings, self%coupler, self%failure)
-    else if (has_flexible_wings(reader)) then
-      call self%failure%raise('the checkpoint has flexible wings, this run has not')
-    end if
-    if (allocated(self%thin)) then
-      call load_thin_wings(reader, self%wings, self%thin, self%failure)
-    else if (has_thin_wings(reader)) then
-      call self%failure%raise('the checkpoint has wings without thickness: set [Insects] surface = thin')
-    end if
-    call reader%close(self%failure)
+    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%failure, &
+                       self%wings, self%coupler, self%thin)
     call self%slots%came_from(path)
   end subroutine restart
 
@@ -323,9 +335,7 @@ contains
     self%blown_up = self%failure%failed
     if (.not. self%blown_up) then
       call self%slots%begin(writer, self%failure)
-      call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
-      if (allocated(self%coupler)) call save_wings(writer, self%wings, self%coupler)
-      if (allocated(self%thin)) call save_thin_wings(writer, self%wings, self%thin)
+      call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin)
       call self%slots%commit(writer, self%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
@@ -344,8 +354,8 @@ contains
     call self%coupler%rewind(self%fluid%rhs%state%time, self%wings)
     call writer%begin(self%world, '.', FAILED_NAME, writing)
     call writer%put_integer('generation', 0_i8)
-    call save_fluid(writer, self%settings%fluid, self%fluid%transform%sticks, self%fluid%rhs%state)
-    call save_wings(writer, self%wings, self%coupler)
+    call self%files%identity%save(writer)
+    call put_state(writer, self%settings, self%fluid, self%wings, self%coupler)
     call writer%commit(writing)
     if (writing%failed) then
       self%failure%reason = self%failure%reason//'; moreover: '//writing%reason

@@ -62,11 +62,11 @@ contains
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &
                                             '', &
-                                       'exit codes: 0 adequate, --plan or --check     1 defect of program or machine', &
+                                       'exit codes: 0 adequate, --plan or --check     1 defect of the program', &
                                             '           10 one cause is named              2 mistake in the input', &
                                             '           11 several causes are possible     3 numerical failure', &
                                             '           12 a cause that is not in the catalogue', &
-                                            '           20 not enough data', &
+                                            '           20 not enough data                 5 files cannot be written', &
                                             "Open MPI's mpirun calls every code but 0 an error; with -q it does not.", &
                                             'parameters: docs/parameters.md, example: ini/diagnose.ini']
     call print_lines(unit, LINES)

@@ -2,7 +2,7 @@
 !> A diagnosis from beginning to end. Rank 0 leads, all ranks solve.
 module diagnose_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
+  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use base_random, only: random_uniforms
@@ -22,6 +22,8 @@ module diagnose_job
   use diagnosis_zeros, only: compare_zeros, zeros_t
   use inference_battery, only: question_t, question_residuals
   use inference_engine, only: diagnosis_t, run_diagnosis
+  use io_aside, only: put_aside, ASIDE
+  use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
   use parallel_world, only: world_t
   implicit none
   private
@@ -38,6 +40,7 @@ module diagnose_job
     type(mesh_band_t) :: band
     logical :: has_band = .false. !< the band can be sought
     type(failure_t) :: failure
+    type(lock_t), private :: lock !< of the files, on rank 0
     integer :: code = EXIT_OK   !< of the program
   contains
     procedure :: load => diagnose_load
@@ -100,6 +103,8 @@ contains
     type(draws_file_t) :: store
     character(:), allocatable :: warning
     store%path = self%settings%draws_path
+    call prepare_files(self, command%action == DIAGNOSE_PLAN)
+    if (self%failure%failed) return
     if (command%action == DIAGNOSE_PLAN) then
       call print_plan(output_unit, self%settings, self%simulator, self%failure, store)
       if (self%failure%failed) self%code = EXIT_NUMERICAL
@@ -129,8 +134,34 @@ contains
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)
-    self%code = merge(EXIT_FAILURE, self%diagnosis%decision%verdict, self%failure%failed)
+    self%code = merge(EXIT_UNWRITABLE, self%diagnosis%decision%verdict, self%failure%failed)
   end subroutine diagnose_lead
+
+  !> Rank 0: finds out whether files can be written, by a lock against another run, and moves a verdict of before aside, so
+  !> that none is there if this run does not come to one.
+  subroutine prepare_files(self, is_plan)
+    class(diagnose_t), intent(inout) :: self
+    logical, intent(in) :: is_plan
+    character(14), parameter :: FINAL(5) = [character(14) :: '.json', '.h5', '_baseline.ini', '_extended.ini', &
+                                                                                                      '_plan.json']
+    character(:), allocatable :: message, path
+    logical :: has_moved
+    integer :: state, i
+    call self%lock%acquire(self%settings%name//'.lock', state, message)
+    if (state /= LOCK_HELD) then
+      self%code = merge(EXIT_USER, EXIT_UNWRITABLE, state == LOCK_TAKEN)
+      call self%failure%raise(message)
+      return
+    end if
+    if (message /= '') write (error_unit, '(a)') 'notice: '//message
+    do i = 1, size(FINAL)
+      if (is_plan .neqv. i == size(FINAL)) cycle
+      path = self%settings%name//trim(FINAL(i))
+      call put_aside(path, has_moved)
+      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis is '//path//ASIDE//' now'
+    end do
+    flush (error_unit)
+  end subroutine prepare_files
 
   !> Does tasks for rank 0. On the other ranks.
   subroutine diagnose_serve(self)
@@ -198,6 +229,7 @@ contains
     class(diagnose_t), intent(inout) :: self
     if (self%failure%failed) write (error_unit, '(a)') 'msm_diagnose: '//self%failure%reason
     flush (error_unit)
+    call self%lock%release()
     call self%simulator%free()
     if (self%has_band) call self%band%free()
     self%code = self%world%max_integer(self%code)

@@ -3,7 +3,7 @@
 !> begun. One that cannot be trained does not keep the others from it.
 module train_batch
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_constants, only: EXIT_FAILURE, EXIT_OK, EXIT_STOPPED, EXIT_USER
+  use base_constants, only: EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -35,11 +35,11 @@ contains
     do i = 1, n_individuals
       call train_one(command, world, i, wall_seconds() - begun, summary, code_of_one)
       if (code == EXIT_OK) code = code_of_one
-      if (code_of_one == EXIT_STOPPED .or. code_of_one == EXIT_FAILURE) return
+      if (code_of_one == EXIT_STOPPED .or. code_of_one == EXIT_UNWRITABLE) return
     end do
     ok = .true.
     if (world%is_root .and. command%action == TRAIN_RUN .and. n_individuals > 1) call summary%write(ok)
-    if (.not. ok) code = EXIT_FAILURE
+    if (.not. ok) code = EXIT_UNWRITABLE
     code = world%max_integer(code)
   end subroutine train_individuals
 

@@ -19,6 +19,8 @@ module train_command
     character(:), allocatable :: ini          !< parameter file
     logical :: restart = .false.
     character(:), allocatable :: restart_file !< empty: the newest valid backup
+    logical :: overwrite = .false.            !< results of an earlier run move aside
+    logical :: accepts = .false.              !< a restart takes inputs that do not fit the checkpoint
   end type train_command_t
 
 contains
@@ -33,29 +35,35 @@ contains
     command%ini = arguments%file
     command%restart = arguments%restart
     command%restart_file = arguments%restart_file
+    command%overwrite = arguments%overwrite
+    command%accepts = arguments%accepts
     if (arguments%is_final) return
     if (arguments%n_files > 1) call errors%add('too many file names')
     if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
     if (command%restart .and. command%action /= TRAIN_RUN) call errors%add('--restart goes with a run')
+    if (command%overwrite .and. command%action /= TRAIN_RUN) call errors%add('--overwrite goes with a run')
   end subroutine parse_train_command
 
   !> Writes how the program is called.
   subroutine print_train_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(15) = [character(84) :: &
+    character(*), parameter :: LINES(18) = [character(84) :: &
                                             'usage: mpirun -n RANKS msm_train FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
                                             '  --evaluate          print the cost of the wing as [Wing] has it', &
                                   '  --screen            rank veins and joints by their effect on the measured loads', &
                                             '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
+                                         '  --accept-changes    and with inputs that do not fit the backup', &
+                                         '  --overwrite         begin anew; results of an earlier run move aside', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &
                                             '', &
                                     'exit codes: 0 the training reached its end     3 numerical failure, backup kept', &
-                                     '            1 defect of program or machine  4 stopped early with a checkpoint:', &
+                                     '            1 defect of the program         4 stopped early with a checkpoint:', &
                                            '            2 mistake in the input            start again with --restart', &
+                            '            5 files cannot be written: the disk is full, or the folder read-only', &
                                             '', &
                                             'parameters: docs/parameters.md, example: ini/train.ini']
     call print_lines(unit, LINES)

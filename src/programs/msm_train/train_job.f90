@@ -2,11 +2,14 @@
 !> A training from beginning to end: search, polish, files. Rank 0 leads, all ranks solve.
 module train_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER
+  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: i8, rp
   use base_text, only: number_text
+  use common_run, only: run_t
   use common_wing_report, only: print_wing
+  use io_aside, only: put_aside, ASIDE
+  use io_identity, only: identity_t
   use parallel_world, only: world_t
   use train_command, only: train_command_t, TRAIN_RUN, TRAIN_SCREEN
   use train_evaluation, only: evaluate_wing, print_loads
@@ -29,6 +32,7 @@ module train_job
     type(train_crew_t) :: crew
     type(train_search_t) :: search
     type(train_log_t) :: log
+    type(run_t) :: files        !< that rank 0 writes, and no other run's
     type(failure_t) :: failure  !< of files
     type(trained_t) :: trained  !< on rank 0, once `has_outcome`
     logical :: has_outcome = .false.
@@ -87,22 +91,9 @@ contains
     type(train_command_t), intent(in) :: command
     real(rp), allocatable :: u(:), starts(:, :)
     real(rp) :: cost
-    logical :: has_best, ok
-    call self%log%open(.true., self%settings%name//'.log', command%restart, self%settings%progress_seconds, ok)
-    if (.not. ok) then
-      call self%failure%raise(self%settings%name//'.log: cannot be written: is the folder missing or the disk full?')
-      return
-    end if
-    call self%search%init(self%settings, self%crew)
-    if (command%restart .and. self%settings%n_individuals > 1 .and. .not. self%search%has_backup()) then
-      call self%log%say('restart   there is no backup of '//self%settings%individual//': it begins anew')
-    else if (command%restart) then
-      call self%search%restore(self%settings, command%restart_file, self%log, self%failure)
-      if (self%failure%failed) then
-        self%code = EXIT_USER
-        return
-      end if
-    end if
+    logical :: has_best
+    call open_files(self, command)
+    if (self%failure%failed) return
     call self%crew%stop_rules%listen(self%world)
     call tell_what(self)
     if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%crew, self%log)
@@ -131,6 +122,64 @@ contains
     end if
     call tell_outcome(self, self%trained)
   end subroutine training_lead
+
+  !> Rank 0: locks the files, restores the search if wanted, and makes place for results. No result that looks final stays.
+  subroutine open_files(self, command)
+    class(training_t), intent(inout), target :: self
+    type(train_command_t), intent(in) :: command
+    type(world_t) :: alone
+    type(message_list_t) :: patterns
+    logical :: ok, has_moved
+    call alone%isolate()
+    associate (s => self%settings)
+      call self%files%begin(alone, 'msm_train', s%name, command%ini, s%config, self%failure)
+      call patterns%add(s%name//'.log')
+      call patterns%add(s%name//'_history.h5')
+      call patterns%add(s%result)
+      if (.not. command%restart) then
+        call self%files%check_new(command%overwrite, patterns, self%failure)
+        call self%files%settle(self%failure)
+      end if
+      if (self%failure%failed) return
+      call self%log%open(.true., s%name//'.log', command%restart, s%progress_seconds, ok)
+      if (.not. ok) then
+        call self%failure%raise(s%name//'.log: cannot be written: is the folder missing or the disk full?')
+        return
+      end if
+      call self%search%init(s, self%crew)
+      if (command%restart .and. s%n_individuals > 1 .and. .not. self%search%has_backup()) then
+        call self%log%say('restart   there is no backup of '//s%individual//': it begins anew')
+      else if (command%restart) then
+        call restore(self, command)
+      end if
+      call self%files%settle(self%failure)
+      if (self%failure%failed) return
+      self%search%identity = self%files%identity
+      call put_aside(s%result, has_moved)
+      if (has_moved) call self%log%say('notice: '//s%result//' of an earlier training is '//s%result//ASIDE//' now')
+    end associate
+  end subroutine open_files
+
+  !> Goes on from a checkpoint, and tells which inputs differ.
+  subroutine restore(self, command)
+    class(training_t), intent(inout), target :: self
+    type(train_command_t), intent(in) :: command
+    type(identity_t) :: was
+    type(message_list_t) :: none, remarks
+    type(failure_t) :: judged
+    integer :: i
+    call self%search%restore(self%settings, command%restart_file, self%log, was, self%failure)
+    call self%files%judge(was, [character(0) ::], none, command%accepts, remarks, judged)
+    if (judged%failed) call self%failure%raise(judged%reason)
+    if (self%failure%failed) self%code = EXIT_USER
+    do i = 1, remarks%count()
+      if (self%failure%failed .and. was%is_known()) then
+        self%failure%reason = self%failure%reason//new_line('a')//'  '//remarks%text(i)
+      else if (.not. self%failure%failed) then
+        call self%log%say(remarks%text(i))
+      end if
+    end do
+  end subroutine restore
 
   !> A failure of files in the search ends the training.
   logical function take_failure(self) result(failed)
@@ -230,9 +279,10 @@ contains
   subroutine training_finish(self)
     class(training_t), intent(inout) :: self
     call self%log%close()
+    call self%files%finish()
     if (self%failure%failed) then
       write (error_unit, '(a)') 'msm_train: '//self%failure%reason
-      if (self%code == EXIT_OK) self%code = EXIT_FAILURE
+      if (self%code == EXIT_OK) self%code = merge(self%files%code, EXIT_UNWRITABLE, self%files%code /= EXIT_OK)
     end if
     flush (error_unit)
     call self%runner%free()

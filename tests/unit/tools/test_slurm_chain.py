@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 
 SCRIPT = Path(__file__).resolve().parents[3] / "tools" / "slurm" / "flusi.sbatch"
-SBATCH = 'echo "$FLUSI_CHAIN $*" > submitted\n'
+SBATCH = 'echo "$FLUSI_CHAIN $*" > submitted; echo "$FLUSI_CHAIN_RUN" > submitted_run\n'
 
 
 class SlurmChain(unittest.TestCase):
@@ -51,10 +51,26 @@ class SlurmChain(unittest.TestCase):
         code, output = self.run_job("touch runtime_backup0.h5; exit 4\n")
         self.assertEqual((code, self.read("submitted")), (0, f"2 --export=ALL {SCRIPT} a.ini"), output)
 
-    def test_successor_restarts(self):
+    def test_first_job_takes_up_no_run_unless_told(self):
         (self.folder / "runtime_backup1.h5").touch()
-        self.run_job("exit 0\n", FLUSI="/opt/flusi")
-        self.assertEqual(self.read("started"), "/opt/flusi a.ini --restart")
+        for words in ([], ["--restart"], ["--overwrite"]):
+            self.run_job("exit 0\n", "a.ini", *words, FLUSI="/opt/flusi")
+            self.assertEqual(self.read("started"), " ".join(["/opt/flusi a.ini", *words]))
+        code, output = self.run_job("exit 0\n", "a.ini", "--whatever")
+        self.assertEqual((code, "usage" in output), (2, True), output)
+
+    def test_successor_restarts_its_own_run(self):
+        self.run_job("printf 'id = 12AB\\nversion = 1\\n' > runtime_identity.txt; touch runtime_backup0.h5; exit 4\n")
+        self.assertEqual(self.read("submitted_run"), "12AB")
+        self.run_job("exit 0\n", FLUSI_CHAIN="2", FLUSI_CHAIN_RUN="12AB")
+        self.assertEqual(self.read("started"), "flusi a.ini --restart")
+
+    def test_successor_leaves_another_run_alone(self):
+        (self.folder / "runtime_identity.txt").write_text("id = 34CD\n")
+        (self.folder / "runtime_backup0.h5").touch()
+        code, output = self.run_job("exit 0\n", FLUSI_CHAIN="2", FLUSI_CHAIN_RUN="12AB")
+        self.assertEqual((code, self.read("started")), (2, None), output)
+        self.assertIn("this folder holds run '34CD' now", output)
 
     def test_no_new_checkpoint_ends_the_chain(self):
         (self.folder / "runtime_backup0.h5").touch()

@@ -2,12 +2,13 @@
 !> `flusi --solid INI`: the motion of a wing in time without a fluid (see solid_dynamics). One rank.
 module flusi_solid
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER
+  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_files, only: folder_of, join_path, name_of
   use base_kinds, only: rp
   use base_text, only: number_text
   use common_progress, only: progress_t
+  use common_run, only: run_t
   use common_wing_doubts, only: print_notices
   use common_wing_report, only: print_wing
   use flusi_command, only: command_t, ACTION_SOLID_CHECK
@@ -18,6 +19,7 @@ module flusi_solid
   use flusi_wing_places, only: add_force
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
+  use io_identity, only: identity_t
   use io_stop, only: stop_rules_t
   use parallel_world, only: world_t
   use solid_balance, only: balance_t, work_t
@@ -30,6 +32,8 @@ module flusi_solid
   public :: check_solid, run_solid
 
   real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
+  !> Inputs that a state belongs to: it is relative to the wing and to its frame, whose beat these units time.
+  character(20), parameter :: STATE_KEYS(3) = [character(20) :: '[units] *', '[Motion] type', '[Motion] wing']
 
   !> One run.
   type :: solid_run_t
@@ -42,6 +46,7 @@ module flusi_solid
     type(step_report_t) :: report
     type(solid_output_t) :: output
     type(checkpoint_slots_t) :: slots
+    type(run_t) :: files                 !< that are written, and no other run's
     type(stop_rules_t) :: stop_rules
     type(progress_t) :: progress
     real(rp), allocatable :: force(:, :) !< (3, n_all) [N] external forces at the time of the state
@@ -103,9 +108,10 @@ contains
     if (started) call advance_all(run, code)
     if (run%is_open) call run%output%close(run%failure)
     call run%stepper%free()
+    call run%files%finish()
     if (.not. run%failure%failed) return
     write (error_unit, '(a)') 'flusi: '//run%failure%reason
-    if (code /= EXIT_NUMERICAL) code = EXIT_FAILURE
+    if (code /= EXIT_NUMERICAL) code = merge(run%files%code, EXIT_UNWRITABLE, run%files%code /= EXIT_OK)
   end subroutine run_solid
 
   !> Sets or restores the state at the beginning and opens all files.
@@ -115,17 +121,22 @@ contains
     logical, intent(out) :: started
     integer, intent(out) :: code
     type(failure_t) :: problem
+    type(message_list_t) :: patterns, remarks
     started = .false.
     code = EXIT_USER
+    call result_names(self%settings%name, patterns)
+    call self%files%begin(self%world, 'flusi --solid', self%settings%name, command%ini, self%settings%config, self%failure)
+    if (.not. command%restart) call self%files%check_new(command%overwrite, patterns, self%failure)
+    if (self%failure%failed) return
     associate (s => self%settings, model => self%settings%setup%model)
       allocate (self%force(3, model%n_all), source=0.0_rp)
       call self%stepper%init(model)
       call self%balance%init(model)
       call self%stop_rules%init(s%output%limits)
-      call self%slots%scan(self%world, folder_of(s%name), name_of(s%name)//'_backup')
+      if (command%restart) call self%slots%scan(self%world, folder_of(s%name), name_of(s%name)//'_backup')
       call self%state%init(model, 0.0_rp)
       if (command%restart) then
-        call restart(self, command, problem)
+        call restart(self, command, remarks, problem)
       else
         call set_initial_shape(self, problem, code)
       end if
@@ -134,6 +145,11 @@ contains
         return
       end if
       code = EXIT_OK
+      call self%files%settle(self%failure)
+      if (self%failure%failed) return
+      if (.not. command%restart) call self%slots%scan(self%world, folder_of(s%name), name_of(s%name)//'_backup')
+      call self%slots%identify(self%files%identity)
+      call remarks%print(output_unit, '')
       call self%stop_rules%listen(self%world)
       call self%output%open(self%world, s, self%state, command%restart, self%failure)
       self%is_open = .true.
@@ -147,6 +163,15 @@ contains
       started = .not. self%failure%failed
     end associate
   end subroutine run_start
+
+  !> The files of a run of this name, as patterns (see matches_name).
+  subroutine result_names(name, patterns)
+    character(*), intent(in) :: name
+    type(message_list_t), intent(inout) :: patterns
+    call patterns%add(name//'.t')
+    call patterns%add(name//'.xmf')
+    call patterns%add(name//'_#.h5')
+  end subroutine result_names
 
   !> The unloaded wing, one bent by forces, or one in a natural mode; at rest in its frame.
   subroutine set_initial_shape(self, problem, code)
@@ -190,11 +215,14 @@ contains
   end subroutine set_initial_shape
 
   !> Restores the state from the named checkpoint or the newest valid one.
-  subroutine restart(self, command, problem)
+  subroutine restart(self, command, remarks, problem)
     type(solid_run_t), intent(inout) :: self
     type(command_t), intent(in) :: command
+    type(message_list_t), intent(inout) :: remarks
     type(failure_t), intent(inout) :: problem
     type(checkpoint_reader_t) :: reader
+    type(identity_t) :: was
+    type(message_list_t) :: none
     character(:), allocatable :: path
     logical :: found
     path = command%restart_file
@@ -211,6 +239,8 @@ contains
     if (problem%failed) return
     call load_solid(reader, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work, &
                     problem)
+    call was%load(reader, problem)
+    call self%files%judge(was, STATE_KEYS, none, command%accepts, remarks, problem)
     call reader%close(problem)
     call self%slots%came_from(path)
     if (.not. problem%failed) write (output_unit, '(a,es16.9,a)') 'restart   at t = ', self%state%time, ' s from '//path

@@ -3,7 +3,7 @@
 !> solid_statics). One process; MPI is not needed.
 module flusi_static
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_FAILURE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER
+  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use common_wing_doubts, only: print_notices
@@ -47,7 +47,7 @@ contains
     if (n_failed > 0) code = EXIT_NUMERICAL
     if (.not. failure%failed) return
     write (error_unit, '(a)') failure%reason
-    code = EXIT_FAILURE
+    code = EXIT_UNWRITABLE
   end subroutine run_static
 
   !> Prints and saves the natural modes of the unloaded wing; without them the loads go on.

@@ -1,0 +1,174 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Which run a file belongs to: a random name that a run gets at its first start and keeps over restarts, and what its
+!> inputs were.
+module io_identity
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_checksum, only: checksum_text
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: i8
+  use base_process, only: random_word
+  use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  implicit none
+  private
+  public :: identity_t, change_t, list_changes
+
+  !> Of a run. All ranks have the same.
+  type :: identity_t
+    character(:), allocatable :: id      !< 16 hexadecimal digits; not allocated: not known
+    character(:), allocatable :: inputs  !< lines `[section] key = value` (config_t)
+    character(:), allocatable :: version !< of the program that wrote last
+  contains
+    procedure :: start => identity_start
+    procedure :: is_known => identity_is_known
+    procedure :: fingerprint => identity_fingerprint
+    procedure :: save => identity_save
+    procedure :: load => identity_load
+  end type identity_t
+
+  !> An input that differs between two runs.
+  type :: change_t
+    character(:), allocatable :: name !< [section] key
+    character(:), allocatable :: now, was
+  contains
+    procedure :: text => change_text
+  end type change_t
+
+  character(*), parameter :: NL = new_line('a'), EQUALS = ' = ', FILE_MARK = ' {content '
+
+contains
+
+  !> A new run with these inputs. Not collective: for one rank, which tells the others.
+  subroutine identity_start(self, inputs)
+    class(identity_t), intent(out) :: self
+    character(*), intent(in) :: inputs
+    self%id = hexadecimal(random_word())
+    self%inputs = inputs
+    self%version = BUILD_VERSION//' ('//BUILD_COMMIT//')'
+  end subroutine identity_start
+
+  !> Whether it is known which run this is.
+  pure logical function identity_is_known(self) result(is_known)
+    class(identity_t), intent(in) :: self
+    is_known = allocated(self%id)
+  end function identity_is_known
+
+  !> A number that differs if the inputs do.
+  function identity_fingerprint(self) result(text)
+    class(identity_t), intent(in) :: self
+    character(16) :: text
+    text = hexadecimal(checksum_text(self%inputs))
+  end function identity_fingerprint
+
+  !> Puts it into an open checkpoint. Collective.
+  subroutine identity_save(self, writer)
+    class(identity_t), intent(in) :: self
+    type(checkpoint_writer_t), intent(inout) :: writer
+    if (.not. self%is_known()) return
+    call writer%put_text('run_id', self%id)
+    call writer%put_text('run_inputs', self%inputs)
+    call writer%put_text('run_fingerprint', self%fingerprint())
+    call writer%put_text('run_version', self%version)
+  end subroutine identity_save
+
+  !> That of the run which wrote an open checkpoint; it is not known of those of earlier versions. Collective.
+  subroutine identity_load(self, reader, failure)
+    class(identity_t), intent(out) :: self
+    type(checkpoint_reader_t), intent(inout) :: reader
+    type(failure_t), intent(inout) :: failure
+    if (.not. reader%has('run_id') .or. failure%failed) return
+    call reader%get_text('run_id', self%id, failure)
+    call reader%get_text('run_inputs', self%inputs, failure)
+    call reader%get_text('run_version', self%version, failure)
+  end subroutine identity_load
+
+  !> The inputs that both runs know and that differ, in the order of the new one. A file that has another name and the same
+  !> content does not differ.
+  subroutine list_changes(was, now, changes)
+    character(*), intent(in) :: was, now !< inputs of two identities
+    type(change_t), allocatable, intent(out) :: changes(:)
+    type(message_list_t) :: old
+    integer :: first, last, i
+    character(:), allocatable :: line
+    allocate (changes(0))
+    first = 1
+    do while (first <= len(was))
+      last = first + index(was(first:)//NL, NL) - 2
+      call old%add(was(first:last))
+      first = last + 2
+    end do
+    first = 1
+    do while (first <= len(now))
+      last = first + index(now(first:)//NL, NL) - 2
+      line = now(first:last)
+      first = last + 2
+      do i = 1, old%count()
+        if (name_in(old%text(i)) /= name_in(line)) cycle
+        if (content_in(old%text(i)) /= content_in(line)) call add_change(changes, line, old%text(i))
+        exit
+      end do
+    end do
+  end subroutine list_changes
+
+  subroutine add_change(changes, line, old_line)
+    type(change_t), allocatable, intent(inout) :: changes(:)
+    character(*), intent(in) :: line, old_line
+    type(change_t), allocatable :: larger(:)
+    integer :: n
+    n = size(changes)
+    allocate (larger(n + 1))
+    larger(:n) = changes
+    larger(n + 1)%name = name_in(line)
+    larger(n + 1)%now = value_in(line)
+    larger(n + 1)%was = value_in(old_line)
+    call move_alloc(larger, changes)
+  end subroutine add_change
+
+  !> `[section] key = now, was then`.
+  function change_text(self) result(text)
+    class(change_t), intent(in) :: self
+    character(:), allocatable :: text
+    if (self%now == self%was) then
+      text = self%name//EQUALS//shown(self%now)//': this file has another content now'
+    else
+      text = self%name//EQUALS//shown(self%now)//', was '//shown(self%was)
+    end if
+  end function change_text
+
+  pure function shown(value) result(text)
+    character(*), intent(in) :: value
+    character(:), allocatable :: text
+    text = value
+    if (text == '') text = '(empty)'
+  end function shown
+
+  pure function name_in(line) result(name)
+    character(*), intent(in) :: line
+    character(:), allocatable :: name
+    name = line(:index(line, EQUALS) - 1)
+  end function name_in
+
+  pure function value_in(line) result(value)
+    character(*), intent(in) :: line
+    character(:), allocatable :: value
+    integer :: last
+    last = index(line, FILE_MARK) - 1
+    if (last < 0) last = len(line)
+    value = line(index(line, EQUALS) + len(EQUALS):last)
+  end function value_in
+
+  !> What a value means: the content of the file that it names, else itself.
+  pure function content_in(line) result(content)
+    character(*), intent(in) :: line
+    character(:), allocatable :: content
+    integer :: first
+    first = index(line, FILE_MARK)
+    if (first == 0) first = index(line, EQUALS) + len(EQUALS)
+    content = line(first:)
+  end function content_in
+
+  function hexadecimal(word) result(text)
+    integer(i8), intent(in) :: word
+    character(16) :: text
+    write (text, '(z16.16)') word
+  end function hexadecimal
+end module io_identity

@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A file that keeps two runs from writing the same files.
+!>
+!> The file appears complete, under its name or not at all, and for one process alone: it is written under another name and
+!> then linked, which network file systems keep exclusive too. It names machine and process, so that whoever finds it can
+!> tell on that machine whether the run still goes on. What a killed run has left there is replaced.
+module io_lock
+  use base_files, only: file_exists, link_file, remove_file, rename_file
+  use base_kinds, only: i8
+  use base_process, only: date_and_clock, environment_value, host_name, process_birth, process_id
+  use base_text_file, only: text_file_t
+  use io_shared_text, only: read_text_file
+  implicit none
+  private
+  public :: lock_t, LOCK_HELD, LOCK_TAKEN, LOCK_UNWRITABLE
+
+  integer, parameter :: LOCK_HELD = 0       !< by this process
+  integer, parameter :: LOCK_TAKEN = 1      !< by another one
+  integer, parameter :: LOCK_UNWRITABLE = 2 !< there can be no file here
+  character(*), parameter :: NL = new_line('a')
+
+  type :: lock_t
+    private
+    character(:), allocatable :: path
+    logical :: is_held = .false.
+  contains
+    procedure :: acquire => lock_acquire
+    procedure :: release => lock_release
+  end type lock_t
+
+contains
+
+  !> Tries to take the lock at `path`; `state` is one of the LOCK_ constants. `message` says why it was not taken and what
+  !> to do; if it is held and not empty, it is a notice. Not collective: for one rank.
+  subroutine lock_acquire(self, path, state, message)
+    class(lock_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    integer, intent(out) :: state
+    character(:), allocatable, intent(out) :: message
+    character(:), allocatable :: text, problem
+    logical :: ok
+    integer :: attempt
+    message = ''
+    self%path = path
+    do attempt = 1, 3
+      call place(path, state)
+      self%is_held = state == LOCK_HELD
+      if (state /= LOCK_TAKEN) exit
+      call read_text_file(path, text, problem)
+      if (allocated(problem)) cycle ! it has just gone
+      if (.not. has_ended(text)) exit
+      ! Only one of several that find it can take it away, and all of them try again.
+      call rename_file(path, own_name(path)//'.stale', ok)
+      if (ok) call remove_file(own_name(path)//'.stale', ok)
+      message = path//' was left by process '//entry(text, 'process')//', which has ended'
+    end do
+    select case (state)
+    case (LOCK_UNWRITABLE)
+      message = path//': cannot be written; is the folder missing or read-only, or the disk full?'
+    case (LOCK_TAKEN)
+      if (allocated(problem)) text = ''
+      message = path//': another run writes here: process '//entry(text, 'process')//' on '//entry(text, 'host')
+      if (entry(text, 'job') /= '?') message = message//', job '//entry(text, 'job')
+      message = message//', since '//entry(text, 'since')//'; if it has ended, remove '//path
+    end select
+  end subroutine lock_acquire
+
+  !> Puts a complete file there, unless there is one.
+  subroutine place(path, state)
+    character(*), intent(in) :: path
+    integer, intent(out) :: state
+    type(text_file_t) :: file
+    character(:), allocatable :: own
+    logical :: ok, closed
+    state = LOCK_UNWRITABLE
+    own = own_name(path)
+    call file%create(own, ok)
+    if (.not. ok) return
+    call file%write(own_text(), ok)
+    call file%close(closed)
+    ok = ok .and. closed
+    if (ok) then
+      call link_file(own, path, ok)
+      state = merge(LOCK_HELD, LOCK_TAKEN, ok)
+      ! Some file systems know no links.
+      if (.not. ok .and. .not. file_exists(path)) then
+        call file%create_new(path, ok)
+        if (ok) call file%write(own_text(), ok)
+        call file%close(closed)
+        state = merge(LOCK_HELD, LOCK_UNWRITABLE, ok .and. closed)
+        if (file_exists(path) .and. .not. ok) state = LOCK_TAKEN
+      end if
+    end if
+    call remove_file(own, ok)
+  end subroutine place
+
+  !> A name that no other process uses.
+  function own_name(path) result(name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: name
+    character(12) :: number
+    write (number, '(i0)') process_id()
+    name = path//'.'//host_name()//'.'//trim(number)
+  end function own_name
+
+  function own_text() result(text)
+    character(:), allocatable :: text
+    character(24) :: process, birth
+    write (process, '(i0)') process_id()
+    write (birth, '(i0)') process_birth(process_id())
+    text = '% A run writes here. It removes this file when it ends.'//NL//'host = '//host_name()//NL// &
+           'process = '//trim(process)//NL//'birth = '//trim(birth)//NL
+    if (environment_value('SLURM_JOB_ID') /= '') text = text//'job = '//environment_value('SLURM_JOB_ID')//NL
+    text = text//'since = '//date_and_clock()
+  end function own_text
+
+  !> Whether the process that wrote this is known to have ended. Of one on another machine nothing is known.
+  logical function has_ended(text)
+    character(*), intent(in) :: text
+    integer(i8) :: birth, now
+    integer :: process, status
+    has_ended = .false.
+    if (entry(text, 'host') /= host_name()) return
+    read (text(index(text, NL//'process = ') + 11:), *, iostat=status) process
+    if (status == 0) read (text(index(text, NL//'birth = ') + 9:), *, iostat=status) birth
+    if (status /= 0) return
+    now = process_birth(process)
+    has_ended = now >= 0 .and. now /= birth
+  end function has_ended
+
+  !> The value in the line `key = value`; ? if there is none.
+  function entry(text, key) result(value)
+    character(*), intent(in) :: text, key
+    character(:), allocatable :: value
+    integer :: first, last
+    value = '?'
+    first = index(text, NL//key//' = ')
+    if (first == 0) return
+    first = first + len(key) + 4
+    last = first + index(text(first:)//NL, NL) - 2
+    value = text(first:last)
+  end function entry
+
+  !> Removes the file, if this process holds it.
+  subroutine lock_release(self)
+    class(lock_t), intent(inout) :: self
+    logical :: ignored
+    if (self%is_held) call remove_file(self%path, ignored)
+    self%is_held = .false.
+  end subroutine lock_release
+end module io_lock

@@ -1,0 +1,284 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A run and the files that it writes: one run at a time, none over the results of another, and a restart of nothing but
+!> itself. `begin` locks; `check_new` or `judge` says whether it may be; `settle` makes place just before the first file is
+!> written; `finish` unlocks. The files begin with the same text, the base: `runtime` for a flow, in the current folder.
+module common_run
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use base_constants, only: EXIT_OK, EXIT_UNWRITABLE, EXIT_USER
+  use base_errors, only: failure_t, message_list_t
+  use base_files, only: file_exists
+  use base_listing, only: matches_name
+  use base_process, only: date_and_clock
+  use base_text, only: number_text
+  use base_text_file, only: write_text
+  use io_aside, only: find_results, move_to_folder
+  use io_config, only: config_t
+  use io_identity, only: change_t, identity_t, list_changes
+  use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
+  use io_shared_text, only: read_text_file
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: run_t
+
+  character(*), parameter :: NL = new_line('a')
+
+  type :: run_t
+    type(identity_t) :: identity            !< for its checkpoints, once settled
+    integer :: code = EXIT_OK               !< of the program, after a failure
+    type(world_t), private :: world
+    type(lock_t), private :: lock
+    character(:), allocatable, private :: base, program
+    type(message_list_t), private :: input_files
+    character(:), allocatable, private :: ini
+    logical, private :: moves = .false.     !< an earlier run has to give way
+    type(message_list_t), private :: patterns
+  contains
+    procedure :: begin => run_begin
+    procedure :: check_new => run_check_new
+    procedure :: judge => run_judge
+    procedure :: settle => run_settle
+    procedure :: finish => run_finish
+  end type run_t
+
+contains
+
+  !> Locks the files of a run of `program`, which begin with `base`, or fails: another run writes there, or nobody can.
+  !> `config` holds the inputs from the file `ini`. Collective.
+  subroutine run_begin(self, world, program, base, ini, config, failure)
+    class(run_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: program, base, ini
+    type(config_t), intent(in) :: config
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: message, inputs
+    integer :: state
+    if (failure%failed) return
+    self%world = world
+    self%program = program
+    self%base = base
+    self%ini = ini
+    state = LOCK_HELD
+    if (world%is_root) then
+      call self%lock%acquire(base//'.lock', state, message)
+      inputs = config%inputs()
+      call config%named_files(self%input_files)
+      call self%identity%start(inputs)
+    end if
+    call world%broadcast_integer(state)
+    call world%broadcast_text(message)
+    call world%broadcast_text(inputs)
+    call share_identity(self, inputs)
+    if (state /= LOCK_HELD) then
+      self%code = merge(EXIT_USER, EXIT_UNWRITABLE, state == LOCK_TAKEN)
+      call failure%raise(message)
+    else if (message /= '' .and. world%is_root) then
+      write (error_unit, '(a)') 'notice: '//message
+      flush (error_unit)
+    end if
+  end subroutine run_begin
+
+  !> The name that rank 0 has chosen.
+  subroutine share_identity(self, inputs)
+    class(run_t), intent(inout) :: self
+    character(*), intent(in) :: inputs
+    character(:), allocatable :: id
+    if (self%world%is_root) id = self%identity%id
+    call self%world%broadcast_text(id)
+    if (.not. self%world%is_root) call self%identity%start(inputs)
+    self%identity%id = id
+  end subroutine share_identity
+
+  !> Fails if a new run would meet the results of an earlier one; unless these are to move aside, the files that match
+  !> `patterns` but for those that are read. Nothing is changed yet. Collective.
+  subroutine run_check_new(self, overwrite, patterns, failure)
+    class(run_t), intent(inout) :: self
+    logical, intent(in) :: overwrite
+    type(message_list_t), intent(in) :: patterns
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: what
+    if (failure%failed) return
+    what = ''
+    if (self%world%is_root) what = earlier_run(self)
+    call self%world%broadcast_text(what)
+    self%moves = what /= '' .and. overwrite
+    self%patterns = patterns
+    if (what == '' .or. overwrite) return
+    self%code = EXIT_USER
+    call failure%raise('here are the results of '//what//'--overwrite moves its files into a folder earlier_1 '// &
+                       '(or 2, ...) and begins anew; or begin in another folder')
+  end subroutine run_check_new
+
+  !> What the files tell of an earlier run, and what can be done with it; empty if there was none.
+  function earlier_run(self) result(what)
+    class(run_t), intent(in) :: self
+    character(:), allocatable :: what
+    logical :: has_backup, has_identity
+    has_backup = has_file(backup_name(self, 0)) .or. has_file(backup_name(self, 1))
+    has_identity = file_exists(self%base//'_identity.txt')
+    what = ''
+    if (has_identity) then
+      what = 'run '//stored(self, 'id')//' ('//stored(self, 'input')//', begun '//stored(self, 'begun')//')'
+    else if (has_backup) then
+      what = 'an earlier run ('//self%base//'_backup*.h5)'
+    end if
+    if (has_backup) then
+      what = what//': --restart goes on with it, '
+    else if (has_identity) then
+      what = what//', which left no backup: '
+    end if
+  end function earlier_run
+
+  !> Whether there is a file of this name, and no folder.
+  logical function has_file(path)
+    character(*), intent(in) :: path
+    has_file = file_exists(path) .and. .not. file_exists(path//'/.')
+  end function has_file
+
+  function backup_name(self, slot) result(name)
+    class(run_t), intent(in) :: self
+    integer, intent(in) :: slot
+    character(:), allocatable :: name
+    name = self%base//'_backup'//number_text(slot)//'.h5'
+  end function backup_name
+
+  !> A value in the file that tells which run the others are of; empty if it is not there.
+  function stored(self, key) result(value)
+    class(run_t), intent(in) :: self
+    character(*), intent(in) :: key
+    character(:), allocatable :: value, text, problem
+    integer :: first
+    value = ''
+    if (.not. file_exists(self%base//'_identity.txt')) return
+    call read_text_file(self%base//'_identity.txt', text, problem)
+    if (allocated(problem)) return
+    first = index(text, NL//key//' = ')
+    if (first == 0) return
+    value = text(first + len(key) + 4:)
+    value = value(:index(value//NL, NL) - 1)
+  end function stored
+
+  !> Whether this run may go on from a checkpoint of the run `was`. Of its inputs that differ those of `state_keys`, which
+  !> are patterns `[section] key`, go into `failure` with what is in `conflicts`, if `accepts` does not take them; a line
+  !> for each of the others, or of all, to `remarks`. Collective.
+  subroutine run_judge(self, was, state_keys, conflicts, accepts, remarks, failure)
+    class(run_t), intent(inout) :: self
+    type(identity_t), intent(in) :: was
+    character(*), intent(in) :: state_keys(:)
+    type(message_list_t), intent(in) :: conflicts
+    logical, intent(in) :: accepts
+    type(message_list_t), intent(inout) :: remarks
+    type(failure_t), intent(inout) :: failure
+    type(change_t), allocatable :: changes(:)
+    type(message_list_t) :: refused
+    character(:), allocatable :: id, text
+    integer :: i
+    if (failure%failed) return
+    id = ''
+    if (self%world%is_root) id = stored(self, 'id')
+    call self%world%broadcast_text(id)
+    if (was%is_known()) then
+      if (id /= '' .and. id /= was%id) call refused%add('the checkpoint is of run '//was%id// &
+                                                        ', the other files here are of run '//id)
+      call list_changes(was%inputs, self%identity%inputs, changes)
+      do i = 1, size(changes)
+        if (is_one_of(changes(i)%name, state_keys)) then
+          call refused%add(changes(i)%text())
+        else
+          call remarks%add('changed   '//changes(i)%text())
+        end if
+      end do
+      if (was%version /= self%identity%version) call remarks%add('changed   flusi-msm '//self%identity%version// &
+                                                                 ', was '//was%version)
+    else
+      call remarks%add('notice: the checkpoint does not tell of which run it is; nobody compares inputs')
+    end if
+    do i = 1, conflicts%count()
+      call refused%add(conflicts%text(i))
+    end do
+    if (id /= '') then
+      self%identity%id = id
+    else if (was%is_known()) then
+      self%identity%id = was%id
+    end if
+    if (accepts) then
+      do i = 1, refused%count()
+        call remarks%add('accepted  '//refused%text(i))
+      end do
+    else if (refused%count() > 0) then
+      text = 'the checkpoint does not fit these inputs:'
+      do i = 1, refused%count()
+        text = text//NL//'  '//refused%text(i)
+      end do
+      self%code = EXIT_USER
+      call failure%raise(text//NL//'  --accept-changes goes on all the same')
+    end if
+  end subroutine run_judge
+
+  pure logical function is_one_of(name, patterns)
+    character(*), intent(in) :: name, patterns(:)
+    integer :: i
+    is_one_of = .false.
+    do i = 1, size(patterns)
+      is_one_of = is_one_of .or. matches_name(name, trim(patterns(i)))
+    end do
+  end function is_one_of
+
+  !> Makes place for the files of this run, and writes which run they are of. Collective.
+  subroutine run_settle(self, failure)
+    class(run_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    type(failure_t) :: own
+    character(:), allocatable :: reason
+    if (failure%failed) return
+    reason = ''
+    if (self%world%is_root) then
+      if (self%moves) call move_earlier(self, own)
+      if (.not. own%failed .and. stored(self, 'id') /= self%identity%id) call write_identity(self, own)
+      if (own%failed) reason = own%reason
+    end if
+    call self%world%broadcast_text(reason)
+    if (reason == '') return
+    self%code = EXIT_UNWRITABLE
+    call failure%raise(reason)
+  end subroutine run_settle
+
+  subroutine move_earlier(self, failure)
+    class(run_t), intent(in) :: self
+    type(failure_t), intent(inout) :: failure
+    type(message_list_t) :: patterns, found
+    character(:), allocatable :: folder
+    integer :: i
+    patterns = self%patterns
+    call patterns%add(self%base//'_backup#.h5')
+    call patterns%add(self%base//'_identity.txt')
+    call find_results(patterns, self%input_files, found)
+    if (found%count() == 0) return
+    call move_to_folder(found, self%base, folder, failure)
+    if (failure%failed) return
+    write (error_unit, '(a)') 'notice: '//number_text(found%count())//' files of an earlier run are in '//folder//' now'
+    do i = 0, 1
+      ! It cannot move if it is read, and must not be taken for one of this run.
+      if (has_file(backup_name(self, i))) call failure%raise(backup_name(self, i)//': is of an earlier run, and read '// &
+                                                                'by this one: give it another name')
+    end do
+    flush (error_unit)
+  end subroutine move_earlier
+
+  subroutine write_identity(self, failure)
+    class(run_t), intent(in) :: self
+    type(failure_t), intent(inout) :: failure
+    logical :: ok
+    call write_text(self%base//'_identity.txt', '% Which run the files here are of, by '//self%program//NL// &
+                    'id = '//self%identity%id//NL//'input = '//self%ini//NL// &
+                    'fingerprint = '//self%identity%fingerprint()//NL//'version = '//self%identity%version//NL// &
+                    'begun = '//date_and_clock(), ok)
+    if (.not. ok) call failure%raise(self%base//'_identity.txt: cannot be written; is the folder read-only or the disk full?')
+  end subroutine write_identity
+
+  !> Unlocks the files.
+  subroutine run_finish(self)
+    class(run_t), intent(inout) :: self
+    call self%lock%release()
+  end subroutine run_finish
+end module common_run

@@ -1,0 +1,109 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The whole state of a flow with its wings in a checkpoint, and whether a run may go on from one.
+module flusi_checkpoints
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use common_run, only: run_t
+  use fluid_restart, only: load_fluid, save_fluid
+  use fluid_solver, only: fluid_t
+  use flusi_settings, only: settings_t
+  use fsi_coupler, only: coupler_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_pose_restart, only: find_jumps, save_poses
+  use fsi_restart, only: has_flexible_wings, load_wings, save_wings
+  use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
+  use fsi_thin_wings, only: thin_wings_t
+  use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  use io_identity, only: identity_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: put_state, restore_state, result_names
+
+  !> Inputs that a state belongs to: the size and place of what is in the flow, and SI values of its units, in which wings
+  !> count their time. Kinematics are judged by what they do (fsi_pose_restart).
+  character(28), parameter :: STATE_KEYS(12) = [character(28) :: '[units] length', '[units] frequency', &
+    '[units] density', '[Geometry] *', '[Penalization] iMask', '[Penalization] iPenalization', &
+    '[Penalization] iMoving', '[Penalization] iChannel', '[Insects] LeftWing', '[Insects] RightWing', &
+    '[Insects] WingShape', '[Insects] wing_length']
+
+contains
+
+  !> Puts the state into an open checkpoint. Collective.
+  subroutine put_state(writer, settings, fluid, wings, coupler, thin)
+    type(checkpoint_writer_t), intent(inout) :: writer
+    type(settings_t), intent(in) :: settings
+    type(fluid_t), intent(in) :: fluid
+    type(flapping_wings_t), intent(in), optional :: wings
+    type(coupler_t), intent(in), optional :: coupler
+    type(thin_wings_t), intent(in), optional :: thin
+    call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
+    if (.not. present(wings)) return
+    call save_poses(writer, wings%params, fluid%rhs%state%time)
+    if (present(coupler)) call save_wings(writer, wings, coupler)
+    if (present(thin)) call save_thin_wings(writer, wings, thin)
+  end subroutine put_state
+
+  !> Restores the state from the checkpoint at `path`, if it is one of this run. Lines about inputs that differ go to
+  !> `remarks`; what does not fit is in `failure`, unless the user `accepts` it and it can be done. Collective.
+  subroutine restore_state(world, path, settings, run, accepts, fluid, remarks, failure, wings, coupler, thin)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(settings_t), intent(in) :: settings
+    type(run_t), intent(inout) :: run
+    logical, intent(in) :: accepts
+    type(fluid_t), intent(inout) :: fluid
+    type(message_list_t), intent(inout) :: remarks
+    type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(inout), optional :: wings
+    type(coupler_t), intent(inout), optional :: coupler
+    type(thin_wings_t), intent(inout), optional :: thin
+    type(checkpoint_reader_t) :: reader
+    type(identity_t) :: was
+    type(message_list_t) :: jumps
+    call reader%open(world, path, failure)
+    if (failure%failed) return
+    call was%load(reader, failure)
+    call load_fluid(reader, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
+    if (present(wings) .and. .not. failure%failed) &
+      call find_jumps(reader, wings%params, fluid%rhs%state%time, jumps, failure)
+    call run%judge(was, STATE_KEYS, jumps, accepts, remarks, failure)
+    if (failure%failed) return
+    if (present(coupler)) then
+      call load_wings(reader, wings, coupler, failure)
+      call set_clocks(coupler, fluid%rhs%state%time)
+    else if (has_flexible_wings(reader)) then
+      call failure%raise('the checkpoint has flexible wings, this run has not')
+    end if
+    if (failure%failed) return
+    if (present(thin)) then
+      call load_thin_wings(reader, wings, thin, failure)
+    else if (has_thin_wings(reader)) then
+      call failure%raise('the checkpoint has wings without thickness: set [Insects] surface = thin')
+    end if
+    call reader%close(failure)
+  end subroutine restore_state
+
+  !> Wings count seconds. If one of them has become another part of a beat, they follow the flow; else they keep what they
+  !> have, to the last bit.
+  subroutine set_clocks(coupler, time)
+    type(coupler_t), intent(inout) :: coupler
+    real(rp), intent(in) :: time !< [T] of the flow
+    real(rp), parameter :: SMALL = 1.0e-9_rp !< [T] far above what the sum of steps loses
+    associate (own => time*coupler%params%units%time)
+      where (abs(coupler%states%time - own) > SMALL*coupler%params%units%time*max(1.0_rp, abs(time))) &
+        coupler%states%time = own
+    end associate
+  end subroutine set_clocks
+
+  !> Adds the names of the files that a run writes in the current folder, as patterns (see matches_name).
+  subroutine result_names(patterns)
+    type(message_list_t), intent(inout) :: patterns
+    character(18), parameter :: NAMES(6) = [character(18) :: '*.t', '*.xmf', '*_#.h5', 'failed_backup.h5', 'failed-*', &
+                                                                                                       'summary.txt']
+    integer :: i
+    do i = 1, size(NAMES)
+      call patterns%add(trim(NAMES(i)))
+    end do
+  end subroutine result_names
+end module flusi_checkpoints
