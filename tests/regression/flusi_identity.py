@@ -105,7 +105,7 @@ def test_lock(case):
     case.start("b.ini")
     case.wait_for_steps(3)
     out, err, first = case.out, case.err, case.process
-    second = subprocess.run([case.program, "b.ini", "--overwrite"], cwd=case.folder, capture_output=True, text=True)
+    second = subprocess.run([case.program, "b.ini", "--overwrite"], cwd=case.folder, capture_output=True, text=True, timeout=20)
     check(second.returncode == EXIT_USER and "runtime.lock: another run writes here: process" in second.stderr, second.stderr)
     check(str(first.pid) in second.stderr, f"it is named:\n{second.stderr}")
     check(first.poll() is None and not (case.folder / "earlier_1").exists(), "the first goes on undisturbed")
@@ -130,7 +130,8 @@ def test_changes(case):
     case.write("beat.ini", BEAT)
     run(case, ini=WINGS)
     # One hinge moves with the body, the other one is gone.
-    refused(case, "--restart", ini=merged(WINGS, {"Insects": {"x0": "2.0 2.2 2.0", "RightWing": "no"}, "units": {"frequency": 150}}),
+    other = {"Insects": {"x0": "2.0 2.2 2.0", "RightWing": "no"}, "units": {"frequency": 150}}
+    refused(case, "--restart", ini=merged(WINGS, other),
             says=["the left wing would jump, its hinge by 0.2", "the right wing would disappear",
                   "[Insects] RightWing = no, was yes", "[units] frequency = 150", "was 158",
                   "--accept-changes goes on all the same"])
