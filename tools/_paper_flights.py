@@ -32,7 +32,9 @@ def in_hours(seconds):
 def mpi_environment():
     """One thread per rank, and ranks of two runs never bound to the same core; root usually means a container."""
     wanted = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
-              "OMPI_MCA_hwloc_base_binding_policy": "none"}
+              "OMPI_MCA_hwloc_base_binding_policy": "none",
+              # Open MPI 5 has other names for these two.
+              "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe", "PRTE_MCA_hwloc_default_binding_policy": "none"}
     if os.geteuid() == 0:
         wanted |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                    "OMPI_MCA_btl_vader_single_copy_mechanism": "none"}
