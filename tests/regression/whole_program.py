@@ -159,8 +159,11 @@ class Case:
         end = time.monotonic() + timeout
         while time.monotonic() < end:
             file = self.folder / "timesteps_info.t"
-            if file.exists() and len(series(file).rows) >= steps:
-                return
+            try:
+                if len(series(file).rows) >= steps:
+                    return
+            except FileNotFoundError:  # not yet, or no longer: a run may move that of an earlier one aside
+                pass
             check(self.process.poll() is None, f"the run ended too early: {self.err.read_text()}")
             time.sleep(0.01)
         raise AssertionError(f"not {steps} steps within {timeout} s")
