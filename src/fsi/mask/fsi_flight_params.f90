@@ -102,9 +102,8 @@ contains
     call registry%add_inert(SECTION, 'DoF', 'free flight')
     call registry%add_inert(SECTION, 'v0', 'free flight')
     call registry%add_inert(SECTION, 'startup_conditioner', 'free flight')
-    call registry%add_inert(SECTION, 'init_alpha_phi_theta', 'passive wing')
     call registry%add_inert(SECTION, 'pointcloudfile', 'wing given by a cloud of points')
-    call registry%add_inert(SECTION, 'infile*', 'old name of the file of a motion')
+    call registry%add_inert(SECTION, 'infile2', 'second pair of wings')
     call registry%add_inert(SECTION, 'distance_from_sponge', 'sponge that moves with the body')
     call registry%add_inert(SECTION, 'WingShape2', 'second pair of wings')
     call registry%add_inert(SECTION, 'x_pivot_l2', 'second pair of wings')
@@ -199,7 +198,10 @@ contains
     text = ''
     path = ''
     errors_before = errors%count()
-    if (name /= '') then
+    if (name == 'none') then
+      call config%complain(errors, SECTION, 'infile', 'is missing: FlappingMotion_'//trim(SIDES(i))//' needs a file')
+      return
+    else if (name /= '') then
       call read_named_text(name, ini, path, text, problem, world)
       if (allocated(problem)) then
         call config%complain(errors, SECTION, 'FlappingMotion_'//trim(SIDES(i)), problem)

@@ -16,8 +16,8 @@ program test_ini_legacy
   type(registry_t) :: registry, everything
   !> What FLUSI's users carry along in every file: refused words, unknown keys and keys given twice.
   character(*), parameter :: INSECT_BLOCK = &
-                   '[Insects]'//NL//'WingShape=drosophila;'//NL//'FlappingMotion_right=Drosophila_hovering_fry;'//NL// &
-        'FlappingMotion_left=from_file;'//NL//'BodyType=ellipsoid;'//NL//'BodyMotion=yes;'//NL//'LeftWing2=yes;'//NL// &
+                   '[Insects]'//NL//'WingShape=drosophila;'//NL//'FlappingMotion_right=command-line-right;'//NL// &
+        'FlappingMotion_left=flapper;'//NL//'BodyType=ellipsoid;'//NL//'BodyMotion=yes;'//NL//'LeftWing2=yes;'//NL// &
                              'LeftWing2=yes;'//NL//'wing_length=-1;'//NL//'WingThicknes=0.1;'//NL// &
                              '[Flexible_wing]'//NL//'T_relase=1;'//NL//'use_flexible_wing_model=yes;'//NL// &
                              '[SolidModel]'//NL//'use_solid_model=yes;'//NL
