@@ -62,9 +62,9 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_section('Time', 'time stepping')
     call r%add_real('Time', 'Tmax', 1.0e9_rp, 'end of the run', unit='T', min=0.0_rp)
     call r%add_integer('Time', 'nt', 999999999, 'largest number of time steps', min=0)
-    call r%add_word('Time', 'iTimeMethodFluid', 'AB2', 'AB2|RK4', &
-                    'AB2: Adams-Bashforth with exact viscous factor; RK4: for verification', &
-                    unbuilt='RK2|Euler|krylov|AB2_rigid_solid|FSI_*')
+    call r%add_word('Time', 'iTimeMethodFluid', 'AB2', 'AB2|RK4|RK2|Euler', 'all with the exact viscous factor; AB2: '// &
+                    'Adams-Bashforth; RK2 (Heun) and RK4: Runge-Kutta, at 2 and 4 times its cost; Euler: first order', &
+                    unbuilt='krylov|AB2_rigid_solid|FSI_*')
     call r%add_real('Time', 'CFL', 0.1_rp, 'CFL number of the advective limit', above=0.0_rp)
     call r%add_real('Time', 'CFL_eta', 0.99_rp, 'largest dt/eps of the explicit penalization', above=0.0_rp)
     call r%add_real('Time', 'dt_fixed', 0.0_rp, 'prescribed step; 0: chosen by the CFL rule', unit='T', min=0.0_rp)
@@ -107,7 +107,7 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
                     'moving_cylinder|cylinder_asym_z|rotating_cylinder|oscillating_cylinder_2D|turek_wan|'// &
                     'noncircular_cylinder|romain_open_cavity|floor_yz|active_grid|fractal_tree')
     call r%add_switch('Penalization', 'iMoving', .false., &
-                      'whether the body moves: the wings of Insect do, no other body can', computed='as iMask says')
+                      'whether the body moves: the wings of Insect do; without effect on other bodies', computed='as iMask says')
     call r%add_real('Penalization', 'eps', 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call r%add_word('Penalization', 'iCavity', 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', &
                     unbuilt='freestream*')

@@ -84,7 +84,8 @@ contains
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
-    call read_fluid_params(settings%config, settings%fluid, errors, draws_solids=.not. wants_thin_wings(settings%config))
+    call read_fluid_params(settings%config, settings%fluid, errors, .not. wants_thin_wings(settings%config), &
+                           notices)
     if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)
     call check_wing_use(settings%config, settings%fluid%moving, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)

@@ -6,7 +6,7 @@ module flusi_report
   use base_constants, only: PI
   use base_kinds, only: rp, i8
   use base_timers, only: timers_t
-  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_params, only: fluid_params_t, SCHEME_NAMES
   use fluid_solver, only: fluid_t
   use flusi_settings, only: settings_t
   use fsi_coupler, only: coupler_t
@@ -49,7 +49,7 @@ contains
       else
         write (unit, '(a,a)') 'start     ', p%inicond
       end if
-      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%t_max, ', ', merge('AB2', 'RK4', p%scheme == SCHEME_AB2)
+      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%t_max, ', ', trim(SCHEME_NAMES(p%scheme))
     end associate
     flush (unit)
   end subroutine print_run_header
