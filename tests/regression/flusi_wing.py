@@ -260,7 +260,7 @@ def test_all_mistakes(case):
         "Resolution": {"nx": 31}, "Time": {"Tmax": 1.0}, "Penalization": {"iMoving": "no"},
         "Insects": {"WingShape": "from_file::planform.ini", "WingThickness": 0.2, "FlappingMotion_left": "from_file::gone.ini",
                     "FlappingMotion_right": "kinematics_loader::table.dat", "x_pivot_r": "0.0 0.5 0.0", "wing_speed": 3}}),
-        r"\[Resolution\] nx: ", r"\[Penalization\] iMoving: would hold", r"WingThickness: is less than twice",
+        r"\[Resolution\] nx: ", r"\[Penalization\] iMoving: would hold", r"WingThickness: makes wings thinner",
         r"planform\.ini:3: \[Wing\] length: ", r"FlappingMotion_left: .?gone\.ini.? does not exist",
         r"table\.dat: the table ends after", r"x_pivot_r: is the same point", r"wing_speed: ")
 

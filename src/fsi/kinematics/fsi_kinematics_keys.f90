@@ -30,8 +30,10 @@ contains
     type(registry_t), intent(inout) :: registry
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
-    call registry%add_word(SECTION, 'BodyMotion', 'tethered', 'tethered', 'motion of the body', &
-                 unbuilt='free_flight|yawpitchroll|roll|pitch|yaw|buffeting|casting|*_param|from_file::*|command-line*')
+    call registry%add_word(SECTION, 'BodyMotion', 'tethered', 'tethered|fixed|fixed45|forward|hovering|x0y0z0|flapper', &
+                           'motion of the body; the other words are places and attitudes of early versions of FLUSI', &
+                 unbuilt='takeoff|wheeling|free_flight|yawpitchroll|roll|pitch|yaw|buffeting|casting|roll_param|'// &
+                           'pitch_param|from_file::*|command-line*')
     call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body', unit='L', length=3)
     call registry%add_reals(SECTION, 'yawpitchroll_0', ZERO, 'attitude of the body; positive pitch is nose down', &
                             unit='degree', length=3)

@@ -19,16 +19,26 @@ module fsi_flight_checks
 
 contains
 
-  !> Complains if the body's centre is outside of the box.
-  subroutine check_place(config, flight, grid, errors)
+  !> Moves a body whose centre is in one of the boxes beside the box to its image inside, with a notice, and complains if it is
+  !> farther away.
+  subroutine check_place(config, flight, grid, errors, notices)
     type(config_t), intent(in) :: config
-    type(flight_params_t), intent(in) :: flight
+    type(flight_params_t), intent(inout) :: flight
     type(grid_t), intent(in) :: grid
-    type(message_list_t), intent(inout) :: errors
-    if (any(flight%body%centre < 0 .or. flight%body%centre > grid%length)) &
-      call config%complain(errors, SECTION, 'x0', 'is outside of the box, which begins at 0 and has the size '// &
-                           number_text(grid%length(1))//' x '//number_text(grid%length(2))//' x '// &
-                           number_text(grid%length(3))//' L')
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable :: text
+    associate (x => flight%body%centre, box => grid%length)
+      if (all(x >= 0 .and. x <= box)) return
+      text = 'is outside of the box, which begins at 0 and has the size '//number_text(box(1))//' x '// &
+             number_text(box(2))//' x '//number_text(box(3))//' L'
+      if (any(x < -box .or. x > 2*box)) then
+        call config%complain(errors, SECTION, 'x0', text)
+      else
+        where (x < 0 .or. x > box) x = modulo(x, box)
+        call config%complain(notices, SECTION, 'x0', text//'; the body is put to its image at '//number_text(x(1))// &
+                             ' '//number_text(x(2))//' '//number_text(x(3)))
+      end if
+    end associate
   end subroutine check_place
 
   !> Complains if a wing does not fit: if at some time in the first beats it is longer, in the direction of x, y or

@@ -87,8 +87,8 @@ contains
     call registry%add_inert(SECTION, 'HasDetails', 'details of a body')
     call registry%add_inert(SECTION, 'HasEye', 'details of a body')
     call registry%add_inert(SECTION, 'HasHead', 'details of a body')
-    call registry%add_inert(SECTION, 'body_pitch_const', 'attitude of a body')
-    call registry%add_inert(SECTION, 'eta_stroke', 'stroke plane of built-in motions')
+    call registry%add_real(SECTION, 'body_pitch_const', 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
+    call registry%add_real(SECTION, 'eta_stroke', 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
     call registry%add_inert(SECTION, 'KineFromFile', 'old name of the file of a motion')
     call registry%add_inert(SECTION, 'mass_solid', 'free flight')
     call registry%add_inert(SECTION, 'b_*', 'size of a body')
@@ -136,7 +136,8 @@ contains
 
     call read_body(config, params%body)
     call read_thin_keys(config, grid, params%thin, notices)
-    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
+    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, &
+                                                         errors, notices)
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
     if (.not. any(is_there)) &
       call config%complain(errors, SECTION, 'LeftWing', 'there is no wing at all; valid: yes for LeftWing or RightWing')

@@ -35,15 +35,21 @@ contains
     call set_conditions(registry)
   end subroutine register_all_keys
 
-  !> FLUSI files carry the sections of insects and elastic bodies along, whatever the mask is.
+  !> FLUSI files carry the keys of insects, elastic wings and other parts along, whether they are used or not.
   subroutine set_conditions(registry)
     type(registry_t), intent(inout) :: registry
-    character(13), parameter :: SECTIONS(3) = ['Insects      ', 'Flexible_wing', 'SolidModel   ']
+    character(13), parameter :: SECTIONS(2) = ['Insects      ', 'Flexible_wing']
+    character(8), parameter :: BODIES(3) = ['iMask   ', 'iCavity ', 'iChannel']
+    character(*), parameter :: YES = 'yes|1|true|.true.'
     integer :: i
     do i = 1, size(SECTIONS)
-      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iPenalization', 'yes|1|true|.true.')
-      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iMask', 'Insect|insect')
+      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iPenalization', YES)
+      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iMask', 'Insect|insect|Flexible_wing')
     end do
+    do i = 1, size(BODIES)
+      call registry%key_only_if('Penalization', trim(BODIES(i)), 'Penalization', 'iPenalization', YES)
+    end do
+    call registry%key_only_if('Sponge', 'iSpongeType', 'Sponge', 'iVorticitySponge', YES)
   end subroutine set_conditions
 
   !> Writes the reference of all keys, docs/parameters.md.

@@ -7,6 +7,7 @@ module flusi_settings
   use flusi_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use flusi_flight_faults, only: foresee_flight
   use flusi_keys, only: register_all_keys
+  use flusi_translations, only: translate_words
   use flusi_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_flow, &
                                   notice_frequency
   use fsi_coupler_params, only: coupler_params_t
@@ -82,6 +83,7 @@ contains
     type(registry_t) :: registry
     call register_all_keys(registry)
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
+    call translate_words(settings%config, notices)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
     call read_fluid_params(settings%config, settings%fluid, errors, .not. wants_thin_wings(settings%config), &
@@ -179,7 +181,7 @@ contains
     s%flexible = has_file .and. wants_flexible(s%config)
     if (s%flexible) call read_coupler(s%config, setup, s%flight, s%fluid%grid, s%fluid%t_max, s%units%scales(), &
                                       s%units%given, s%coupler, errors, notices)
-    call check_place(s%config, s%flight, s%fluid%grid, errors)
+    call check_place(s%config, s%flight, s%fluid%grid, errors, notices)
     if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%t_max, errors)
     if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
                                                              s%fluid%t_max, s%flexible, errors, notices)
