@@ -53,7 +53,7 @@ contains
     type(settings_t), intent(in) :: settings
     type(memory_t) :: m
     m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
-                        settings%looks_at_pressure(), ranks)
+                        settings%looks_at_pressure(), ranks, settings%output%averages%n_fields())
     if (.not. m%possible) return
     if (m%largest_buffer > huge(1)) then
       write (unit, '(i8,a)') ranks, ' ranks: too few for this grid'
@@ -94,6 +94,9 @@ contains
       if (o%pressure) call add('p', 1)
       if (o%mask) call add('mask', 1)
       if (o%solid_velocity) call add('usx usy usz', 3)
+      if (o%averages%is_on .and. o%averages%velocity) call add('uavgx uavgy uavgz', 3)
+      if (o%averages%is_on .and. o%averages%kinetic_energy) call add('ekinavg', 1)
+      if (o%averages%is_on .and. o%averages%enstrophy) call add('zavg', 1)
       write (unit, '(a)') 'files that would be written'
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of all ini keys of `flusi`, and those that concern output and running.
 module flusi_keys
+  use flusi_averages, only: register_average_keys
   use flusi_flexible, only: register_flexible_keys
   use flusi_legacy_keys, only: register_flusi_legacy
   use common_instrument, only: register_idle_instrument
@@ -27,6 +28,7 @@ contains
     call register_fluid_keys(registry)
     call register_saving(registry)
     call register_slices(registry)
+    call register_average_keys(registry)
     call register_flight_keys(registry)
     call register_flexible_keys(registry)
     call register_idle_instrument(registry)

@@ -68,9 +68,6 @@ contains
     call registry%add_inert_section('TurbulentInlet', 'Turbulence read from a file and imposed at an inlet.')
     call registry%add_switch('TurbulentInlet', 'use_turbulent_inlet', .false., 'turbulent inflow', &
                              unbuilt='a turbulent inlet')
-    call registry%add_inert_section('Averaging', 'Averages over time, computed while running.')
-    call registry%add_switch('Averaging', 'time_avg', .false., 'averages over time', &
-                             unbuilt='averaging over time')
     call registry%add_inert_section('PassiveScalar', 'Transported scalars.')
     call registry%add_switch('PassiveScalar', 'use_passive_scalar', .false., 'transport scalars', &
                              unbuilt='transport of passive scalars')

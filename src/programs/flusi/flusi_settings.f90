@@ -4,6 +4,7 @@ module flusi_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
+  use flusi_averages, only: average_params_t, read_average_keys
   use flusi_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use flusi_flight_faults, only: foresee_flight
   use flusi_keys, only: register_all_keys
@@ -46,6 +47,7 @@ module flusi_settings
     logical :: one_period = .false.
     real(rp) :: period = 1
     logical :: backup = .true.
+    type(average_params_t) :: averages
     type(job_limits_t) :: limits      !< of backups, and when to stop
     real(rp) :: progress_seconds = 30
     logical :: slices = .false.
@@ -124,6 +126,7 @@ contains
     p%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
     p%progress_seconds = c%get_real('Saving', 'progress_interval')
     p%slices = c%get_switch('SaveSlices', 'use_slicing')
+    call read_average_keys(c, p%averages)
     p%it_slice = c%get_integer('SaveSlices', 'itslice')
     p%t_slice = c%get_real('SaveSlices', 'tslice')
     p%t_slice_first = c%get_real('SaveSlices', 'tslice_first')
@@ -238,7 +241,8 @@ contains
   !> Whether any output needs velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)
     class(output_params_t), intent(in) :: self
-    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices .or. self%wing_sides
+    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices .or. self%wing_sides .or. &
+            self%averages%is_on
   end function output_needs_fields
 
   !> Whether any pass will be asked for velocity or vorticity in physical space.

@@ -11,6 +11,7 @@ module flusi_simulation
   use common_run, only: run_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use flusi_averages, only: averages_t
   use flusi_checkpoints, only: put_state, restore_state, result_names
   use flusi_command, only: command_t
   use flusi_flight_faults, only: check_flight
@@ -41,6 +42,7 @@ module flusi_simulation
     type(flapping_wings_t), allocatable :: wings !< if anything moves
     type(coupler_t), allocatable :: coupler      !< if the flow bends them
     type(thin_wings_t), allocatable :: thin      !< of wings without thickness
+    type(averages_t), allocatable :: averages    !< over time, if wanted
     type(run_series_t), private :: series
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
@@ -105,6 +107,8 @@ contains
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
     call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
                          settings%needs_trials())
+    if (settings%output%averages%is_on) allocate (self%averages)
+    if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
     if (settings%fluid%moving) allocate (self%wings)
     if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (settings%fluid%moving .and. settings%flight%thin%is_thin) then
@@ -168,7 +172,7 @@ contains
     if (self%exit_code /= EXIT_OK) return
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
-        call self%output%look_ahead(fluid, .false., request)
+        call self%output%look_ahead(fluid, .false., request, self%averages)
         if (allocated(self%coupler)) call self%coupler%add_request(request)
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
@@ -178,6 +182,7 @@ contains
         if (allocated(self%coupler)) call self%look()
         if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
+        if (allocated(self%averages)) call self%averages%add(fluid)
         if (allocated(self%coupler)) then
           call self%bend()
         else if (allocated(self%thin)) then
@@ -218,7 +223,7 @@ contains
   subroutine write_end(self, request)
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
-    call self%output%look_ahead(self%fluid, .true., request)
+    call self%output%look_ahead(self%fluid, .true., request, self%averages)
     if (allocated(self%coupler)) call self%coupler%add_request(request)
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
@@ -294,7 +299,7 @@ contains
       call self%series%write_integrals(self%fluid, self%failure, self%wings)
       if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
     end if
-    call self%output%write(self%fluid, self%failure, self%wings, self%coupler)
+    call self%output%write(self%fluid, self%failure, self%wings, self%coupler, self%averages)
     call self%timers%stop(self%t_output)
   end subroutine write_all
 
@@ -318,7 +323,7 @@ contains
       end if
     end if
     call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%failure, &
-                       self%wings, self%coupler, self%thin)
+                       self%wings, self%coupler, self%thin, self%averages)
     call self%slots%came_from(path)
   end subroutine restart
 
@@ -335,7 +340,7 @@ contains
     self%blown_up = self%failure%failed
     if (.not. self%blown_up) then
       call self%slots%begin(writer, self%failure)
-      call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin)
+      call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin, self%averages)
       call self%slots%commit(writer, self%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
@@ -355,7 +360,7 @@ contains
     call writer%begin(self%world, '.', FAILED_NAME, writing)
     call writer%put_integer('generation', 0_i8)
     call self%files%identity%save(writer)
-    call put_state(writer, self%settings, self%fluid, self%wings, self%coupler)
+    call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, averages=self%averages)
     call writer%commit(writing)
     if (writing%failed) then
       self%failure%reason = self%failure%reason//'; moreover: '//writing%reason

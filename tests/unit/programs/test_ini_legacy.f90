@@ -35,7 +35,6 @@ program test_ini_legacy
   call refuses(kit, 'Forcing', 'forcing_type=machiels; none', 'forcing_type')
   call refuses(kit, 'Forcing', 'forcing_type=kaneda;', 'forcing_type')
   call refuses(kit, 'TurbulentInlet', 'use_turbulent_inlet=yes;', 'use_turbulent_inlet')
-  call refuses(kit, 'Averaging', 'time_avg=yes;', 'time_avg')
   call refuses(kit, 'PassiveScalar', 'use_passive_scalar=1; 0=off, 1=on', 'use_passive_scalar')
   call refuses(kit, 'SolidModel', 'use_solid_model=yes;', 'use_solid_model')
   call refuses(kit, 'Insects', 'WingShape=drosophila;', 'WingShape')

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fields and slices: what is due, and writing it.
 module flusi_output
+  use flusi_averages, only: averages_t, MOST_AVERAGES
   use flusi_settings, only: output_params_t
   use flusi_flight_output, only: flight_output_t
   use base_errors, only: failure_t
@@ -66,11 +67,12 @@ contains
   end subroutine output_init
 
   !> Decides what has to be written for the state of `fluid`, and what its next pass must provide.
-  subroutine output_look_ahead(self, fluid, is_last, request)
+  subroutine output_look_ahead(self, fluid, is_last, request, averages)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     logical, intent(in) :: is_last !< the end of the run: everything is due
     type(request_t), intent(out) :: request
+    type(averages_t), intent(in), optional :: averages
     associate (p => self%params, t => fluid%rhs%state%time, dt => fluid%rhs%state%dt_old, &
                step => fluid%rhs%state%step)
       self%last = is_last
@@ -81,20 +83,22 @@ contains
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
       request%integrals = self%integrals_due
       request%fields = (self%fields_due .and. p%needs_fields()) .or. self%slices_due
+      if (present(averages)) request%fields = request%fields .or. averages%wants(t)
       request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
     end associate
   end subroutine output_look_ahead
 
   !> Writes what `look_ahead` found due, from the pass that has run since. Collective.
-  subroutine output_write(self, fluid, failure, wings, coupler)
+  subroutine output_write(self, fluid, failure, wings, coupler, averages)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
     type(coupler_t), intent(in), optional :: coupler !< of flexible wings
+    type(averages_t), intent(in), optional :: averages
     character(:), allocatable :: label
     type(field_meta_t) :: meta
-    character(8) :: saved(16) !< prefixes written so far
+    character(8) :: saved(16 + MOST_AVERAGES) !< prefixes written so far
     integer :: c, i, n_saved, step
     if (.not. (self%fields_due .or. self%slices_due)) return
     meta = meta_of(fluid, fluid%sums_time)
@@ -128,6 +132,7 @@ contains
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
+        if (present(averages)) call save_averages(averages)
         if (present(wings) .and. p%wing_sides) then
           call self%sides%look(fluid, wings)
           call self%wings%write(wings, label, self%note, failure, coupler, self%sides)
@@ -150,6 +155,21 @@ contains
     end associate
 
   contains
+
+    subroutine save_averages(averages)
+      type(averages_t), intent(in) :: averages
+      integer :: i
+      if (.not. averages%has(fluid%sums_time)) return
+      do i = 1, averages%n
+        call averages%mean(fluid, i, self%scratch(:, :, :, 1))
+        if (.not. averages%params%one_only) then
+          call save(trim(averages%name(i)), self%scratch(:, :, :, 1))
+        else if (.not. failure%failed) then
+          call write_field(fluid%rhs%world, '.', trim(averages%name(i)), '000', fluid%transform%block, &
+                           self%scratch(:, :, :, 1), meta, precision_of(self%params), self%params%stride, failure)
+        end if
+      end do
+    end subroutine save_averages
 
     subroutine save(prefix, data)
       character(*), intent(in) :: prefix
