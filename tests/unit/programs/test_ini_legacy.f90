@@ -10,6 +10,7 @@ program test_ini_legacy
   use fsi_flight_params, only: register_flight_keys
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use flusi_averages, only: register_average_keys
   use flusi_translations, only: translate_words
   use testkit, only: testkit_t
   implicit none
@@ -30,6 +31,7 @@ program test_ini_legacy
   call register_flight_keys(registry)
   call register_flexible_keys(registry)
   call register_flusi_legacy(registry)
+  call register_average_keys(registry)
   call check_harmless(kit)
   call refuses(kit, 'FSI-equation', 'equation=artificial-compressibility;', 'equation')
   call refuses(kit, 'Forcing', 'forcing_type=machiels; none', 'forcing_type')
