@@ -115,6 +115,9 @@ contains
     type(registry_t), intent(inout) :: r
     integer :: i
     character(6) :: key
+    call r%add_inert_section('DryRun', 'drawing the mask without a flow')
+    call r%add_switch('DryRun', 'dry_run_without_fluid', .false., &
+                      'no flow: save mask, velocity of the solids and surfaces of the wings every tsave until Tmax')
     call r%add_section('SaveSlices', 'y-z planes of the velocity, saved more often than fields')
     call r%add_switch('SaveSlices', 'use_slicing', .false., 'save slices')
     call r%add_alias('SaveSlices', 'use_slicing', 'save_slices')

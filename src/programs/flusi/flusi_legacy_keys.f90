@@ -51,9 +51,6 @@ contains
     call registry%add_inert('Geometry', 'b0', 'magnetohydrodynamics')
     call registry%add_inert('Geometry', 'bc', 'magnetohydrodynamics')
     call registry%add_inert('Geometry', 'ay', 'magnetohydrodynamics')
-    call registry%add_inert_section('DryRun', 'Drawing the mask without a flow.')
-    call registry%add_switch('DryRun', 'dry_run_without_fluid', .false., 'draw the mask without a flow', &
-                             unbuilt='a dry run of the mask')
   end subroutine register_dead_keys
 
   subroutine register_unbuilt_flow_physics(registry)

@@ -47,6 +47,7 @@ module flusi_settings
     logical :: one_period = .false.
     real(rp) :: period = 1
     logical :: backup = .true.
+    logical :: mask_only = .false.    !< there is no flow
     type(average_params_t) :: averages
     type(job_limits_t) :: limits      !< of backups, and when to stop
     real(rp) :: progress_seconds = 30
@@ -93,6 +94,7 @@ contains
     if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)
     call check_wing_use(settings%config, settings%fluid%moving, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)
+    if (settings%output%mask_only) settings%fluid%compute_forces = .false.
     if (settings%fluid%moving) call read_wings(settings, name, errors, notices, world)
     call notice_idle_settings(settings, notices)
   end subroutine load_settings
@@ -125,6 +127,7 @@ contains
     p%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
     p%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
     p%progress_seconds = c%get_real('Saving', 'progress_interval')
+    p%mask_only = c%get_switch('DryRun', 'dry_run_without_fluid')
     p%slices = c%get_switch('SaveSlices', 'use_slicing')
     call read_average_keys(c, p%averages)
     p%it_slice = c%get_integer('SaveSlices', 'itslice')
@@ -140,7 +143,28 @@ contains
       call c%complain(errors, 'SaveSlices', 'use_slicing', 'no slice is chosen: set slice1 to the x index of a plane')
     if (any(mod(fluid%grid%n, p%stride) /= 0 .and. fluid%grid%n > 1)) &
       call c%complain(errors, 'Saving', 'striding', 'must divide nx, ny and nz')
+    if (p%mask_only) call leave_mask_only(c, fluid, p, errors)
   end subroutine read_output
+
+  !> Drops what needs a flow.
+  subroutine leave_mask_only(c, fluid, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: fluid
+    type(output_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    p%velocity = .false.
+    p%pressure = .false.
+    p%vorticity = .false.
+    p%vorticity_magnitude = .false.
+    p%wing_sides = .false.
+    p%slices = .false.
+    p%averages%is_on = .false.
+    p%backup = .false.
+    if (.not. (p%mask .or. p%solid_velocity .or. fluid%moving)) call c%complain(errors, 'DryRun', &
+      'dry_run_without_fluid', 'there is nothing to draw; valid with [Penalization] iPenalization = 1 and [Saving] '// &
+      'iSaveMask = 1')
+    if (p%t_save > fluid%t_max .and. fluid%t_max > 0) p%t_save = fluid%t_max
+  end subroutine leave_mask_only
 
   !> Settings that are allowed but do nothing.
   subroutine notice_idle_settings(s, notices)

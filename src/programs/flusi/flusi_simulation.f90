@@ -4,7 +4,7 @@ module flusi_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use base_constants, only: EXIT_OK, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE
   use base_errors, only: failure_t, message_list_t
-  use base_files, only: name_of
+  use base_files, only: stem_of
   use base_kinds, only: i8, rp
   use base_timers, only: timers_t
   use common_progress, only: progress_t
@@ -15,6 +15,7 @@ module flusi_simulation
   use flusi_checkpoints, only: put_state, restore_state, result_names
   use flusi_command, only: command_t
   use flusi_flight_faults, only: check_flight
+  use flusi_mask_run, only: draw_masks
   use flusi_output, only: output_t
   use flusi_report, only: print_coupling, print_run_header, print_time_table
   use flusi_series, only: run_series_t
@@ -80,7 +81,7 @@ contains
 
     self%world = world
     self%settings = settings
-    self%name = run_name(command%ini)
+    self%name = stem_of(command%ini, '.ini')
     self%t_whole = self%timers%region('whole run')
     call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
@@ -170,6 +171,11 @@ contains
     type(request_t) :: request
     real(rp) :: seconds
     if (self%exit_code /= EXIT_OK) return
+    if (self%settings%output%mask_only) then
+      call draw_masks(self%settings, self%fluid, self%output, self%failure, self%wings)
+      if (self%failure%failed) call self%fail(EXIT_UNWRITABLE)
+      return
+    end if
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
         call self%output%look_ahead(fluid, .false., request, self%averages)
@@ -382,12 +388,4 @@ contains
       'flusi: the last valid backup is kept'
     flush (error_unit)
   end subroutine fail
-
-  !> Name of a run: its parameter file without folder and ending.
-  function run_name(ini) result(name)
-    character(*), intent(in) :: ini
-    character(:), allocatable :: name
-    name = name_of(ini)
-    if (index(name, '.ini', back=.true.) > 1) name = name(:index(name, '.ini', back=.true.) - 1)
-  end function run_name
 end module flusi_simulation

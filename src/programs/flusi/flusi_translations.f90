@@ -21,6 +21,8 @@ contains
     call translate_flexible_wing(config, notices)
     call translate_scheme(config, notices)
     call translate_pose(config, notices)
+    if (config%get_switch('DryRun', 'dry_run_without_fluid') .and. config%get_word('Insects', 'surface') == 'auto') &
+      call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
   end subroutine translate_words
 
   subroutine translate_flexible_wing(config, notices)

@@ -42,7 +42,6 @@ program test_ini_legacy
   call refuses(kit, 'Insects', 'WingShape=drosophila;', 'WingShape')
   call refuses(kit, 'Insects', 'BodyType=jerry;', 'BodyType')
   call refuses(kit, 'Insects', 'LeftWing2=yes;', 'LeftWing2')
-  call refuses(kit, 'DryRun', 'dry_run_without_fluid=yes;', 'dry_run_without_fluid')
   call register_all_keys(everything)
   call check_carried_along(kit, 'a sphere', with_mask('1', 'sphere'))
   call check_carried_along(kit, 'no penalization', with_mask('no', 'Insect'))
@@ -205,7 +204,6 @@ contains
                                '[Forcing]'//NL//'forcing_type=none; machiels'//NL//'kf=0;'//NL// &
                              '[PassiveScalar]'//NL//'use_passive_scalar=0;'//NL//'n_scalars=1;'//NL//'[Scalar1]'//NL// &
                                'kappa=0.1;'//NL// &
-                               '[DryRun]'//NL//'dry_run_without_fluid=no;'//NL// &
                       '[Insects]'//NL//'L_chord=1.0;'//NL//'HasDetails=all; legs; no;'//NL//'x_eye_r=; (vector)'//NL// &
                          'pointcloudfile=cloud.txt'//NL//'[SolidModel]'//NL//'use_solid_model=no;'//NL//'ns=32;'//NL// &
                                '[Flexible_wing]'//NL//'x0= 2.0;'//NL//'EIy= 1e-5; 1e-5;'//NL// &
