@@ -53,7 +53,8 @@ contains
     type(settings_t), intent(in) :: settings
     type(memory_t) :: m
     m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
-                        settings%looks_at_pressure(), ranks, settings%output%averages%n_fields())
+                        settings%looks_at_pressure(), ranks, &
+                        settings%output%held_fields(settings%fluid%grid%n(1)))
     if (.not. m%possible) return
     if (m%largest_buffer > huge(1)) then
       write (unit, '(i8,a)') ranks, ' ranks: too few for this grid'
@@ -116,7 +117,8 @@ contains
        write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
           bytes/1.0e9_rp, ' GB, and one .xmf index'
       end if
-      if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'
+      if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'//trim(merge(' slice_times.t', '              ', &
+                                                                                     o%stack > 1))
       if (o%backup) write (unit, '(a)') '  backups   runtime_backup0.h5 runtime_backup1.h5'
     end associate
 

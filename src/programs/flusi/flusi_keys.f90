@@ -128,6 +128,8 @@ contains
     call r%add_integer('SaveSlices', 'itslice', 99999, 'every so many steps', min=1)
     call r%add_real('SaveSlices', 'tslice', 9.0e9_rp, 'interval in time', unit='T', above=0.0_rp)
     call r%add_real('SaveSlices', 'tslice_first', 0.0_rp, 'no slices before this time', unit='T')
-    call r%add_inert('SaveSlices', 'ncache_slices', 'every slice is written at once')
+    call r%add_integer('SaveSlices', 'ncache_slices', 1, 'so many slices are stacked in one file, whose x is the time, '// &
+                       'and slice_times.t has their times; 1: a file for every slice', min=1)
+    call r%add_alias('SaveSlices', 'ncache_slices', 'nslice_cache')
   end subroutine register_slices
 end module flusi_keys

@@ -43,7 +43,6 @@ contains
     do i = 1, size(TAKE_OFF)
       call registry%add_inert('Insects', trim(TAKE_OFF(i)), 'take-off of a fruit fly')
     end do
-    call registry%add_inert('SaveSlices', 'nslice_cache', 'older name of ncache_slices')
     call registry%add_inert('Saving', 'iSaveCurrent', 'magnetohydrodynamics')
     call registry%add_inert('Saving', 'iSaveMagneticField', 'magnetohydrodynamics')
     call registry%add_inert('Saving', 'iSaveAcc', 'accelerations of particles')

@@ -52,10 +52,11 @@ module flusi_settings
     type(job_limits_t) :: limits      !< of backups, and when to stop
     real(rp) :: progress_seconds = 30
     logical :: slices = .false.
-    integer :: slice(4) = -2, it_slice = 0
+    integer :: slice(4) = -2, it_slice = 0, stack = 1
     real(rp) :: t_slice = 0, t_slice_first = 0
   contains
     procedure :: needs_fields => output_needs_fields
+    procedure :: held_fields => output_held_fields
   end type output_params_t
 
   type :: settings_t
@@ -131,6 +132,7 @@ contains
     p%slices = c%get_switch('SaveSlices', 'use_slicing')
     call read_average_keys(c, p%averages)
     p%it_slice = c%get_integer('SaveSlices', 'itslice')
+    p%stack = c%get_integer('SaveSlices', 'ncache_slices')
     p%t_slice = c%get_real('SaveSlices', 'tslice')
     p%t_slice_first = c%get_real('SaveSlices', 'tslice_first')
     do i = 1, 4
@@ -268,6 +270,14 @@ contains
     needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices .or. self%wing_sides .or. &
             self%averages%is_on
   end function output_needs_fields
+
+  !> How many fields of nx points the output keeps: sums of means over time, and stacked slices.
+  pure real(rp) function output_held_fields(self, nx) result(n)
+    class(output_params_t), intent(in) :: self
+    integer, intent(in) :: nx
+    n = self%averages%n_fields()
+    if (self%slices .and. self%stack > 1) n = n + 3*count(self%slice >= 0)*real(self%stack, rp)/nx
+  end function output_held_fields
 
   !> Whether any pass will be asked for velocity or vorticity in physical space.
   pure logical function settings_needs_fields(self) result(needs)

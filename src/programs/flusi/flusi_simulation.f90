@@ -236,6 +236,7 @@ contains
     if (self%failure%failed) return
     if (allocated(self%coupler)) call self%look()
     if (.not. self%failure%failed) call write_all(self)
+    call self%output%flush(self%fluid, self%failure)
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
@@ -344,6 +345,7 @@ contains
     call self%timers%start(self%t_backup)
     call self%fluid%evaluate(nothing, self%failure, self%wings)
     self%blown_up = self%failure%failed
+    call self%output%flush(self%fluid, self%failure)
     if (.not. self%blown_up) then
       call self%slots%begin(writer, self%failure)
       call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin, self%averages)

@@ -3,6 +3,7 @@
 module flusi_output
   use flusi_averages, only: averages_t, MOST_AVERAGES
   use flusi_settings, only: output_params_t
+  use flusi_slices, only: slices_t
   use flusi_flight_output, only: flight_output_t
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
@@ -30,11 +31,13 @@ module flusi_output
     type(xdmf_index_t), private :: index
     type(flight_output_t), private :: wings
     type(wing_sides_t), private :: sides
+    type(slices_t), allocatable, private :: stack !< of slices
     real(rp), allocatable, private :: scratch(:, :, :, :)
   contains
     procedure :: init => output_init
     procedure :: look_ahead => output_look_ahead
     procedure :: write => output_write
+    procedure :: flush => output_flush
     procedure :: write_failed => output_write_failed
   end type output_t
 
@@ -62,6 +65,10 @@ contains
       if (params%needs_fields() .or. params%pressure .or. params%mask .or. params%solid_velocity) &
         allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
     end associate
+    if (params%slices .and. params%stack > 1) then
+      allocate (self%stack)
+      call self%stack%init(world, fluid%transform%block, params%slice, params%stack, failure, restart_time)
+    end if
     if (.not. allocated(self%scratch)) return
     call self%index%open(world, name//'.xmf', failure, restart_time)
   end subroutine output_init
@@ -142,7 +149,9 @@ contains
         if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
                                              meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
       end if
-      if (self%slices_due) then
+      if (self%slices_due .and. allocated(self%stack)) then
+        call self%stack%add(fluid, meta, precision_of(p), failure)
+      else if (self%slices_due) then
         label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))
         do i = 1, size(p%slice)
           if (p%slice(i) < 0) cycle
@@ -181,6 +190,18 @@ contains
       saved(n_saved) = prefix
     end subroutine save
   end subroutine output_write
+
+  !> Writes what waits to be stacked, before a backup and at the end. Collective.
+  subroutine output_flush(self, fluid, failure)
+    class(output_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(failure_t), intent(inout) :: failure
+    type(field_meta_t) :: meta
+    if (.not. allocated(self%stack)) return
+    meta = meta_of(fluid, fluid%sums_time)
+    if (self%note /= '') meta%units = self%note
+    call self%stack%flush(fluid, meta, precision_of(self%params), failure)
+  end subroutine output_flush
 
   !> Writes the velocity that made the run fail, as failed-ux_*.h5 and so on. Collective.
   subroutine output_write_failed(self, fluid, failure)
