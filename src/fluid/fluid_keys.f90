@@ -62,9 +62,9 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_section('Time', 'time stepping')
     call r%add_real('Time', 'Tmax', 1.0e9_rp, 'end of the run', unit='T', min=0.0_rp)
     call r%add_integer('Time', 'nt', 999999999, 'largest number of time steps', min=0)
-    call r%add_word('Time', 'iTimeMethodFluid', 'AB2', 'AB2|RK4', &
-                    'AB2: Adams-Bashforth with exact viscous factor; RK4: for verification', &
-                    unbuilt='RK2|Euler|krylov|AB2_rigid_solid|FSI_*')
+    call r%add_word('Time', 'iTimeMethodFluid', 'AB2', 'AB2|AB2_rigid_solid|RK4', &
+                    'AB2: Adams-Bashforth with exact viscous factor; AB2_rigid_solid: FLUSI''s name for it with '// &
+                    'BodyMotion = free_flight; RK4: for verification', unbuilt='RK2|Euler|krylov|FSI_*')
     call r%add_real('Time', 'CFL', 0.1_rp, 'CFL number of the advective limit', above=0.0_rp)
     call r%add_real('Time', 'CFL_eta', 0.99_rp, 'largest dt/eps of the explicit penalization', above=0.0_rp)
     call r%add_real('Time', 'dt_fixed', 0.0_rp, 'prescribed step; 0: chosen by the CFL rule', unit='T', min=0.0_rp)

@@ -26,7 +26,7 @@ module fsi_free_body
   use fsi_rotation, only: cross
   implicit none
   private
-  public :: free_body_t, N_STATE
+  public :: free_body_t, inertia_matrix, N_STATE
 
   integer, parameter :: N_STATE = 32 !< numbers of a state
 
@@ -123,7 +123,7 @@ contains
     ! The body's axes at the middle of the step, along those of its end.
     half = turned([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp], -self%turn/2)
     axes = transpose(matrix_of(half))
-    call coefficients(whole, r, a)
+    call inertia_matrix(whole, r, a)
     b(1:3) = self%free_momentum - matmul(whole%first_rate, r)
     b(4:6) = matmul(r, self%free_spin) - whole%spin()
     call solve_held(a, b, held, [self%velocity, self%omega], axes, y)
@@ -147,7 +147,7 @@ contains
     real(rp), parameter :: AXES(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
     real(rp) :: a(6, 6), b(6), r(3, 3), y(6), zero(6)
     r = matrix_of(self%attitude)
-    call coefficients(whole, r, a)
+    call inertia_matrix(whole, r, a)
     associate (w => self%omega, s => whole)
       b(1:3) = force - matmul(cross(w, cross(w, s%first)) + 2*cross(w, s%first_rate) + s%first_rate2, r)
       b(4:6) = matmul(r, moment) - cross(w, matmul(s%inertia(), w)) - 2*s%coriolis(w) - s%spin_rate()
@@ -159,7 +159,7 @@ contains
   end subroutine free_accelerate
 
   !> How V (in space) and omega (in the body) make the momentum (in space) and the angular momentum (in the body).
-  pure subroutine coefficients(whole, r, a)
+  pure subroutine inertia_matrix(whole, r, a)
     type(whole_t), intent(in) :: whole
     real(rp), intent(in) :: r(3, 3)
     real(rp), intent(out) :: a(6, 6)
@@ -173,7 +173,7 @@ contains
     a(1:3, 4:6) = -matmul(transpose(r), lever)
     a(4:6, 1:3) = matmul(lever, r)
     a(4:6, 4:6) = whole%inertia()
-  end subroutine coefficients
+  end subroutine inertia_matrix
 
   !> Solves a y = b for the components that are free; those that are held have `given`, and y has their reactions, which
   !> act along space and, in rotation, along `axes`.

@@ -28,6 +28,7 @@ module fsi_moments
     real(rp) :: mass = 0
     real(rp) :: first(3) = 0, first_rate(3) = 0, first_rate2(3) = 0
     real(rp) :: second(3, 3) = 0, mixed(3, 3) = 0, mixed2(3, 3) = 0
+    real(rp) :: heavy(3) = 0 !< first moment of what has weight, which displaced fluid has not
   contains
     procedure :: add_part => whole_add_part
     procedure :: add_moving => whole_add_moving

@@ -7,6 +7,7 @@ module fsi_kinematics_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use fsi_body_motion_keys, only: register_body_motion_keys
   use fsi_kinematics, only: body_rotation, body_t, wing_mount_t
   use fsi_rotation, only: angle_t
   use fsi_wing_motion, only: wing_motion_t
@@ -29,8 +30,7 @@ contains
     type(registry_t), intent(inout) :: registry
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
-    call registry%add_word(SECTION, 'BodyMotion', 'tethered', 'tethered', 'motion of the body', &
-                 unbuilt='free_flight|yawpitchroll|roll|pitch|yaw|buffeting|casting|*_param|from_file::*|command-line*')
+    call register_body_motion_keys(registry)
     call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body', unit='L', length=3)
     call registry%add_reals(SECTION, 'yawpitchroll_0', ZERO, 'attitude of the body; positive pitch is nose down', &
                             unit='degree', length=3)
@@ -49,7 +49,7 @@ contains
                      'the wings start at rest and reach their motion after this time; 0: at once', unit='T', min=0.0_rp)
   end subroutine register_kinematics_keys
 
-  !> The tethered body.
+  !> The body at the start.
   subroutine read_body(config, body)
     type(config_t), intent(in) :: config
     type(body_t), intent(out) :: body

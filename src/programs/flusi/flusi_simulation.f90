@@ -21,6 +21,7 @@ module flusi_simulation
   use flusi_summary, only: write_summary
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_free_flight, only: begin_flight, launch, prepare_flight, settle
   use fsi_thin_wings, only: thin_wings_t
   use io_checkpoint, only: checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
@@ -60,7 +61,7 @@ module flusi_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, move_wings, fail
   end type simulation_t
 
 contains
@@ -83,11 +84,8 @@ contains
     call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
     self%t_step = self%timers%region('time steps')
-    if (settings%flexible) then
-      self%t_wings = self%timers%region('bending wings')
-    else if (settings%flight%thin%is_thin) then
-      self%t_wings = self%timers%region('forces of the wings')
-    end if
+    if (settings%flexible .or. settings%flight%thin%is_thin) &
+      self%t_wings = self%timers%region(trim(merge('bending wings      ', 'forces of the wings', settings%flexible)))
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
@@ -106,8 +104,8 @@ contains
     call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
                          settings%needs_trials())
     if (settings%fluid%moving) allocate (self%wings)
-    if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
-    if (settings%fluid%moving .and. settings%flight%thin%is_thin) then
+    if (allocated(self%wings)) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
+    if (allocated(self%wings) .and. settings%flight%thin%is_thin) then
       allocate (self%thin)
       call self%thin%init(world, self%wings, self%fluid, self%failure)
     end if
@@ -117,6 +115,7 @@ contains
                              self%wings)
       if (allocated(self%thin)) call self%thin%soften(settings%coupler%model%points, settings%coupler%units)
     end if
+    if (settings%flight%flyer%is_free) call prepare_flight(self%wings)
     if (restarts) call self%slots%scan(world, '.', BACKUP_NAME)
     if (restarts .and. .not. self%failure%failed) then
       call self%restart(command, remarks)
@@ -128,6 +127,7 @@ contains
     end if
     if (allocated(self%wings) .and. .not. self%failure%failed) &
       call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%failure)
+    if (settings%flight%flyer%is_free) call begin_flight(world, self%wings, self%fluid, self%failure, self%coupler)
     if (self%failure%failed) then
       call self%fail(EXIT_USER)
       return
@@ -178,11 +178,7 @@ contains
         if (allocated(self%coupler)) call self%look()
         if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
-        if (allocated(self%coupler)) then
-          call self%bend()
-        else if (allocated(self%thin)) then
-          call self%push()
-        end if
+        call self%move_wings()
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
@@ -240,6 +236,20 @@ contains
     self%cannot_bend = self%misplaced
   end subroutine look
 
+  !> Takes wings, and the body that flies freely, over the step that the fluid has made.
+  subroutine move_wings(self)
+    class(simulation_t), intent(inout) :: self
+    associate (flies => self%settings%flight%flyer%is_free)
+      if (flies) call launch(self%wings, self%fluid, self%coupler)
+      if (allocated(self%coupler)) then
+        call self%bend()
+      else if (allocated(self%thin)) then
+        call self%push()
+      end if
+      if (flies .and. .not. self%failure%failed) call settle(self%wings, self%fluid)
+    end associate
+  end subroutine move_wings
+
   !> Takes the flexible wings over the step that the fluid has made.
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
@@ -294,6 +304,7 @@ contains
       call self%series%write_integrals(self%fluid, self%failure, self%wings)
       if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
     end if
+    call self%series%write_flight(self%wings)
     call self%output%write(self%fluid, self%failure, self%wings, self%coupler)
     call self%timers%stop(self%t_output)
   end subroutine write_all
