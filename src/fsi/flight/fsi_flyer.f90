@@ -9,7 +9,8 @@
 !>
 !> The fluid loses what the left side gains. The weights in time are the same, so that the sum is conserved to round-off.
 !> The force of a slip s in the mask relaxes it as ds/dt = -s/C_eta/(1 - m_f/m) if the body is as free as the fluid in it:
-!> the explicit step must be shorter by 1 - m_f/m, the least of all motions (`least_share`).
+!> the explicit step must be shorter by 1 - m_f/m, the least of all motions (`least_share`). At the limit of AB2 its second
+!> root is -1, and the body would swing from step to step; with DAMPED of it the root is -0.74.
 module fsi_flyer
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_lower, symmetric_eigen
@@ -20,8 +21,9 @@ module fsi_flyer
   use fsi_rotation, only: cross
   implicit none
   private
-  public :: flyer_params_t, flyer_t, least_share, SMALLEST_SHARE
+  public :: flyer_params_t, flyer_t, least_share, DAMPED, SMALLEST_SHARE
 
+  real(rp), parameter :: DAMPED = 0.8_rp
   real(rp), parameter :: SMALLEST_SHARE = 0.1_rp !< of 1 - m_f/m: a body lighter than that cannot be advanced
 
   type :: flyer_params_t

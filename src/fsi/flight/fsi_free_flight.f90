@@ -19,7 +19,7 @@ module fsi_free_flight
   use fsi_body_volume, only: displaced_moments
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_flyer, only: least_share, SMALLEST_SHARE
+  use fsi_flyer, only: DAMPED, least_share, SMALLEST_SHARE
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_moments, only: second_of_inertia, whole_t
   use fsi_quaternion, only: attitude_of
@@ -95,8 +95,8 @@ contains
                            ' of the inertia; valid: more than '//number_text(SMALLEST_SHARE))
         return
       end if
-      fluid%rhs%params%time_share = flyer%share
-      associate (p => fluid%rhs%params, share => flyer%share)
+      fluid%rhs%params%time_share = DAMPED*flyer%share
+      associate (p => fluid%rhs%params, share => DAMPED*flyer%share)
         if (p%penalized .and. p%dt_fixed > share*p%cfl_eta*p%c_eta) &
           call failure%raise('[Time] dt_fixed is too large for a body of this mass in this fluid: valid up to '// &
                              'CFL_eta eps '//number_text(share)//' = '//number_text(share*p%cfl_eta*p%c_eta))
