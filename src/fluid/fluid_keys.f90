@@ -63,10 +63,10 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_real('Time', 'Tmax', 1.0e9_rp, 'end of the run', unit='T', min=0.0_rp)
     call r%add_integer('Time', 'nt', 999999999, 'largest number of time steps', min=0)
     call r%add_word('Time', 'iTimeMethodFluid', 'AB2', &
-                    'AB2|RK4|RK2|Euler|FSI_AB2_staggered|FSI_AB2_semiimplicit|FSI_AB2_iteration', &
+                    'AB2|RK4|RK2|Euler|AB2_rigid_solid|FSI_AB2_staggered|FSI_AB2_semiimplicit|FSI_AB2_iteration', &
                     'all with the exact viscous factor; AB2: Adams-Bashforth; RK2 (Heun) and RK4: Runge-Kutta, at 2 '// &
-                    'and 4 times its cost; Euler: first order; FSI_*: AB2, and a coupling of flexible wings', &
-                    unbuilt='krylov|AB2_rigid_solid')
+                    'and 4 times its cost; Euler: first order; FSI_*: AB2, and a coupling of flexible wings; '// &
+                    'AB2_rigid_solid: FLUSI''s name for AB2 with BodyMotion = free_flight', unbuilt='krylov')
     call r%add_real('Time', 'CFL', 0.1_rp, 'CFL number of the advective limit', above=0.0_rp)
     call r%add_real('Time', 'CFL_eta', 0.99_rp, 'largest dt/eps of the explicit penalization', above=0.0_rp)
     call r%add_real('Time', 'dt_fixed', 0.0_rp, 'prescribed step; 0: chosen by the CFL rule', unit='T', min=0.0_rp)

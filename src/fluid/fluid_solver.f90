@@ -117,8 +117,7 @@ contains
         call run_pass(self, pass, nothing, moving)
       end do
       ! What is written after the step belongs to its beginning.
-      if (present(moving) .and. .not. self%rhs%failure%failed) &
-        call moving%place(self%rhs%state%time, self%rhs%penalty, self%rhs%failure)
+      if (present(moving) .and. .not. self%rhs%failure%failed) call place_solids(self, moving, self%rhs%state%time)
     end if
     if (self%rhs%failure%failed) then
       call failure%raise(self%rhs%failure%reason)
@@ -181,7 +180,7 @@ contains
     if (self%rhs%params%has_inflow) &
       call self%inflow%set(self%rhs%params, self%rhs%time_of(pass), self%rhs%penalty)
     if (present(moving)) then
-      call moving%place(self%rhs%time_of(pass), self%rhs%penalty, self%rhs%failure)
+      call place_solids(self, moving, self%rhs%time_of(pass))
       if (self%rhs%failure%failed) return
       self%rhs%solid_speed = moving%max_speed()
     end if
@@ -191,11 +190,19 @@ contains
     if (pass /= PASS_EVALUATE .and. allocated(self%rhs%initial)) deallocate (self%rhs%initial)
   end subroutine run_pass
 
+  subroutine place_solids(self, moving, time)
+    class(fluid_t), intent(inout) :: self
+    class(moving_solids_t), intent(inout) :: moving
+    real(rp), intent(in) :: time
+    call moving%place(time, self%rhs%penalty, self%rhs%failure)
+    call moving%refer(self%rhs%params%centre)
+  end subroutine place_solids
+
   !> Keeps the integrals of a pass and completes them by the rate of change of the solids' momentum: exact for
   !> solids whose motion is known, by a backward difference for others.
   subroutine keep_sums(self, moving)
     class(fluid_t), intent(inout) :: self
-    class(moving_solids_t), intent(in), optional :: moving
+    class(moving_solids_t), intent(inout), optional :: moving
     self%sums = self%rhs%sums
     self%has_pressure = self%rhs%request%pressure
     self%dt = self%rhs%dt
@@ -204,6 +211,7 @@ contains
       self%unsteady_force = 0
       self%unsteady_moment = 0
       if (present(moving)) then
+        call moving%feel(self%sums)
         call moving%momentum_rate(self%rhs%params%centre, self%unsteady_force, self%unsteady_moment)
         return
       end if

@@ -7,6 +7,8 @@ module fsi_kinematics_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_text, only: number_text
+  use fsi_body_motion_keys, only: register_body_motion_keys
   use fsi_kinematics, only: body_rotation, body_t, wing_mount_t
   use fsi_named_motions, only: NAMED_MOTIONS, set_named_motion
   use fsi_rotation, only: angle_t
@@ -17,7 +19,7 @@ module fsi_kinematics_keys
   use io_registry, only: registry_t
   implicit none
   private
-  public :: register_kinematics_keys, read_body, read_mounts, read_motion, motion_file
+  public :: register_kinematics_keys, read_body, keep_in_box, read_mounts, read_motion, motion_file
 
   character(*), parameter :: SECTION = 'Insects'
   character(*), parameter :: FILE_WORD = 'from_file::', TABLE_WORD = 'kinematics_loader::'
@@ -30,10 +32,7 @@ contains
     type(registry_t), intent(inout) :: registry
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
-    call registry%add_word(SECTION, 'BodyMotion', 'tethered', 'tethered|fixed|fixed45|forward|hovering|x0y0z0|flapper', &
-                           'motion of the body; the other words are places and attitudes of early versions of FLUSI', &
-                 unbuilt='takeoff|wheeling|free_flight|yawpitchroll|roll|pitch|yaw|buffeting|casting|roll_param|'// &
-                           'pitch_param|from_file::*|command-line*')
+    call register_body_motion_keys(registry)
     call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body', unit='L', length=3)
     call registry%add_reals(SECTION, 'yawpitchroll_0', ZERO, 'attitude of the body; positive pitch is nose down', &
                             unit='degree', length=3)
@@ -56,7 +55,7 @@ contains
                      'the wings start at rest and reach their motion after this time; 0: at once', unit='T', min=0.0_rp)
   end subroutine register_kinematics_keys
 
-  !> The tethered body.
+  !> The body at the start.
   subroutine read_body(config, body)
     type(config_t), intent(in) :: config
     type(body_t), intent(out) :: body
@@ -67,6 +66,20 @@ contains
     body%rotation = body_rotation(roll=angle_t(value=attitude(3)), pitch=angle_t(value=attitude(2)), &
                                   yaw=angle_t(value=attitude(1)))
   end subroutine read_body
+
+  !> Moves a body whose centre is in one of the boxes beside the box, of size `box` [L], to its image inside, with a notice.
+  subroutine keep_in_box(config, box, body, notices)
+    type(config_t), intent(in) :: config
+    real(rp), intent(in) :: box(3)
+    type(body_t), intent(inout) :: body
+    type(message_list_t), intent(inout) :: notices
+    associate (x => body%centre)
+      if (all(x >= 0 .and. x <= box) .or. any(x < -box .or. x > 2*box)) return
+      where (x < 0 .or. x > box) x = modulo(x, box)
+      call config%complain(notices, SECTION, 'x0', 'is outside of the box; the body is put to its image at '// &
+                           number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3)))
+    end associate
+  end subroutine keep_in_box
 
   !> Left and right wing: how they hang on the body, and what all motions share. With `errors` complains if
   !> both hang at the same point or the left one is not on the left.

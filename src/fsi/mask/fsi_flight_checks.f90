@@ -19,26 +19,16 @@ module fsi_flight_checks
 
 contains
 
-  !> Moves a body whose centre is in one of the boxes beside the box to its image inside, with a notice, and complains if it is
-  !> farther away.
-  subroutine check_place(config, flight, grid, errors, notices)
+  !> Complains if the body's centre is outside of the box.
+  subroutine check_place(config, flight, grid, errors)
     type(config_t), intent(in) :: config
-    type(flight_params_t), intent(inout) :: flight
+    type(flight_params_t), intent(in) :: flight
     type(grid_t), intent(in) :: grid
-    type(message_list_t), intent(inout) :: errors, notices
-    character(:), allocatable :: text
-    associate (x => flight%body%centre, box => grid%length)
-      if (all(x >= 0 .and. x <= box)) return
-      text = 'is outside of the box, which begins at 0 and has the size '//number_text(box(1))//' x '// &
-             number_text(box(2))//' x '//number_text(box(3))//' L'
-      if (any(x < -box .or. x > 2*box)) then
-        call config%complain(errors, SECTION, 'x0', text)
-      else
-        where (x < 0 .or. x > box) x = modulo(x, box)
-        call config%complain(notices, SECTION, 'x0', text//'; the body is put to its image at '//number_text(x(1))// &
-                             ' '//number_text(x(2))//' '//number_text(x(3)))
-      end if
-    end associate
+    type(message_list_t), intent(inout) :: errors
+    if (any(flight%body%centre < 0 .or. flight%body%centre > grid%length)) &
+      call config%complain(errors, SECTION, 'x0', 'is outside of the box, which begins at 0 and has the size '// &
+                           number_text(grid%length(1))//' x '//number_text(grid%length(2))//' x '// &
+                           number_text(grid%length(3))//' L')
   end subroutine check_place
 
   !> Complains if a wing does not fit: if at some time in the first beats it is longer, in the direction of x, y or
@@ -85,7 +75,7 @@ contains
     end if
     lean = 0
     do i = 0, LOOKS
-      call pose_wing(flight%body, wing%mount, wing%motion, duration(wing, t_end)*i/LOOKS, pose)
+      call pose_at(flight, wing, duration(wing, t_end)*i/LOOKS, pose)
       lean = max(lean, 1 - abs(pose%matrix(2, 1)))
     end do
     reach = flight%half_thickness + flight%smoothing
@@ -98,6 +88,15 @@ contains
                            number_text(-reach)//' to '//number_text(reach))
     end if
   end subroutine check_section
+
+  !> The wing at `time`.
+  subroutine pose_at(flight, wing, time, pose)
+    type(flight_params_t), intent(in) :: flight
+    type(flapping_wing_t), intent(in) :: wing
+    real(rp), intent(in) :: time
+    type(wing_pose_t), intent(out) :: pose
+    call pose_wing(flight%motion%at(time, flight%body), wing%mount, wing%motion, time, pose)
+  end subroutine pose_at
 
   !> Time of the ramp and one beat, as far as the run goes, T.
   pure real(rp) function duration(wing, t_end)
@@ -118,7 +117,7 @@ contains
     integer :: i
     extent = 0
     do i = 0, LOOKS
-      call pose_wing(flight%body, wing%mount, wing%motion, duration(wing, t_end)*i/LOOKS, pose)
+      call pose_at(flight, wing, duration(wing, t_end)*i/LOOKS, pose)
       placed = matmul(transpose(pose%matrix), wing%points)
       extent = max(extent, maxval(placed, 2) - minval(placed, 2))
     end do

@@ -10,6 +10,7 @@ module flusi_checkpoints
   use flusi_settings, only: settings_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_flight_restart, only: has_flight, load_flight, save_flight
   use fsi_pose_restart, only: find_jumps, save_poses
   use fsi_restart, only: has_flexible_wings, load_wings, save_wings
   use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
@@ -42,7 +43,8 @@ contains
     call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
     if (present(averages)) call averages%save(writer)
     if (.not. present(wings)) return
-    call save_poses(writer, wings%params, fluid%rhs%state%time)
+    call save_poses(writer, wings%params, wings%motion, fluid%rhs%state%time)
+    if (allocated(wings%flyer)) call save_flight(writer, wings)
     if (present(coupler)) call save_wings(writer, wings, coupler)
     if (present(thin)) call save_thin_wings(writer, wings, thin)
   end subroutine put_state
@@ -70,8 +72,11 @@ contains
     if (failure%failed) return
     call was%load(reader, failure)
     call load_fluid(reader, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
-    if (present(wings) .and. .not. failure%failed) &
-      call find_jumps(reader, wings%params, fluid%rhs%state%time, jumps, failure)
+    if (present(wings) .and. .not. failure%failed) then
+      if (allocated(wings%flyer) .and. has_flight(reader)) &
+        call load_flight(reader, fluid%rhs%state%time, wings, failure)
+      if (.not. failure%failed) call find_jumps(reader, wings%params, wings%motion, fluid%rhs%state%time, jumps, failure)
+    end if
     call run%judge(was, STATE_KEYS, jumps, accepts, remarks, failure)
     if (failure%failed) return
     if (present(coupler)) then

@@ -107,6 +107,7 @@ contains
         write (unit, '(a)') '            kinematics.t aero_power.t'//of_sides(settings, 'wing', '.t')
         if (settings%flexible) write (unit, '(a)') '           '//of_sides(settings, 'bending', '.t')// &
           of_sides(settings, 'coupling', '.t')
+        if (settings%flight%flyer%is_free) write (unit, '(a)') '            rigidsolidsolver.t free_flight.t'
         write (unit, '(a)') '  at the end summary.txt'
         write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing', '')
       end if

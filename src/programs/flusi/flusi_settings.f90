@@ -7,6 +7,7 @@ module flusi_settings
   use flusi_averages, only: average_params_t, read_average_keys
   use flusi_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use flusi_flight_faults, only: foresee_flight
+  use flusi_free_flight, only: check_free_flight
   use flusi_keys, only: register_all_keys
   use flusi_translations, only: translate_words
   use flusi_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_flow, &
@@ -210,7 +211,9 @@ contains
     s%flexible = has_file .and. wants_flexible(s%config)
     if (s%flexible) call read_coupler(s%config, setup, s%flight, s%fluid%grid, s%fluid%t_max, s%units%scales(), &
                                       s%units%given, s%coupler, errors, notices)
-    call check_place(s%config, s%flight, s%fluid%grid, errors, notices)
+    call check_free_flight(s%config, setup, has_file, s%flexible, s%units%scales(), s%units%given, s%fluid, s%flight, &
+                           s%coupler, errors, notices)
+    call check_place(s%config, s%flight, s%fluid%grid, errors)
     if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%t_max, errors)
     if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
                                                              s%fluid%t_max, s%flexible, errors, notices)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> One run: the fluid, its output, its checkpoints, and the rules to stop.
 module flusi_simulation
-  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_constants, only: EXIT_OK, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE
   use base_errors, only: failure_t, message_list_t
   use base_files, only: stem_of
@@ -17,12 +17,13 @@ module flusi_simulation
   use flusi_flight_faults, only: check_flight
   use flusi_mask_run, only: draw_masks
   use flusi_output, only: output_t
-  use flusi_report, only: print_coupling, print_run_header, print_time_table
+  use flusi_report, only: print_coupling, print_failure, print_run_header, print_time_table
   use flusi_series, only: run_series_t
   use flusi_settings, only: settings_t
   use flusi_summary, only: write_summary
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_free_flight, only: begin_flight, launch, prepare_flight, settle
   use fsi_thin_wings, only: thin_wings_t
   use io_checkpoint, only: checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
@@ -63,7 +64,7 @@ module flusi_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, move_wings, fail
   end type simulation_t
 
 contains
@@ -86,11 +87,8 @@ contains
     call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
     self%t_step = self%timers%region('time steps')
-    if (settings%flexible) then
-      self%t_wings = self%timers%region('bending wings')
-    else if (settings%flight%thin%is_thin) then
-      self%t_wings = self%timers%region('forces of the wings')
-    end if
+    if (settings%flexible .or. settings%flight%thin%is_thin) &
+      self%t_wings = self%timers%region(trim(merge('bending wings      ', 'forces of the wings', settings%flexible)))
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
@@ -111,8 +109,8 @@ contains
     if (settings%output%averages%is_on) allocate (self%averages)
     if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
     if (settings%fluid%moving) allocate (self%wings)
-    if (settings%fluid%moving) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
-    if (settings%fluid%moving .and. settings%flight%thin%is_thin) then
+    if (allocated(self%wings)) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
+    if (allocated(self%wings) .and. settings%flight%thin%is_thin) then
       allocate (self%thin)
       call self%thin%init(world, self%wings, self%fluid, self%failure)
     end if
@@ -122,6 +120,7 @@ contains
                              self%wings)
       if (allocated(self%thin)) call self%thin%soften(settings%coupler%model%points, settings%coupler%units)
     end if
+    if (settings%flight%flyer%is_free) call prepare_flight(self%wings)
     if (restarts) call self%slots%scan(world, '.', BACKUP_NAME)
     if (restarts .and. .not. self%failure%failed) then
       call self%restart(command, remarks)
@@ -133,6 +132,7 @@ contains
     end if
     if (allocated(self%wings) .and. .not. self%failure%failed) &
       call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%failure)
+    if (settings%flight%flyer%is_free) call begin_flight(world, self%wings, self%fluid, self%failure, self%coupler)
     if (self%failure%failed) then
       call self%fail(EXIT_USER)
       return
@@ -189,11 +189,7 @@ contains
         if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
         if (allocated(self%averages)) call self%averages%add(fluid)
-        if (allocated(self%coupler)) then
-          call self%bend()
-        else if (allocated(self%thin)) then
-          call self%push()
-        end if
+        call self%move_wings()
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
@@ -252,6 +248,20 @@ contains
     self%cannot_bend = self%misplaced
   end subroutine look
 
+  !> Takes wings, and the body that flies freely, over the step that the fluid has made.
+  subroutine move_wings(self)
+    class(simulation_t), intent(inout) :: self
+    associate (flies => self%settings%flight%flyer%is_free)
+      if (flies) call launch(self%wings, self%fluid, self%coupler)
+      if (allocated(self%coupler)) then
+        call self%bend()
+      else if (allocated(self%thin)) then
+        call self%push()
+      end if
+      if (flies .and. .not. self%failure%failed) call settle(self%wings, self%fluid)
+    end associate
+  end subroutine move_wings
+
   !> Takes the flexible wings over the step that the fluid has made.
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
@@ -306,6 +316,7 @@ contains
       call self%series%write_integrals(self%fluid, self%failure, self%wings)
       if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
     end if
+    call self%series%write_flight(self%wings)
     call self%output%write(self%fluid, self%failure, self%wings, self%coupler, self%averages)
     call self%timers%stop(self%t_output)
   end subroutine write_all
@@ -383,11 +394,7 @@ contains
     class(simulation_t), intent(inout) :: self
     integer, intent(in) :: code
     self%exit_code = code
-    if (.not. self%world%is_root) return
-    write (error_unit, '(a)') 'flusi: '//self%failure%reason
-    if (self%blown_up) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
-    if (code == EXIT_NUMERICAL .and. self%slots%newest_generation() > 0) write (error_unit, '(a)') &
-      'flusi: the last valid backup is kept'
-    flush (error_unit)
+    if (self%world%is_root) call print_failure(self%failure%reason, self%blown_up, code == EXIT_NUMERICAL .and. &
+                                               self%slots%newest_generation() > 0)
   end subroutine fail
 end module flusi_simulation

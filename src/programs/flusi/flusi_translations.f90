@@ -45,6 +45,7 @@ contains
     type(message_list_t), intent(inout) :: notices
     character(:), allocatable :: word, coupling
     word = config%get_word('Time', 'iTimeMethodFluid')
+    if (word == 'AB2_rigid_solid') call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
     if (index(word, 'FSI_') /= 1) return
     coupling = 'weak'
     if (word == 'FSI_AB2_iteration') coupling = 'strong'
