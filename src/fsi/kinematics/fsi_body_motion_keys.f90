@@ -33,7 +33,7 @@ contains
     call registry%add_word(SECTION, 'BodyMotion', 'tethered', words//'|'//TABLE_WORD//'*', &
                            'motion of the body: at rest (the six words after tethered are places and attitudes of early '// &
                            'versions of FLUSI), free, swinging as in FLUSI, or as in a rigidsolidsolver.t '// &
-                           '(docs/free-flight.md)', unbuilt='takeoff|wheeling|command-line*')
+                           '(docs/free-flight.md)', unbuilt='takeoff|command-line*')
     call registry%add_reals(SECTION, 'v0', ZERO, 'velocity of the body at the start', unit='L/T', length=3)
   end subroutine register_body_motion_keys
 

@@ -87,6 +87,9 @@ contains
     case ('flapper')
       place(3) = box(3) - 1
       attitude = [45, -90, 0]
+    case ('wheeling') ! about the centre of the box
+      call config%settle('Insects', 'x0', numbers(place), 'as BodyMotion = '//word)
+      return
     case default
       return
     end select

@@ -6,7 +6,9 @@ program test_named_motions
   use base_kinds, only: rp
   use base_text, only: next_word
   use fsi_named_motions, only: NAMED_MOTIONS, set_named_motion
-  use fsi_rotation, only: angle_t
+  use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
+  use fsi_kinematics, only: body_t
+  use fsi_rotation, only: angle_t, cross
   use fsi_wing_motion, only: wing_motion_t
   use testkit, only: testkit_t
   implicit none
@@ -18,6 +20,7 @@ program test_named_motions
   call check_archive(kit)
   call check_derivatives(kit)
   call check_turning(kit)
+  call check_bodies(kit)
   call kit%finish()
 
 contains
@@ -168,4 +171,36 @@ contains
     call set_named_motion('revolving-set2', RESTING, motion, known)
     call kit%check_close('a radian in a cycle', motion%stroke_path(), 1.0_rp, 1.0e-9_rp)
   end subroutine check_turning
+
+  !> Bodies that move by a word: velocity and acceleration are the derivatives of the place, the angular velocity that of
+  !> the attitude, M' = -omega x M.
+  subroutine check_bodies(kit)
+    type(testkit_t), intent(inout) :: kit
+    real(rp), parameter :: H = 1.0e-5_rp, T = 1.37_rp
+    type(body_motion_t) :: motion
+    type(body_t) :: still, low, at, high
+    real(rp) :: change(3, 3), turned(3, 3)
+    integer :: i, k
+    motion%centre = [1.0_rp, 2.0_rp, 3.0_rp]
+    motion%velocity = [0.1_rp, -0.2_rp, 0.3_rp]
+    do i = 1, size(SWINGING_WORDS)
+      motion%word = SWINGING_WORDS(i)
+      low = motion%at(T - H, still)
+      at = motion%at(T, still)
+      high = motion%at(T + H, still)
+      change = (high%rotation%matrix - low%rotation%matrix)/(2*H)
+      do k = 1, 3
+        turned(:, k) = -cross(at%rotation%omega, at%rotation%matrix(:, k))
+      end do
+      call kit%check_below(trim(motion%word)//': velocity', maxval(abs((high%centre - low%centre)/(2*H) - &
+                                                                       at%velocity)), 1.0e-8_rp)
+      call kit%check_below(trim(motion%word)//': acceleration', maxval(abs((high%velocity - low%velocity)/(2*H) - &
+                                                                           at%acceleration)), 1.0e-8_rp)
+      call kit%check_below(trim(motion%word)//': angular velocity', maxval(abs(change - turned)), 1.0e-7_rp)
+    end do
+    motion%word = 'wheeling'
+    at = motion%at(5.0_rp, still)
+    call kit%check_below('wheeling: a quarter of the circle in 5 T', norm2(at%centre - [2.5_rp, 2.0_rp, 3.0_rp]) + &
+                         norm2(at%angles - [-PI/6, 0.0_rp, PI/2]), 1.0e-14_rp)
+  end subroutine check_bodies
 end program test_named_motions
