@@ -18,8 +18,12 @@ contains
   subroutine translate_words(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
-    call translate_flexible_wing(config, notices)
+    logical :: has_wings
     call translate_scheme(config, notices)
+    has_wings = config%get_switch('Penalization', 'iPenalization') .and. &
+                any(config%get_word('Penalization', 'iMask') == [character(13) :: 'Insect', 'insect', F])
+    if (.not. has_wings) return
+    call translate_flexible_wing(config, notices)
     call translate_pose(config, notices)
     if (config%get_switch('DryRun', 'dry_run_without_fluid') .and. config%get_word('Insects', 'surface') == 'auto') &
       call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
