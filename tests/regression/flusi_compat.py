@@ -68,6 +68,9 @@ def test_image(case):
     inside, beside = case.sub("inside"), case.sub("beside")
     make(inside, merged(INSECT, {"Insects": {"x0": "2.0 2.0 1.5"}}), 2)
     make(beside, INSECT, 2)
+    centre = case.sub("centre")
+    make(centre, merged(INSECT, {"Insects": {"x0": None}}), 2)
+    check(inside.field("ux_000060.h5") == centre.field("ux_000060.h5"), "without x0 it hangs in the centre, as in FLUSI")
     check(inside.field("ux_000060.h5") == beside.field("ux_000060.h5"), "the flow is the same")
 
 
