@@ -5,6 +5,7 @@ module fluid_moving_solids
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_penalty, only: N_COLORS, penalty_t
+  use fluid_sums, only: sums_t
   implicit none
   private
   public :: moving_solids_t
@@ -14,6 +15,8 @@ module fluid_moving_solids
     procedure(place_solids), deferred :: place
     procedure(solids_momentum_rate), deferred :: momentum_rate
     procedure(largest_speed), deferred :: max_speed
+    procedure :: feel => solids_feel
+    procedure :: refer => solids_refer
   end type moving_solids_t
 
   abstract interface
@@ -42,4 +45,23 @@ module fluid_moving_solids
       class(moving_solids_t), intent(in) :: self
     end function largest_speed
   end interface
+
+contains
+
+  !> Solids that move under the forces of the flow take them from here, at the time of the last `place`, before
+  !> `momentum_rate` is asked for. Others need not listen. The same on all ranks.
+  subroutine solids_feel(self, sums)
+    class(moving_solids_t), intent(inout) :: self
+    type(sums_t), intent(in) :: sums
+    associate (nobody => self, nothing => sums)
+    end associate
+  end subroutine solids_feel
+
+  !> Solids that carry the point about which moments are taken set it, after each `place`.
+  subroutine solids_refer(self, centre)
+    class(moving_solids_t), intent(in) :: self
+    real(rp), intent(inout) :: centre(3) !< L
+    associate (nobody => self, as_it_is => centre)
+    end associate
+  end subroutine solids_refer
 end module fluid_moving_solids

@@ -117,6 +117,7 @@ contains
     do i = 1, n
       associate (motion => self%wings(i)%motion, given => wings%params%wings(i), bent => wings%deformation(i))
         motion%body = wings%params%body
+        motion%carrier = wings%motion
         motion%mount = given%mount
         motion%motion = given%motion
         motion%length = params%units%length

@@ -55,7 +55,8 @@ contains
     is_held = wings%time + fluid%dt <= params%release
     do i = 1, size(solvers)
       associate (given => wings%params%wings(i))
-        call pose_wing(wings%params%body, given%mount, given%motion, fluid%rhs%state%time, poses(i))
+        call pose_wing(wings%motion%at(fluid%rhs%state%time, wings%params%body), given%mount, given%motion, &
+                       fluid%rhs%state%time, poses(i))
       end associate
       if (is_held) then
         states(i)%time = states(i)%time + fluid%dt*params%units%time

@@ -13,7 +13,7 @@
 !> equation of motion, so the balance is a check of its time stepping, and open by O(h^2).
 module fsi_wing_energy
   use base_kinds, only: rp
-  use fsi_kinematics, only: mirror_wing, pose_wing, wing_pose_t
+  use fsi_kinematics, only: mirror_wing, wing_pose_t
   use fsi_rotation, only: cross
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_mirror, only: mirror_momenta
@@ -160,7 +160,7 @@ contains
     type(momenta_t) :: m
     real(rp) :: place(3), push(3)
     integer :: p
-    call pose_wing(motion%body, motion%mount, motion%motion, state%time*motion%frequency, pose)
+    pose = motion%pose_at(state%time)
     m = measure_motion(inertia, model, motion%at(state%time), state%u, state%v)
     if (motion%is_mirrored) m = mirror_momenta(m)
     s%kinetic = m%kinetic

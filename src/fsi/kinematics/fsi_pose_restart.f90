@@ -5,6 +5,7 @@ module fsi_pose_restart
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use fsi_body_motion, only: body_motion_t
   use fsi_flight_params, only: flight_params_t
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
@@ -18,21 +19,23 @@ module fsi_pose_restart
 contains
 
   !> Puts the poses at `time` into an open checkpoint. Collective.
-  subroutine save_poses(writer, params, time)
+  subroutine save_poses(writer, params, motion, time)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(flight_params_t), intent(in) :: params
+    type(body_motion_t), intent(in) :: motion !< of the body
     real(rp), intent(in) :: time
     integer :: i
     do i = 1, size(params%wings)
-      call writer%put_reals(pose_name(params%wings(i)%side), pose_numbers(params, i, time))
+      call writer%put_reals(pose_name(params%wings(i)%side), pose_numbers(params, motion, i, time))
     end do
   end subroutine save_poses
 
   !> Adds a sentence to `jumps` for each wing that would not be, at `time`, where an open checkpoint has it, or turn
   !> otherwise, and for each that one of both does not have. Nothing is known of checkpoints without poses. Collective.
-  subroutine find_jumps(reader, params, time, jumps, failure)
+  subroutine find_jumps(reader, params, motion, time, jumps, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     type(flight_params_t), intent(in) :: params
+    type(body_motion_t), intent(in) :: motion
     real(rp), intent(in) :: time
     type(message_list_t), intent(inout) :: jumps
     type(failure_t), intent(inout) :: failure
@@ -51,7 +54,7 @@ contains
       call reader%get_reals(pose_name(SIDES(s)), was, failure)
       if (failure%failed) return
       if (size(was) /= N) cycle
-      change = pose_numbers(params, i, time) - was
+      change = pose_numbers(params, motion, i, time) - was
       turn = maxval(abs(change(4:12)))
       if (norm2(change(:3)) > SMALL .or. turn > SMALL) then
         call jumps%add('the '//trim(SIDES(s))//' wing would jump, its hinge by '//number_text(norm2(change(:3)))// &
@@ -64,13 +67,14 @@ contains
   end subroutine find_jumps
 
   !> Hinge [L], rotation matrix and angular velocity [1/T] of wing i.
-  function pose_numbers(params, i, time) result(numbers)
+  function pose_numbers(params, motion, i, time) result(numbers)
     type(flight_params_t), intent(in) :: params
+    type(body_motion_t), intent(in) :: motion
     integer, intent(in) :: i
     real(rp), intent(in) :: time
     real(rp) :: numbers(N)
     type(wing_pose_t) :: pose
-    call pose_wing(params%body, params%wings(i)%mount, params%wings(i)%motion, time, pose)
+    call pose_wing(motion%at(time, params%body), params%wings(i)%mount, params%wings(i)%motion, time, pose)
     numbers = [pose%hinge, reshape(pose%matrix, [9]), pose%omega]
   end function pose_numbers
 

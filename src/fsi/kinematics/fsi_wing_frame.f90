@@ -10,6 +10,7 @@
 !> that is the mirror image of the one in its file is computed in the mirrored frame (fsi_wing_mirror).
 module fsi_wing_frame
   use base_kinds, only: rp
+  use fsi_body_motion, only: body_motion_t
   use fsi_kinematics, only: body_t, pose_wing, wing_mount_t, wing_pose_t
   use fsi_wing_mirror, only: mirror_frame
   use fsi_wing_motion, only: wing_motion_t
@@ -18,9 +19,10 @@ module fsi_wing_frame
   private
   public :: flapping_motion_t, frame_of_pose
 
-  !> A wing that flaps on a tethered body, at any time.
+  !> A wing that flaps on a body, at any time; on one that flies freely at the times that it knows.
   type, extends(motion_t) :: flapping_motion_t
-    type(body_t) :: body
+    type(body_t) :: body                !< that it is, if it is tethered
+    type(body_motion_t) :: carrier      !< how it moves
     type(wing_mount_t) :: mount
     type(wing_motion_t) :: motion
     real(rp) :: length = 1     !< [m] one L
@@ -29,20 +31,29 @@ module fsi_wing_frame
     logical :: is_mirrored = .false. !< z of the wing file points to the other side than z of the wing frame
   contains
     procedure :: at => flapping_at
+    procedure :: pose_at => flapping_pose_at
   end type flapping_motion_t
 
 contains
 
-  !> The frame at `time` [s], along the axes of the wing file. The body neither moves nor turns.
+  !> The frame at `time` [s], along the axes of the wing file.
   function flapping_at(self, time) result(frame)
     class(flapping_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
     type(frame_t) :: frame
     type(wing_pose_t) :: pose
-    call pose_wing(self%body, self%mount, self%motion, time*self%frequency, pose)
+    pose = self%pose_at(time)
     frame = frame_of_pose(pose, self%length, self%frequency, self%gravity)
     if (self%is_mirrored) frame = mirror_frame(frame)
   end function flapping_at
+
+  !> The wing at `time` [s].
+  function flapping_pose_at(self, time) result(pose)
+    class(flapping_motion_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    type(wing_pose_t) :: pose
+    call pose_wing(self%carrier%at(time*self%frequency, self%body), self%mount, self%motion, time*self%frequency, pose)
+  end function flapping_pose_at
 
   !> The frame of a pose, for units length [m] and 1/frequency [s], and the acceleration of gravity in space
   !> [m/s^2], along the axes of the wing frame. Holds for any motion of the body, as far as the pose contains it.

@@ -1,16 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Wings as moving solids in the fluid. Their frames follow the prescribed motion; in them they are rigid, or
-!> deformed as someone else says who solves for it (fsi_coupler).
+!> Wings as moving solids in the fluid. Their frames follow the prescribed motion relative to the body, which is tethered,
+!> moves as prescribed or flies freely (fsi_free_flight); in them they are rigid, or deformed as someone else says who
+!> solves for it (fsi_coupler).
 module fsi_flapping_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_process, only: wall_seconds
   use fluid_moving_solids, only: moving_solids_t
-  use fluid_penalty, only: N_COLORS, penalty_t
+  use fluid_penalty, only: COLOR_BODY, N_COLORS, penalty_t
+  use fluid_sums, only: sums_t
+  use fsi_body_motion, only: body_motion_t
   use fsi_displaced, only: displaced_volumes
   use fsi_flight_params, only: flight_params_t
-  use fsi_kinematics, only: pose_wing, wing_pose_t
+  use fsi_flyer, only: flyer_t
+  use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_mask, only: mask_t
+  use fsi_moments, only: moments_of_points, moments_t, whole_t
   use fsi_rotation, only: cross
   use fsi_surface, only: surface_t
   use fsi_surface_load, only: surface_load_t
@@ -30,11 +35,14 @@ module fsi_flapping_wings
     real(rp), allocatable :: u(:, :), v(:, :), a(:, :)
   end type deformation_t
 
-  !> The wings where they are at `time`, the same on all ranks. The state of rigid ones is the time alone: a
-  !> restart needs nothing of them.
+  !> The wings where they are at `time`, the same on all ranks. The state of rigid ones on a body that does not fly freely
+  !> is the time alone: a restart needs nothing of them.
   type, extends(moving_solids_t) :: flapping_wings_t
     type(flight_params_t) :: params
     real(rp) :: time = 0                          !< of the last `place`, T
+    type(body_motion_t) :: motion                 !< of the body
+    type(body_t) :: body                          !< where it is at the last `place`
+    type(flyer_t), allocatable :: flyer           !< of a free flight
     type(wing_pose_t), allocatable :: poses(:)
     type(surface_t), allocatable :: surfaces(:)
     type(mask_t) :: mask
@@ -51,6 +59,11 @@ module fsi_flapping_wings
     procedure :: inertial_power_of_fluid => wings_inertial_power_of_fluid
     procedure :: inertial_power => wings_inertial_power
     procedure :: max_speed => wings_max_speed
+    procedure :: feel => wings_feel
+    procedure :: refer => wings_refer
+    procedure :: whole => wings_whole
+    procedure :: own => wings_own
+    procedure :: marker_total => wings_marker_total
   end type flapping_wings_t
 
 contains
@@ -63,6 +76,8 @@ contains
     type(block_t), intent(in) :: block
     integer :: i
     self%params = params
+    self%motion = params%motion
+    self%body = params%motion%at(0.0_rp, params%body)
     if (params%thin%is_thin) then
       allocate (self%marker_loads(size(params%wings)))
     else
@@ -93,9 +108,10 @@ contains
     integer :: i
     begun = wall_seconds()
     self%time = time
+    self%body = self%motion%at(time, self%params%body)
     do i = 1, size(self%surfaces)
       associate (wing => self%params%wings(i))
-        call pose_wing(self%params%body, wing%mount, wing%motion, time, self%poses(i))
+        call pose_wing(self%body, wing%mount, wing%motion, time, self%poses(i))
         if (allocated(self%deformation)) then
           associate (bent => self%deformation(i))
             call self%surfaces(i)%place_deformed(wing%points, bent%u, bent%v, self%poses(i))
@@ -159,7 +175,7 @@ contains
   end function wings_inertial_power_of_fluid
 
   !> d/dt of the kinetic energy of wing i itself, rho L^5/T^3: of its masses if it deforms, else of its inertia
-  !> tensor, for a hinge at rest.
+  !> tensor, and of its mass if the hinge moves.
   real(rp) function wings_inertial_power(self, i) result(power)
     class(flapping_wings_t), intent(in) :: self
     integer, intent(in) :: i
@@ -172,9 +188,124 @@ contains
     else
       associate (pose => self%poses(i))
         power = dot_product(pose%omega, matmul(self%params%wings(i)%inertia, pose%omega_rate))
+        if (self%motion%moves()) power = power + hinge_power(pose, self%params%wings(i)%moments)
       end associate
     end if
   end function wings_inertial_power
+
+  !> What the motion of its hinge adds to d/dt of the kinetic energy of a rigid wing.
+  pure real(rp) function hinge_power(pose, m) result(power)
+    type(wing_pose_t), intent(in) :: pose
+    type(moments_t), intent(in) :: m
+    real(rp) :: v(3), a(3)
+    v = pose%vector_to_wing(pose%hinge_velocity)
+    a = pose%vector_to_wing(pose%hinge_acceleration)
+    associate (w => pose%omega, s => m%first)
+      power = m%mass*dot_product(v, a) + dot_product(a, cross(w, s)) + &
+              dot_product(v, cross(pose%omega_rate, s) + cross(w, cross(w, s)))
+    end associate
+  end function hinge_power
+
+  !> See moving_solids_t: moments are about the body's centre where it is.
+  subroutine wings_refer(self, centre)
+    class(flapping_wings_t), intent(in) :: self
+    real(rp), intent(inout) :: centre(3)
+    if (self%motion%moves()) centre = self%body%centre
+  end subroutine wings_refer
+
+  !> See moving_solids_t: a free body takes the forces of all of its parts, and its acceleration.
+  subroutine wings_feel(self, sums)
+    class(flapping_wings_t), intent(inout) :: self
+    type(sums_t), intent(in) :: sums
+    integer :: i
+    if (.not. allocated(self%flyer)) return
+    call self%flyer%feel(self%time, sum(sums%force(:, COLOR_BODY:), 2), sum(sums%moment(:, COLOR_BODY:), 2), &
+                         self%whole(self%time))
+    self%body%acceleration = self%flyer%state%acceleration
+    self%body%rotation%omega_rate = self%flyer%state%omega_rate
+    do i = 1, size(self%poses)
+      associate (wing => self%params%wings(i))
+        call pose_wing(self%body, wing%mount, wing%motion, self%time, self%poses(i))
+      end associate
+    end do
+  end subroutine wings_feel
+
+  !> The masses of a free flyer, without the fluid that they displace, as they are and move relative to the body at `time`
+  !> [T]; with `ahead` those of a wing that deforms go on as they are for this time.
+  function wings_whole(self, time, ahead) result(whole)
+    class(flapping_wings_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    real(rp), intent(in), optional :: ahead
+    type(whole_t) :: whole
+    type(wing_pose_t) :: pose
+    real(rp) :: x(3), v(3), a(3), r(3), h
+    integer :: i, p
+    h = 0
+    if (present(ahead)) h = ahead
+    call whole%add_part(self%flyer%body%minus(self%flyer%displaced))
+    do i = 1, size(self%surfaces)
+      associate (wing => self%params%wings(i), volumes => self%displaced(i)%volumes)
+        call pose_wing(body_t(), wing%mount, wing%motion, time, pose)
+        if (allocated(self%deformation)) then
+          associate (bent => self%deformation(i), w => pose%omega)
+            do p = 1, size(self%masses)
+              x = wing%points(:, p) + bent%u(:, p) + h*(bent%v(:, p) + h/2*bent%a(:, p))
+              v = bent%v(:, p) + h*bent%a(:, p)
+              a = bent%a(:, p) + 2*cross(w, v) + cross(pose%omega_rate, x) + cross(w, cross(w, x))
+              r = pose%point_to_space(x)
+              call whole%add_point(self%masses(p) - volumes(p), r, pose%vector_to_space(v + cross(w, x)), &
+                                   pose%vector_to_space(a))
+              whole%heavy = whole%heavy + self%masses(p)*r
+            end do
+          end associate
+        else
+          associate (m => wing%moments)
+            call whole%add_moving(m%minus(moments_of_points(volumes, wing%points)), pose%hinge, &
+                                  transpose(pose%matrix), pose%omega, pose%omega_rate)
+            whole%heavy = whole%heavy + m%mass*pose%hinge + pose%vector_to_space(m%first)
+          end associate
+        end if
+      end associate
+    end do
+  end function wings_whole
+
+  !> The masses of the insect with what they displace, wings unbent, in the body's frame at `time` [T].
+  function wings_own(self, time) result(own)
+    class(flapping_wings_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    type(whole_t) :: own
+    type(wing_pose_t) :: pose
+    type(moments_t) :: m
+    integer :: i
+    call own%add_part(self%flyer%body)
+    do i = 1, size(self%surfaces)
+      associate (wing => self%params%wings(i))
+        call pose_wing(body_t(), wing%mount, wing%motion, time, pose)
+        m = wing%moments
+        if (allocated(self%deformation)) m = moments_of_points(self%masses, wing%points)
+        call own%add_moving(m, pose%hinge, transpose(pose%matrix), pose%omega, pose%omega_rate)
+      end associate
+    end do
+  end function wings_own
+
+  !> Force [rho L^4/T^2] and moment about `centre` of the markers of wings without thickness, at the last step's end for
+  !> which `poses` are the wings' poses; 0 of others.
+  pure subroutine wings_marker_total(self, poses, centre, force, moment)
+    class(flapping_wings_t), intent(in) :: self
+    type(wing_pose_t), intent(in) :: poses(:)
+    real(rp), intent(in) :: centre(3)
+    real(rp), intent(out) :: force(3), moment(3)
+    integer :: i
+    force = 0
+    moment = 0
+    if (.not. allocated(self%marker_loads)) return
+    do i = 1, size(self%marker_loads)
+      associate (load => self%marker_loads(i))
+        force = force + load%force
+        moment = moment + load%moment + cross(poses(i)%hinge - centre, load%force)
+      end associate
+    end do
+  end subroutine wings_marker_total
 
   !> See moving_solids_t.
   real(rp) function wings_max_speed(self) result(speed)

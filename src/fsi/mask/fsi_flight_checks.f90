@@ -75,7 +75,7 @@ contains
     end if
     lean = 0
     do i = 0, LOOKS
-      call pose_wing(flight%body, wing%mount, wing%motion, duration(wing, t_end)*i/LOOKS, pose)
+      call pose_at(flight, wing, duration(wing, t_end)*i/LOOKS, pose)
       lean = max(lean, 1 - abs(pose%matrix(2, 1)))
     end do
     reach = flight%half_thickness + flight%smoothing
@@ -88,6 +88,15 @@ contains
                            number_text(-reach)//' to '//number_text(reach))
     end if
   end subroutine check_section
+
+  !> The wing at `time`.
+  subroutine pose_at(flight, wing, time, pose)
+    type(flight_params_t), intent(in) :: flight
+    type(flapping_wing_t), intent(in) :: wing
+    real(rp), intent(in) :: time
+    type(wing_pose_t), intent(out) :: pose
+    call pose_wing(flight%motion%at(time, flight%body), wing%mount, wing%motion, time, pose)
+  end subroutine pose_at
 
   !> Time of the ramp and one beat, as far as the run goes, T.
   pure real(rp) function duration(wing, t_end)
@@ -108,7 +117,7 @@ contains
     integer :: i
     extent = 0
     do i = 0, LOOKS
-      call pose_wing(flight%body, wing%mount, wing%motion, duration(wing, t_end)*i/LOOKS, pose)
+      call pose_at(flight, wing, duration(wing, t_end)*i/LOOKS, pose)
       placed = matmul(transpose(pose%matrix), wing%points)
       extent = max(extent, maxval(placed, 2) - minval(placed, 2))
     end do

@@ -4,9 +4,14 @@ module fsi_flight_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use fsi_body_motion, only: body_motion_t
+  use fsi_body_motion_keys, only: read_body_motion
+  use fsi_flyer, only: flyer_params_t
+  use fsi_flyer_keys, only: read_flyer, read_wing_mass, register_flyer_keys
   use fsi_kinematics, only: body_t, swap_flusi_wing, wing_mount_t
-  use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, register_kinematics_keys, SIDES
+  use fsi_kinematics_keys, only: keep_in_box, motion_file, read_body, read_motion, read_mounts, register_kinematics_keys, SIDES
   use fsi_mask_keys, only: read_mask_keys, register_mask_keys
+  use fsi_moments, only: moments_of_points, moments_t, second_of_inertia
   use fsi_planform, only: planform_t
   use fsi_planform_file, only: read_planform_text
   use fsi_planform_mesh, only: triangulate_planform
@@ -37,6 +42,7 @@ module fsi_flight_params
     real(rp), allocatable :: points(:, :)   !< (3, n) unloaded, in the wing frame, L
     integer, allocatable :: triangles(:, :) !< (3, m) counter-clockwise seen from +z
     real(rp) :: inertia(3, 3) = 0           !< about the hinge, in the wing frame, rho L^5
+    type(moments_t) :: moments              !< of its mass, if it is rigid, about the hinge, in the wing frame
     logical :: is_mirrored = .false.        !< the wing is the mirror image of that in its file (fsi_wing_mirror)
   contains
     procedure :: length => wing_length
@@ -44,7 +50,9 @@ module fsi_flight_params
   end type flapping_wing_t
 
   type :: flight_params_t
-    type(body_t) :: body
+    type(body_t) :: body           !< at the start
+    type(body_motion_t) :: motion  !< of the body
+    type(flyer_params_t) :: flyer  !< of a free flight
     type(flapping_wing_t), allocatable :: wings(:)
     type(thin_params_t) :: thin    !< whether, and how, the wings are without thickness
     real(rp) :: half_thickness = 0 !< of the wings in the mask, L; 0 without a thickness
@@ -78,6 +86,7 @@ contains
                              'frame (y to the tip, x to the leading edge)', unit='M L^2')
     end do
     call register_kinematics_keys(registry)
+    call register_flyer_keys(registry)
     call registry%add_word(SECTION, 'BodyType', 'nobody', 'nobody', 'body in the flow', &
                            unbuilt='jerry|hawkmoth|particle|platicle|coin|sphere|drosophila*|bumblebee|paratuposa*|'// &
                            'mosquito*|pyramid|cone|birch_seed|suzuki*|ellipsoid')
@@ -87,8 +96,8 @@ contains
     call registry%add_inert(SECTION, 'HasDetails', 'details of a body')
     call registry%add_inert(SECTION, 'HasEye', 'details of a body')
     call registry%add_inert(SECTION, 'HasHead', 'details of a body')
-    call registry%add_inert(SECTION, 'body_pitch_const', 'attitude of a body')
-    call registry%add_inert(SECTION, 'eta_stroke', 'stroke plane of built-in motions')
+    call registry%add_real(SECTION, 'body_pitch_const', 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
+    call registry%add_real(SECTION, 'eta_stroke', 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
     call registry%add_inert(SECTION, 'KineFromFile', 'old name of the file of a motion')
     call registry%add_inert(SECTION, 'mass_solid', 'free flight')
     call registry%add_inert(SECTION, 'b_*', 'size of a body')
@@ -96,15 +105,9 @@ contains
     call registry%add_inert(SECTION, 'R_*', 'size of a body')
     call registry%add_inert(SECTION, 'x_head', 'place on a body')
     call registry%add_inert(SECTION, 'x_eye*', 'place on a body')
-    call registry%add_inert(SECTION, 'mass', 'free flight')
-    call registry%add_inert(SECTION, 'gravity*', 'free flight')
-    call registry%add_inert(SECTION, 'J_*', 'free flight')
-    call registry%add_inert(SECTION, 'DoF', 'free flight')
-    call registry%add_inert(SECTION, 'v0', 'free flight')
-    call registry%add_inert(SECTION, 'startup_conditioner', 'free flight')
-    call registry%add_inert(SECTION, 'init_alpha_phi_theta', 'passive wing')
+    call registry%add_inert(SECTION, 'gravity_*', 'other names of gravity')
     call registry%add_inert(SECTION, 'pointcloudfile', 'wing given by a cloud of points')
-    call registry%add_inert(SECTION, 'infile*', 'old name of the file of a motion')
+    call registry%add_inert(SECTION, 'infile2', 'second pair of wings')
     call registry%add_inert(SECTION, 'distance_from_sponge', 'sponge that moves with the body')
     call registry%add_inert(SECTION, 'WingShape2', 'second pair of wings')
     call registry%add_inert(SECTION, 'x_pivot_l2', 'second pair of wings')
@@ -136,8 +139,12 @@ contains
     integer :: i, n
 
     call read_body(config, params%body)
+    call keep_in_box(config, grid%length, params%body, notices)
+    call read_body_motion(config, ini, params%body, t_end, params%motion, errors, notices, world)
+    call read_flyer(config, params%flyer, errors, notices)
     call read_thin_keys(config, grid, params%thin, notices)
-    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
+    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, &
+                                                         errors, notices)
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
     if (.not. any(is_there)) &
       call config%complain(errors, SECTION, 'LeftWing', 'there is no wing at all; valid: yes for LeftWing or RightWing')
@@ -162,6 +169,7 @@ contains
         if (wing%is_mirrored) wing%points(3, :) = -points(3, :)
         wing%triangles = triangles
         wing%inertia = read_inertia(config)
+        wing%moments = read_moments(config, wing)
         call read_one_motion(config, ini, i, t_end, wing%motion, errors, notices, world)
       end associate
     end do
@@ -185,6 +193,32 @@ contains
     inertia = matmul(swap, matmul(flusi, transpose(swap)))
   end function read_inertia
 
+  !> Mass, first and second moment about the hinge of a rigid wing: its mass is spread evenly over its surface, and its
+  !> inertia is that of the keys if they give one.
+  function read_moments(config, wing) result(m)
+    type(config_t), intent(in) :: config
+    type(flapping_wing_t), intent(in) :: wing
+    type(moments_t) :: m
+    real(rp), allocatable :: area(:)
+    integer :: i, k
+    allocate (area(size(wing%points, 2)), source=0.0_rp)
+    do i = 1, size(wing%triangles, 2)
+      associate (c => wing%triangles(:, i), x => wing%points)
+        do k = 1, 3
+          area(c(k)) = area(c(k)) + norm2(cross(x(:, c(2)) - x(:, c(1)), x(:, c(3)) - x(:, c(1))))/6
+        end do
+      end associate
+    end do
+    m = moments_of_points(area, wing%points)
+    if (.not. m%mass > 0) return
+    associate (scale => read_wing_mass(config, m%mass, m%second(1, 1))/m%mass)
+      m%mass = scale*m%mass
+      m%first = scale*m%first
+      m%second = scale*m%second
+    end associate
+    if (maxval(abs(wing%inertia)) > 0) m%second = second_of_inertia(wing%inertia)
+  end function read_moments
+
   subroutine read_one_motion(config, ini, i, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
@@ -199,7 +233,10 @@ contains
     text = ''
     path = ''
     errors_before = errors%count()
-    if (name /= '') then
+    if (name == 'none') then
+      call config%complain(errors, SECTION, 'infile', 'is missing: FlappingMotion_'//trim(SIDES(i))//' needs a file')
+      return
+    else if (name /= '') then
       call read_named_text(name, ini, path, text, problem, world)
       if (allocated(problem)) then
         call config%complain(errors, SECTION, 'FlappingMotion_'//trim(SIDES(i)), problem)

@@ -204,7 +204,8 @@ contains
     integer :: i, m
     do i = 1, size(self%wings)
       associate (wing => self%wings(i), given => wings%params%wings(i), pose => poses(i))
-        call pose_wing(wings%params%body, given%mount, given%motion, fluid%rhs%state%time, pose)
+        call pose_wing(wings%motion%at(fluid%rhs%state%time, wings%params%body), given%mount, given%motion, &
+                       fluid%rhs%state%time, pose)
         do m = 1, wing%markers%n
           self%x(:, wing%first + m - 1) = pose%point_to_space(wing%flat(:, m))
           self%u(:, wing%first + m - 1) = pose%velocity_at(wing%flat(:, m))

@@ -6,9 +6,11 @@ module flusi_checkpoints
   use common_run, only: run_t
   use fluid_restart, only: load_fluid, save_fluid
   use fluid_solver, only: fluid_t
+  use flusi_averages, only: averages_t
   use flusi_settings, only: settings_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_flight_restart, only: has_flight, load_flight, save_flight
   use fsi_pose_restart, only: find_jumps, save_poses
   use fsi_restart, only: has_flexible_wings, load_wings, save_wings
   use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
@@ -30,23 +32,27 @@ module flusi_checkpoints
 contains
 
   !> Puts the state into an open checkpoint. Collective.
-  subroutine put_state(writer, settings, fluid, wings, coupler, thin)
+  subroutine put_state(writer, settings, fluid, wings, coupler, thin, averages)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(settings_t), intent(in) :: settings
     type(fluid_t), intent(in) :: fluid
     type(flapping_wings_t), intent(in), optional :: wings
     type(coupler_t), intent(in), optional :: coupler
     type(thin_wings_t), intent(in), optional :: thin
+    type(averages_t), intent(in), optional :: averages
     call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
+    if (present(averages)) call averages%save(writer)
     if (.not. present(wings)) return
-    call save_poses(writer, wings%params, fluid%rhs%state%time)
+    call save_poses(writer, wings%params, wings%motion, fluid%rhs%state%time)
+    if (allocated(wings%flyer)) call save_flight(writer, wings)
     if (present(coupler)) call save_wings(writer, wings, coupler)
     if (present(thin)) call save_thin_wings(writer, wings, thin)
   end subroutine put_state
 
   !> Restores the state from the checkpoint at `path`, if it is one of this run. Lines about inputs that differ go to
   !> `remarks`; what does not fit is in `failure`, unless the user `accepts` it and it can be done. Collective.
-  subroutine restore_state(world, path, settings, run, accepts, fluid, remarks, failure, wings, coupler, thin)
+  subroutine restore_state(world, path, settings, run, accepts, fluid, remarks, failure, wings, coupler, thin, &
+                           averages)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(settings_t), intent(in) :: settings
@@ -58,6 +64,7 @@ contains
     type(flapping_wings_t), intent(inout), optional :: wings
     type(coupler_t), intent(inout), optional :: coupler
     type(thin_wings_t), intent(inout), optional :: thin
+    type(averages_t), intent(inout), optional :: averages
     type(checkpoint_reader_t) :: reader
     type(identity_t) :: was
     type(message_list_t) :: jumps
@@ -65,8 +72,11 @@ contains
     if (failure%failed) return
     call was%load(reader, failure)
     call load_fluid(reader, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
-    if (present(wings) .and. .not. failure%failed) &
-      call find_jumps(reader, wings%params, fluid%rhs%state%time, jumps, failure)
+    if (present(wings) .and. .not. failure%failed) then
+      if (allocated(wings%flyer) .and. has_flight(reader)) &
+        call load_flight(reader, fluid%rhs%state%time, wings, failure)
+      if (.not. failure%failed) call find_jumps(reader, wings%params, wings%motion, fluid%rhs%state%time, jumps, failure)
+    end if
     call run%judge(was, STATE_KEYS, jumps, accepts, remarks, failure)
     if (failure%failed) return
     if (present(coupler)) then
@@ -81,6 +91,7 @@ contains
     else if (has_thin_wings(reader)) then
       call failure%raise('the checkpoint has wings without thickness: set [Insects] surface = thin')
     end if
+    if (present(averages)) call averages%load(reader, failure)
     call reader%close(failure)
   end subroutine restore_state
 

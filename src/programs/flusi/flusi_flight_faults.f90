@@ -105,7 +105,7 @@ contains
     type(wing_pose_t) :: pose
     integer :: i
     do i = 1, size(surfaces)
-      call pose_wing(flight%body, flight%wings(i)%mount, flight%wings(i)%motion, time, pose)
+      call pose_wing(flight%motion%at(time, flight%body), flight%wings(i)%mount, flight%wings(i)%motion, time, pose)
       call surfaces(i)%place_at(flight%wings(i)%points, pose)
     end do
   end subroutine place

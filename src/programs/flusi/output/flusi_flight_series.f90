@@ -172,7 +172,7 @@ contains
                                  pose%vector_to_wing(l%torque), l%power, l%unsteady_power, l%inertial_power])
       end associate
     end do
-    associate (body => wings%params%body)
+    associate (body => wings%body)
       call self%kinematics%write([wings%time, body%centre, body%angles, wings%params%wings(1)%mount%eta, &
                                   angles, omega, omega_rate])
     end associate

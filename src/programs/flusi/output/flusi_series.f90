@@ -5,6 +5,7 @@ module flusi_series
   use base_kinds, only: rp
   use fluid_penalty, only: N_COLORS, COLOR_BODY
   use fluid_solver, only: fluid_t
+  use flusi_body_series, only: body_series_t
   use flusi_coupling_series, only: coupling_series_t
   use flusi_flight_series, only: flight_series_t
   use fsi_coupler, only: coupler_t
@@ -27,12 +28,14 @@ module flusi_series
     type(series_t) :: forces, mask_volume, residual
     type(series_t) :: part(0:N_COLORS - 1)
     type(flight_series_t) :: flight
+    type(body_series_t) :: body                           !< every step of a free flight
     type(coupling_series_t) :: coupling                   !< every step
     logical :: has_color(0:N_COLORS - 1) = .false.
     logical :: solids = .false., compute_forces = .false., has_wings = .false.
   contains
     procedure :: open => series_open
     procedure :: look => series_look
+    procedure :: write_flight => series_write_flight
     procedure :: write_step => series_write_step
     procedure :: write_integrals => series_write_integrals
     procedure :: write_bending => series_write_bending
@@ -103,6 +106,7 @@ contains
       [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
                         'power to the flow [rho L^5/T^3]'])
     call self%flight%open(world, wings, flexible, note, failure, restart_time)
+    if (allocated(wings%flyer)) call self%body%open(world, note, failure, restart_time)
     if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
 
   contains
@@ -164,6 +168,14 @@ contains
     type(fluid_t), intent(in) :: fluid
     call self%coupling%look(wings, coupler, fluid)
   end subroutine series_look
+
+  !> The record of a free flyer, if there is one, where it is, for which the fluid's last pass was.
+  subroutine series_write_flight(self, wings)
+    class(run_series_t), intent(inout) :: self
+    type(flapping_wings_t), intent(in), optional :: wings
+    if (.not. present(wings)) return
+    if (allocated(wings%flyer)) call self%body%write(wings%time, wings%flyer)
+  end subroutine series_write_flight
 
   !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
   !> `look` must have been called in this step.
@@ -304,6 +316,7 @@ contains
     end if
     if (self%has_wings) call self%flight%close(failure)
     call self%slip%close(failure)
+    call self%body%close(failure)
     call self%coupling%close(failure)
   end subroutine series_close
 end module flusi_series

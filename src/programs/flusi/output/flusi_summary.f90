@@ -10,6 +10,7 @@ module flusi_summary
   use base_kinds, only: rp
   use base_text_file, only: write_text
   use fluid_penalty, only: N_COLORS
+  use flusi_free_flight, only: free_flight_text
   use flusi_settings, only: settings_t
   use fsi_beats, only: complete_beats, beat_statistics, beat_t
   use io_series_read, only: read_series
@@ -51,6 +52,9 @@ contains
       end do
     end do
     text = summary_text(settings, name, beats)
+    if (settings%flight%flyer%is_free) text = text//free_flight_text(settings%flight, settings%fluid, beats(LIFT, n)%mean, &
+                                                                     (n - 1)*period, n*period, failure)
+    if (failure%failed) return
     if (settings%flight%thin%is_thin) then
       call read_series('slip.t', THIN_COLUMNS, series, failure)
       if (failure%failed) return

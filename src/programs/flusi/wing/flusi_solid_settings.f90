@@ -13,6 +13,7 @@ module flusi_solid_settings
   use base_kinds, only: rp
   use base_text, only: number_text
   use fsi_kinematics, only: wing_mount_t
+  use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_motion, only: wing_motion_t
@@ -210,6 +211,9 @@ contains
       flapping%length = c%get_real('units', 'length')
       flapping%frequency = c%get_real('units', 'frequency')
       flapping%gravity = c%get_reals('Loads', 'gravity')
+      call read_body_motion(c, path, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
+      if (flapping%carrier%word == 'free_flight') call c%complain(errors, 'Insects', 'BodyMotion', &
+        'is free_flight, which needs a flow; valid here: the other motions')
       text = ''
       file = motion_file(c, wing)
       if (file /= '') call find_beside(path, motion_file(c, wing), file, problem)

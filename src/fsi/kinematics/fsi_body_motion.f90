@@ -1,0 +1,203 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The body as a moving frame at any time: tethered, moved as prescribed by FLUSI's words of BodyMotion, by the states of a
+!> flight in a table, or where a free flight has brought it (fsi_flyer).
+!>
+!> Prescribed motions swing with amplitudes and frequencies that are FLUSI's, in degrees and 1/T:
+!>
+!>     yawpitchroll   roll, pitch and yaw 30 sin(2 pi t), and the centre x0 + v0 t
+!>     roll, pitch, yaw   one of them alone, the others 0
+!>     roll_param     roll -60 sin(2 pi 6.25/152 t), pitch -24.5, yaw 180
+!>     pitch_param    yawpitchroll_0, and 15 cos(2 pi t) added to the pitch
+!>     buffeting      roll -7 sin(2 pi 23/152 t), pitch -24.5, yaw 180, y - 0.45/13.2 sin(2 pi 23/152 t)
+!>     casting        roll -20 sin(2 pi 2/152 t), pitch -24.5, yaw 180, y + 22/13.2 sin(2 pi 2/152 t)
+!>     wheeling       roll -30, yaw 360 t/20, and a circle of radius 1.5 about x0, begun at its lowest y
+!>
+!> Derivatives are exact. Between the rows of a table centre and quaternion are cubics with the velocities of the table as
+!> slopes; FLUSI goes straight from row to row.
+module fsi_body_motion
+  use base_constants, only: PI, TWO_PI
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use fsi_kinematics, only: body_rotation, body_t
+  use fsi_quaternion, only: angles_of, matrix_of, rate_of, spin_of
+  use fsi_rotation, only: angle_t
+  implicit none
+  private
+  public :: body_motion_t, SWINGING_WORDS
+
+  !> Words of BodyMotion that swing.
+  character(12), parameter :: SWINGING_WORDS(9) = [character(12) :: 'yawpitchroll', 'roll', 'pitch', 'yaw', &
+                                                   'roll_param', 'pitch_param', 'buffeting', 'casting', &
+                                                   'wheeling']
+
+  type :: body_motion_t
+    character(12) :: word = 'tethered'    !< or one of SWINGING_WORDS, 'table', 'free_flight'
+    real(rp) :: centre(3) = 0             !< x0, L
+    real(rp) :: velocity(3) = 0           !< v0, L/T
+    real(rp) :: angles(3) = 0             !< roll, pitch, yaw of yawpitchroll_0, rad
+    real(rp), allocatable :: table(:, :)  !< (14, n) time, centre, velocity, quaternion, angular velocity in the body
+    type(body_t) :: known(2)              !< of a free flight, at two times; equal before it begins
+    real(rp) :: times(2) = 0              !< T
+  contains
+    procedure :: at => motion_at
+    procedure :: moves => motion_moves
+    procedure :: show => motion_show
+  end type body_motion_t
+
+contains
+
+  !> Whether the body is not tethered.
+  pure logical function motion_moves(self) result(moves)
+    class(body_motion_t), intent(in) :: self
+    moves = self%word /= 'tethered'
+  end function motion_moves
+
+  !> A free flight knows the body at `time`, and still at the time that was shown before.
+  pure subroutine motion_show(self, time, body)
+    class(body_motion_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    type(body_t), intent(in) :: body
+    if (abs(time - self%times(2)) > 0) then
+      self%known(1) = self%known(2)
+      self%times(1) = self%times(2)
+    end if
+    self%known(2) = body
+    self%times(2) = time
+  end subroutine motion_show
+
+  !> The body at `time` [T]; `tethered` is the body that does not move.
+  function motion_at(self, time, tethered) result(body)
+    class(body_motion_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    type(body_t), intent(in) :: tethered
+    type(body_t) :: body
+    select case (self%word)
+    case ('tethered')
+      body = tethered
+    case ('free_flight')
+      body = self%known(2)
+      if (abs(time - self%times(1)) < abs(time - self%times(2))) body = self%known(1)
+    case ('table')
+      body = table_body(self%table, time)
+    case default
+      body = swinging_body(self, time)
+    end select
+  end function motion_at
+
+  pure type(body_t) function swinging_body(self, time) result(body)
+    type(body_motion_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    real(rp), parameter :: DEGREE = PI/180, FLIGHT(2) = [-24.5_rp, 180.0_rp]*DEGREE
+    real(rp), parameter :: CIRCLE = 1.5_rp, TURN = 20.0_rp !< radius [L], time [T] of wheeling
+    type(angle_t) :: roll, pitch, yaw, side
+    body%centre = self%centre
+    select case (self%word)
+    case ('roll_param', 'buffeting', 'casting')
+      pitch%value = FLIGHT(1)
+      yaw%value = FLIGHT(2)
+    end select
+    select case (self%word)
+    case ('yawpitchroll')
+      roll = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
+      pitch = roll
+      yaw = roll
+      body%centre = self%centre + self%velocity*time
+      body%velocity = self%velocity
+    case ('roll')
+      roll = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
+    case ('pitch')
+      pitch = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
+    case ('yaw')
+      yaw = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
+    case ('roll_param')
+      roll = swing(-60*DEGREE, 6.25_rp/152, 0.0_rp, time)
+    case ('pitch_param')
+      pitch = swing(15*DEGREE, 1.0_rp, PI/2, time)
+      roll%value = self%angles(1)
+      pitch%value = pitch%value + self%angles(2)
+      yaw%value = self%angles(3)
+    case ('buffeting')
+      roll = swing(-7*DEGREE, 23.0_rp/152, 0.0_rp, time)
+      side = swing(-0.45_rp/13.2_rp, 23.0_rp/152, 0.0_rp, time)
+    case ('casting')
+      roll = swing(-20*DEGREE, 2.0_rp/152, 0.0_rp, time)
+      side = swing(22/13.2_rp, 2.0_rp/152, 0.0_rp, time)
+    case ('wheeling')
+      roll%value = -30*DEGREE
+      yaw = angle_t(TWO_PI*time/TURN, TWO_PI/TURN, 0.0_rp)
+      associate (out => CIRCLE*[sin(yaw%value), -cos(yaw%value), 0.0_rp], &
+                 ahead => CIRCLE*[cos(yaw%value), sin(yaw%value), 0.0_rp])
+        body%centre = self%centre + out
+        body%velocity = yaw%rate*ahead
+        body%acceleration = -yaw%rate**2*out
+      end associate
+    end select
+    body%centre(2) = body%centre(2) + side%value
+    body%velocity(2) = body%velocity(2) + side%rate
+    body%acceleration(2) = body%acceleration(2) + side%acceleration
+    body%angles = [roll%value, pitch%value, yaw%value]
+    body%rotation = body_rotation(roll, pitch, yaw)
+  end function swinging_body
+
+  !> amplitude sin(2 pi frequency t + phase) with its derivatives.
+  pure type(angle_t) function swing(amplitude, frequency, phase, time)
+    real(rp), intent(in) :: amplitude, frequency, phase, time
+    real(rp) :: w
+    w = TWO_PI*frequency
+    swing%value = amplitude*sin(w*time + phase)
+    swing%rate = amplitude*w*cos(w*time + phase)
+    swing%acceleration = -amplitude*w**2*sin(w*time + phase)
+  end function swing
+
+  !> The body between the rows of a table; before and behind it its first or last cubic goes on.
+  function table_body(table, time) result(body)
+    real(rp), intent(in) :: table(:, :), time
+    type(body_t) :: body
+    real(rp) :: x(3, 0:2), q(0:3, 0:2), length(0:2)
+    integer :: i, above, middle
+    call require(size(table, 2) > 1, 'fsi_body_motion: a table has two or more rows')
+    i = 1
+    above = size(table, 2)
+    do while (above - i > 1)
+      middle = (i + above)/2
+      if (table(1, middle) <= time) then
+        i = middle
+      else
+        above = middle
+      end if
+    end do
+    associate (a => table(:, i), b => table(:, i + 1))
+      call cubic(time, a(1), b(1), a(2:4), b(2:4), a(5:7), b(5:7), x)
+      call cubic(time, a(1), b(1), a(8:11), b(8:11), rate_of(a(8:11), a(12:14)), rate_of(b(8:11), b(12:14)), q)
+    end associate
+    ! The quaternion divided by its length, with the derivatives of that.
+    length(0) = norm2(q(:, 0))
+    q(:, 0) = q(:, 0)/length(0)
+    length(1) = dot_product(q(:, 0), q(:, 1))
+    q(:, 1) = (q(:, 1) - length(1)*q(:, 0))/length(0)
+    length(2) = dot_product(q(:, 1), q(:, 1)*length(0) + length(1)*q(:, 0)) + dot_product(q(:, 0), q(:, 2))
+    q(:, 2) = (q(:, 2) - 2*length(1)*q(:, 1) - length(2)*q(:, 0))/length(0)
+    body%centre = x(:, 0)
+    body%velocity = x(:, 1)
+    body%acceleration = x(:, 2)
+    body%angles = angles_of(q(:, 0))
+    body%rotation%matrix = matrix_of(q(:, 0))
+    body%rotation%omega = spin_of(q(:, 0), q(:, 1))
+    body%rotation%omega_rate = spin_of(q(:, 0), q(:, 2))
+  end function table_body
+
+  !> The cubic with values y and slopes d at times a and b, and its first and second derivative.
+  pure subroutine cubic(time, a, b, ya, yb, da, db, f)
+    real(rp), intent(in) :: time, a, b, ya(:), yb(:), da(:), db(:)
+    real(rp), intent(out) :: f(:, 0:)
+    real(rp), dimension(size(ya)) :: c2, c3
+    real(rp) :: h, s
+    h = b - a
+    s = (time - a)/h
+    c2 = 3*(yb - ya) - h*(2*da + db)
+    c3 = h*(da + db) - 2*(yb - ya)
+    f(:, 0) = ya + s*(h*da + s*(c2 + s*c3))
+    f(:, 1) = da + s*(2*c2 + 3*s*c3)/h
+    f(:, 2) = (2*c2 + 6*s*c3)/h**2
+  end subroutine cubic
+end module fsi_body_motion

@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The keys of the motion of the body, FLUSI's, and tables of a flight.
+module fsi_body_motion_keys
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use base_text, only: BLANKS, count_words, next_word, number_text, parse_real
+  use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
+  use fsi_kinematics, only: body_t
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_shared_text, only: read_named_text
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: register_body_motion_keys, read_body_motion, read_flight_table
+
+  character(*), parameter :: SECTION = 'Insects', TABLE_WORD = 'from_file::'
+  integer, parameter :: COLUMNS = 14
+  real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< of a quaternion in a table that has digits enough
+
+contains
+
+  !> Adds BodyMotion and the velocity at the start to `registry`.
+  subroutine register_body_motion_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    character(:), allocatable :: words
+    real(rp), parameter :: ZERO(3) = 0.0_rp
+    integer :: i
+    words = 'tethered|fixed|fixed45|forward|hovering|x0y0z0|flapper|free_flight'
+    do i = 1, size(SWINGING_WORDS)
+      words = words//'|'//trim(SWINGING_WORDS(i))
+    end do
+    call registry%add_word(SECTION, 'BodyMotion', 'tethered', words//'|'//TABLE_WORD//'*', &
+                           'motion of the body: at rest (the six words after tethered are places and attitudes of early '// &
+                           'versions of FLUSI), free, swinging as in FLUSI, or as in a rigidsolidsolver.t '// &
+                           '(docs/free-flight.md)', unbuilt='takeoff|command-line*')
+    call registry%add_reals(SECTION, 'v0', ZERO, 'velocity of the body at the start', unit='L/T', length=3)
+  end subroutine register_body_motion_keys
+
+  !> The motion of the body, which at the start is `body`; a free one gets `v0` from here. Files are read by root for all
+  !> with `world`, and this is collective then.
+  subroutine read_body_motion(config, ini, body, t_end, motion, errors, notices, world)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: ini !< name of the parameter file
+    type(body_t), intent(in) :: body
+    real(rp), intent(in) :: t_end   !< end of the run, T
+    type(body_motion_t), intent(out) :: motion
+    type(message_list_t), intent(inout) :: errors, notices
+    type(world_t), intent(in), optional :: world
+    character(:), allocatable :: word, path, text, problem
+    integer :: errors_before
+    word = config%get_word(SECTION, 'BodyMotion')
+    motion%centre = body%centre
+    motion%angles = body%angles
+    motion%velocity = config%get_reals(SECTION, 'v0')
+    motion%known = body
+    motion%known(1)%velocity = motion%velocity
+    motion%known(2)%velocity = motion%velocity
+    motion%word = word
+    if (all(word /= [character(12) :: 'free_flight', 'yawpitchroll']) .and. norm2(motion%velocity) > 0) &
+      call config%complain(notices, SECTION, 'v0', 'is of no effect with BodyMotion = '//word)
+    if (index(word, TABLE_WORD) /= 1) return
+    motion%word = 'table'
+    call read_named_text(word(len(TABLE_WORD) + 1:), ini, path, text, problem, world)
+    if (allocated(problem)) then
+      call config%complain(errors, SECTION, 'BodyMotion', problem)
+      motion%word = 'tethered'
+      return
+    end if
+    errors_before = errors%count()
+    call read_flight_table(text, path, motion%table, errors)
+    if (errors%count() > errors_before) then
+      motion%word = 'tethered'
+    else if (motion%table(1, 1) > 0 .or. motion%table(1, size(motion%table, 2)) < t_end) then
+      call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' are those of t = '// &
+                           number_text(motion%table(1, 1))//' to '// &
+                           number_text(motion%table(1, size(motion%table, 2)))//', the run goes from 0 to '// &
+                           number_text(t_end))
+    end if
+  end subroutine read_body_motion
+
+  !> The rows (14, n) of a rigidsolidsolver.t; lines that begin with % are skipped, and columns behind the 14th. Mistakes go
+  !> to `errors` as name:line: problem.
+  subroutine read_flight_table(text, name, table, errors)
+    character(*), intent(in) :: text, name
+    real(rp), allocatable, intent(out) :: table(:, :)
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: problem
+    real(rp) :: row(COLUMNS)
+    integer :: position, last, line, n, pass
+    do pass = 1, 2
+      position = 1
+      line = 0
+      n = 0
+      do while (position <= len(text))
+        last = index(text(position:), achar(10))
+        last = merge(len(text), position + last - 2, last == 0)
+        line = line + 1
+        associate (content => text(position:last))
+          if (count_words(content, BLANKS) > 0 .and. index(adjustl(content), '%') /= 1) then
+            n = n + 1
+            if (pass == 2) then
+              if (allocated(problem)) deallocate (problem)
+              call read_row(content, row, problem)
+              if (.not. allocated(problem) .and. abs(norm2(row(8:11)) - 1) > LENGTH_ERROR) &
+                problem = 'columns 8 to 11 are no unit quaternion'
+              table(:, n) = row
+              if (.not. allocated(problem) .and. n > 1) then
+                if (table(1, n) <= table(1, max(1, n - 1))) problem = 'the time does not increase'
+              end if
+              if (allocated(problem)) then
+                call errors%add(name//':'//number_text(line)//': '//problem)
+                return
+              end if
+            end if
+          end if
+        end associate
+        position = last + 2
+      end do
+      if (n < 2) then
+        call errors%add(name//': '//number_text(n)//' states; valid: two or more rows of time, centre, velocity, '// &
+                        'quaternion, angular velocity')
+        return
+      end if
+      if (pass == 1) allocate (table(COLUMNS, n), source=0.0_rp)
+    end do
+  end subroutine read_flight_table
+
+  subroutine read_row(content, row, problem)
+    character(*), intent(in) :: content
+    real(rp), intent(out) :: row(COLUMNS)
+    character(:), allocatable, intent(out) :: problem
+    integer :: i, position, first, last
+    logical :: found
+    row = 0
+    if (count_words(content, BLANKS) < COLUMNS) then
+      problem = number_text(count_words(content, BLANKS))//' numbers in a row; valid: '//number_text(COLUMNS)
+      return
+    end if
+    position = 1
+    do i = 1, COLUMNS
+      call next_word(content, BLANKS, position, first, last, found)
+      call parse_real(content(first:last), row(i), problem)
+      if (allocated(problem)) return
+    end do
+  end subroutine read_row
+end module fsi_body_motion_keys

@@ -1,0 +1,165 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Whether an insect can fly freely as the input says, and what its masses are; its lines of the summary.
+module flusi_free_flight
+  use base_constants, only: PI
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG
+  use fsi_flight_params, only: flight_params_t
+  use fsi_moments, only: moments_of_points
+  use io_config, only: config_t
+  use io_series_read, only: read_series
+  use io_units, only: unit_scales_t
+  use solid_wing_case, only: wing_case_t
+  implicit none
+  private
+  public :: check_free_flight, free_flight_text
+
+  character(*), parameter :: SECTION = 'Insects'
+  real(rp), parameter :: WEIGHTS(2) = [0.05_rp, 20.0_rp] !< over the lift that wings like these have, in all flights
+
+contains
+
+  !> Mistakes and doubts of a free flight; nothing of another one. Completes the masses of rigid wings that have [Wing] and
+  !> the gravity on flexible ones.
+  subroutine check_free_flight(config, setup, has_file, flexible, units, units_given, fluid, flight, coupler, errors, &
+                               notices)
+    type(config_t), intent(in) :: config
+    type(wing_case_t), intent(in) :: setup  !< of [Wing]
+    logical, intent(in) :: has_file, flexible, units_given
+    type(unit_scales_t), intent(in) :: units
+    type(fluid_params_t), intent(in) :: fluid
+    type(flight_params_t), intent(inout) :: flight
+    type(coupler_params_t), intent(inout) :: coupler
+    type(message_list_t), intent(inout) :: errors, notices
+    real(rp) :: wings
+    integer :: i
+    if (config%get_word('Time', 'iTimeMethodFluid') == 'AB2_rigid_solid' .and. .not. flight%flyer%is_free) &
+      call config%complain(errors, 'Time', 'iTimeMethodFluid', 'AB2_rigid_solid is that of [Insects] BodyMotion = '// &
+                           'free_flight, which is not chosen; valid: AB2')
+    if (.not. flight%flyer%is_free) return
+    if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
+      'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
+    if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
+      'is free_flight in a two-dimensional flow; valid there: a body that is tethered or moves as prescribed')
+    if (flexible .and. .not. flight%thin%is_thin .and. coupler%coupling == COUPLING_STRONG) &
+      call config%complain(errors, 'Flexible_wing', 'coupling', 'is strong, whose trials of the flow need the body of '// &
+                           'the next step; valid with BodyMotion = free_flight: weak, extrapolated, or surface = thin')
+    wings = 0
+    if (flexible) then
+      if (.not. allocated(coupler%inertia%mass)) return ! why there are none has been reported
+      call set_gravity(config, units, flight, coupler, errors)
+      wings = size(flight%wings)*sum(coupler%inertia%mass)/units%mass
+    else
+      if (has_file .and. setup%has_mass .and. units_given .and. .not. config%is_given(SECTION, 'wing_mass') .and. &
+          .not. config%is_given(SECTION, 'Jxx')) call take_masses(setup, units, flight)
+      do i = 1, size(flight%wings)
+        wings = wings + flight%wings(i)%moments%mass
+        if (.not. abs(flight%wings(i)%moments%mass) > 0 .and. i == 1) &
+          call notices%add('[Insects] wing_mass: the wings of this free flight have no mass, as in FLUSI')
+      end do
+    end if
+    if (flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) &
+      call config%complain(errors, SECTION, 'mass', 'is that of the insect with its wings, which alone have '// &
+                           number_text(wings))
+    call notice_weight(config, flight, notices)
+    call notice_way(config, fluid, flight, notices)
+  end subroutine check_free_flight
+
+  !> Rigid wings with the mass of every point of [Wing].
+  subroutine take_masses(setup, units, flight)
+    type(wing_case_t), intent(in) :: setup
+    type(unit_scales_t), intent(in) :: units
+    type(flight_params_t), intent(inout) :: flight
+    integer :: i
+    do i = 1, size(flight%wings)
+      associate (wing => flight%wings(i))
+        if (size(wing%points, 2) /= size(setup%mass%nodal)) cycle
+        wing%moments = moments_of_points(setup%mass%nodal/units%mass, wing%points)
+      end associate
+    end do
+  end subroutine take_masses
+
+  !> The wings are as heavy as the body: [Flexible_wing] gravity is that of [Insects].
+  subroutine set_gravity(config, units, flight, coupler, errors)
+    type(config_t), intent(in) :: config
+    type(unit_scales_t), intent(in) :: units
+    type(flight_params_t), intent(in) :: flight
+    type(coupler_params_t), intent(inout) :: coupler
+    type(message_list_t), intent(inout) :: errors
+    real(rp) :: gravity(3)
+    gravity = [0.0_rp, 0.0_rp, flight%flyer%gravity*units%length/units%time**2]
+    if (config%is_given('Flexible_wing', 'gravity') .and. norm2(gravity - coupler%gravity) > 1.0e-3_rp*norm2(gravity)) &
+      call config%complain(errors, 'Flexible_wing', 'gravity', 'is not that of [Insects] gravity, '// &
+                           number_text(gravity(3))//' m/s^2 along z; leave it out')
+    coupler%gravity = gravity
+  end subroutine set_gravity
+
+  !> A weight that is far from what such wings can lift.
+  subroutine notice_weight(config, flight, notices)
+    type(config_t), intent(in) :: config
+    type(flight_params_t), intent(in) :: flight
+    type(message_list_t), intent(inout) :: notices
+    real(rp) :: lift, weight
+    if (size(flight%wings) == 0) return
+    if (size(flight%wings(1)%points) == 0) return
+    lift = size(flight%wings)*flight%tip_speed()**2*flight%wings(1)%length()*flight%wings(1)%mean_chord()/2
+    weight = abs(flight%flyer%mass*flight%flyer%gravity)
+    if (.not. lift > 0 .or. .not. weight > 0) return
+    if (weight > WEIGHTS(1)*lift .and. weight < WEIGHTS(2)*lift) return
+    call config%complain(notices, SECTION, 'mass', 'makes a weight of '//number_text(weight)//' rho L^4/T^2, and wings '// &
+                         'like these lift about '//number_text(lift)//': look at the units of mass and gravity')
+  end subroutine notice_weight
+
+  !> An insect that crosses its own wake.
+  subroutine notice_way(config, fluid, flight, notices)
+    type(config_t), intent(in) :: config
+    type(fluid_params_t), intent(in) :: fluid
+    type(flight_params_t), intent(in) :: flight
+    type(message_list_t), intent(inout) :: notices
+    real(rp) :: way(3)
+    if (fluid%t_max > 1.0e6_rp) return ! the number of steps ends this run
+    way = (flight%motion%velocity - fluid%mean_velocity)*fluid%t_max
+    if (all(abs(way) <= fluid%grid%length)) return
+    call config%complain(notices, SECTION, 'v0', 'takes the insect through the periodic box before Tmax, over '// &
+                         number_text(maxval(abs(way)/fluid%grid%length))//' lengths of it: it meets its own wake')
+  end subroutine notice_way
+
+  !> What became of the flight: means over the last whole beats, weight against mean lift. `first` and `last` are times.
+  function free_flight_text(flight, fluid, lift, first, last, failure) result(text)
+    type(flight_params_t), intent(in) :: flight
+    type(fluid_params_t), intent(in) :: fluid
+    real(rp), intent(in) :: lift        !< mean over these times, rho L^4/T^2
+    real(rp), intent(in) :: first, last !< T
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: text
+    character(*), parameter :: NL = new_line('a')
+    real(rp), allocatable :: state(:, :), loads(:, :)
+    real(rp) :: way(3), tilt(3)
+    character(160) :: line
+    integer :: a, b, n
+    text = ''
+    call read_series('rigidsolidsolver.t', 14, state, failure)
+    call read_series('free_flight.t', 22, loads, failure)
+    if (failure%failed) return
+    n = size(state, 2)
+    a = minloc(abs(state(1, :) - first), 1)
+    b = minloc(abs(state(1, :) - last), 1)
+    if (b <= a) return
+    way = state(2:4, b) - state(2:4, a)
+    tilt = sum(loads(2:4, a:b), 2)/(b - a + 1)*180/PI
+    write (line, '(a,3es11.3,a)') 'velocity    mean of the last beat', way/(state(1, b) - state(1, a)), ' L/T'
+    text = NL//trim(line)//NL
+    write (line, '(a,3f9.2,a)') 'attitude    mean roll, pitch, yaw of the last beat', tilt, ' degrees'
+    text = text//trim(line)//NL
+    write (line, '(2(a,es10.3),a)') 'weight      ', -flight%flyer%mass*flight%flyer%gravity, ', mean lift ', lift, &
+      ' rho L^4/T^2 (last beat)'
+    text = text//trim(line)//NL
+    write (line, '(a,3es11.3,a,i0,a)') 'path        from the start', state(2:4, n) - state(2:4, 1), ' L in ', n, ' records'
+    text = text//trim(line)//NL
+    if (any(abs(state(2:4, n) - state(2:4, 1)) > fluid%grid%length)) &
+      text = text//'            the insect has crossed the periodic box and met its own wake'//NL
+  end function free_flight_text
+end module flusi_free_flight

@@ -1,0 +1,76 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The time series of a free flight: `rigidsolidsolver.t` with FLUSI's columns, from which BodyMotion = from_file:: repeats
+!> the flight, and `free_flight.t` with what acts.
+module flusi_body_series
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fsi_flyer, only: flyer_t
+  use fsi_quaternion, only: angles_of
+  use io_series, only: series_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: body_series_t
+
+  character(*), parameter :: XYZ = 'xyz'
+
+  type :: body_series_t
+    private
+    type(series_t) :: state, loads
+  contains
+    procedure :: open => series_open
+    procedure :: write => series_write
+    procedure :: close => series_close
+  end type body_series_t
+
+contains
+
+  !> Opens both files; with `restart_time` the records before it are kept. Collective.
+  subroutine series_open(self, world, note, failure, restart_time)
+    class(body_series_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: note !< second line of every file
+    type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
+    character(40) :: state(14), loads(22)
+    integer :: c
+    state(1) = 'time [T]'
+    loads(1:4) = [character(40) :: 'time [T]', 'roll [rad]', 'pitch [rad]', 'yaw [rad]']
+    do c = 1, 3
+      state(1 + c) = XYZ(c:c)//' [L]'
+      state(4 + c) = 'v'//XYZ(c:c)//' [L/T]'
+      state(8 + c) = 'quaternion '//achar(iachar('0') + c)//' [-]'
+      state(11 + c) = 'omega '//XYZ(c:c)//', body frame [rad/T]'
+      loads(4 + c) = 'a'//XYZ(c:c)//' [L/T^2]'
+      loads(7 + c) = 'omega rate '//XYZ(c:c)//', body frame [rad/T^2]'
+      loads(10 + c) = 'F'//XYZ(c:c)//' of the flow [rho L^4/T^2]'
+      loads(13 + c) = 'M'//XYZ(c:c)//' of the flow [rho L^5/T^2]'
+      loads(16 + c) = 'momentum '//XYZ(c:c)//' [rho L^4/T]'
+      loads(19 + c) = 'angular momentum '//XYZ(c:c)//' [rho L^5/T]'
+    end do
+    state(8) = 'quaternion 0 [-]'
+    call self%state%open(world, 'rigidsolidsolver.t', state, failure, restart_time=restart_time, note=note)
+    call self%loads%open(world, 'free_flight.t', loads, failure, restart_time=restart_time, note=note)
+  end subroutine series_open
+
+  !> One record. The forces are those that the flow exerts on the solids by the penalization and on markers; momenta are
+  !> without the displaced fluid, the angular one about the body's centre.
+  subroutine series_write(self, time, flyer)
+    class(body_series_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    type(flyer_t), intent(in) :: flyer
+    associate (s => flyer%state)
+      call self%state%write([time, s%centre, s%velocity, s%attitude, s%omega])
+      call self%loads%write([time, angles_of(s%attitude), s%acceleration, s%omega_rate, &
+                             flyer%force + flyer%marker_force, flyer%moment + flyer%marker_moment, s%momentum, s%spin])
+    end associate
+  end subroutine series_write
+
+  !> Closes both; fails if one could not be written completely. Collective.
+  subroutine series_close(self, failure)
+    class(body_series_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    call self%state%close(failure)
+    call self%loads%close(failure)
+  end subroutine series_close
+end module flusi_body_series
