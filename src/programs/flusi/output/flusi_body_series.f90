@@ -17,6 +17,7 @@ module flusi_body_series
   type :: body_series_t
     private
     type(series_t) :: state, loads
+    logical :: is_open = .false.
   contains
     procedure :: open => series_open
     procedure :: write => series_write
@@ -34,6 +35,7 @@ contains
     real(rp), intent(in), optional :: restart_time
     character(40) :: state(14), loads(22)
     integer :: c
+    self%is_open = .true.
     state(1) = 'time [T]'
     loads(1:4) = [character(40) :: 'time [T]', 'roll [rad]', 'pitch [rad]', 'yaw [rad]']
     do c = 1, 3
@@ -66,10 +68,11 @@ contains
     end associate
   end subroutine series_write
 
-  !> Closes both; fails if one could not be written completely. Collective.
+  !> Closes both if they are open; fails if one could not be written completely. Collective.
   subroutine series_close(self, failure)
     class(body_series_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
+    if (.not. self%is_open) return
     call self%state%close(failure)
     call self%loads%close(failure)
   end subroutine series_close

@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whole runs of insects that fly freely or move as prescribed: restart to the bit, ranks, repetition from a table, mistakes.
+
+usage: flusi_free_flight.py <flusi> <h5dump> [tests]
+
+The grids are far too coarse for physics; what is tested is that parts fit together.
+"""
+import math
+
+from flusi_flexible import FLIGHT
+from flusi_wing import BEAT, SERIES, WING, make, restarted, steps
+from whole_program import EXIT_USER, check, close, main, merged, same_runs
+
+FREE = merged(WING, {
+    "Insects": {"BodyMotion": "free_flight", "mass": 20.0, "gravity": -0.05, "J_body_yawpitchroll": "4.0 4.0 3.0",
+                "wing_mass": 0.2, "v0": "-0.1 0.0 0.05"},
+    "MeanFlow": {"iMeanFlow_x": "free", "iMeanFlow_y": "free", "iMeanFlow_z": "free", "ux": 0.0},
+    "Saving": {"tsave": 9, "tintegral": 1e-9},
+})
+THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
+
+
+def same_on_ranks(case, ini, ranks):
+    one = make(case.sub("ranks_1"), ini, 1)
+    other = make(case.sub(f"ranks_{ranks}"), ini, ranks)
+    for name in (*SERIES, "rigidsolidsolver.t", "free_flight.t"):
+        a, b = one.series(name).rows, other.series(name).rows
+        check(len(a) == len(b) > 3, f"{name} has the same records on {ranks} ranks")
+        for p, q in zip(zip(*a), zip(*b)):
+            close(p, q, 2e-8, f"a column of {name}")
+    return one
+
+
+def test_restart(case):
+    """Thick rigid wings on a free body."""
+    whole, _ = restarted(case, FREE, ranks=1)
+    check("rigidsolidsolver.t" in whole.all_series(), "the states are in a file")
+    check(len(whole.series("rigidsolidsolver.t").rows[0]) == 14, "with FLUSI's columns")
+    check(len(whole.series("rigidsolidsolver.t").rows) == 17, "in every step, and at the end")
+
+
+def test_restart_thin(case):
+    restarted(case, merged(FREE, THIN), ranks=2)
+
+
+def test_ranks(case):
+    one = same_on_ranks(case, FREE, 3)
+    first, last = one.series("rigidsolidsolver.t").rows[0], one.series("rigidsolidsolver.t").rows[-1]
+    check(max(abs(a - b) for a, b in zip(first[4:7], last[4:7])) > 1e-4, f"the insect gets faster: {first} {last}")
+    same_on_ranks(case.sub("thin"), merged(FREE, THIN), 2)
+
+
+def test_flexible(case):
+    """Flexible wings without thickness hang on the free body: restart to the bit; their weight is that of [Insects]."""
+    ini = merged(FLIGHT, {
+        "Insects": {"surface": "thin", "BodyMotion": "free_flight", "mass": 50.0, "gravity": -0.05,
+                    "J_body_yawpitchroll": "4.0 4.0 3.0"},
+        "Time": {"nt": 10}, "Wing": {"E": 2e9}, "Saving": {"tintegral": 4e-3}})
+    ends = []
+    for name, parts in (("whole", (10,)), ("parts", (6, 10))):
+        run = case.sub(name)
+        for i, nt in enumerate(parts):
+            run.write("run.ini", merged(ini, steps(nt)))
+            run.run("run.ini", *(["--restart"] if i else []), ranks=2)
+        ends.append(run)
+    for series in ("rigidsolidsolver.t", "free_flight.t", "bending_left.t", "coupling_right.t", "forces.t"):
+        check(ends[0].series(series).lines == ends[1].series(series).lines, f"{series}: the last digit")
+    run = case.sub("weight")
+    run.write("run.ini", merged(ini, {"Flexible_wing": {"gravity": "0 0 -9.81"}}))
+    done = run.run("run.ini", "--check", code=EXIT_USER)
+    check("is not that of [Insects] gravity" in done.err, f"two weights are refused: {done.err}")
+
+
+def test_repeat(case):
+    """The states of a free flight, read back as BodyMotion = from_file::, are the same flight; FLUSI's motions run."""
+    ini = merged(FREE, {"Time": {"dt_fixed": 5e-3}})
+    free = make(case.sub("free"), ini, 1)
+    again = case.sub("again")
+    (again.folder / "flight.t").write_text((free.folder / "rigidsolidsolver.t").read_text())
+    end = free.series("rigidsolidsolver.t").rows[-1]
+    make(again, merged(ini, {"Insects": {"BodyMotion": "from_file::flight.t", "v0": "0 0 0"},
+                             "Time": {"Tmax": end[0], "nt": 99}}), 1)
+    for old, new in zip(free.series("kinematics.t").rows, again.series("kinematics.t").rows):
+        close(old[:6], new[:6], 1e-7, "the place, roll and pitch of the body")
+        check(abs(math.remainder(old[6] - new[6], 2 * math.pi)) < 1e-6, "its yaw")
+    close(free.series("forces.t").rows[-1][1:4], again.series("forces.t").rows[-1][1:4], 1e-2, "the forces at the end")
+    swing = make(case.sub("swing"), merged(WING, {"Insects": {"BodyMotion": "yawpitchroll", "v0": "-0.1 0 0"},
+                                                 "Time": {"nt": 6}}), 1)
+    same_runs(swing, make(case.sub("swing_again"), merged(WING, {
+        "Insects": {"BodyMotion": "yawpitchroll", "v0": "-0.1 0 0"}, "Time": {"nt": 6}}), 1))
+    check(swing.series("kinematics.t").rows[-1][4] > 0.01, "the body rolls")
+
+
+def test_mistakes(case):
+    """What cannot fly is refused by its key."""
+    case.write("beat.ini", BEAT)
+    for section, key, value in (("Time", "iTimeMethodFluid", "RK4"), ("Insects", "DoF", "1112"), ("Insects", "mass", 0),
+                                ("Insects", "wing_mass", 30.0), ("Insects", "J_body_yawpitchroll", "1 1 9"),
+                                ("Insects", "J_body_yawpitchroll", "0 1 1"), ("Insects", "BodyMotion", "from_file::no.t")):
+        case.write("run.ini", merged(FREE, {section: {key: value}}))
+        done = case.run("run.ini", "--check", code=EXIT_USER)
+        check((key if key != "wing_mass" else "mass") in done.err, f"{key} is named: {done.err}")
+    case.write("run.ini", merged(WING, {"Time": {"iTimeMethodFluid": "AB2_rigid_solid"}}))
+    check("free_flight" in case.run("run.ini", "--check", code=EXIT_USER).err, "FLUSI's stepper needs a free flight")
+    case.write("run.ini", merged(FREE, {"Insects": {"mass": 0.5, "J_body_yawpitchroll": "0.01 0.01 0.01", "wing_mass": 0}}))
+    done = case.run("run.ini", code=EXIT_USER)
+    check("cannot fly freely" in done.err, f"an insect that is lighter than what it displaces is refused: {done.err}")
+
+
+if __name__ == "__main__":
+    main(globals())

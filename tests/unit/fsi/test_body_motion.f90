@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Motions of the body: FLUSI's words, tables of a flight, and what a free flight knows.
+program test_body_motion
+  use base_constants, only: PI
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
+  use fsi_body_motion_keys, only: read_flight_table
+  use fsi_kinematics, only: body_t
+  use fsi_quaternion, only: attitude_of
+  use testkit, only: testkit_t
+  implicit none
+  character(*), parameter :: NL = new_line('a')
+  type(testkit_t) :: kit
+
+  call kit%start(parallel=.false.)
+  call check_words(kit)
+  call check_table(kit)
+  call check_known(kit)
+  call kit%finish()
+
+contains
+
+  !> Rates and accelerations are the derivatives of place and attitude.
+  subroutine check_derivatives(kit, motion, name, t, tolerance)
+    type(testkit_t), intent(inout) :: kit
+    type(body_motion_t), intent(in) :: motion
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: t, tolerance
+    real(rp), parameter :: H = 1.0e-4_rp
+    type(body_t) :: a, b, m
+    real(rp) :: turn(3, 3), error(4)
+    a = motion%at(t - H, body_t())
+    b = motion%at(t + H, body_t())
+    m = motion%at(t, body_t())
+    ! M' = -[omega] x M
+    turn = -matmul((b%rotation%matrix - a%rotation%matrix)/(2*H), transpose(m%rotation%matrix))
+    error = [norm2((b%centre - a%centre)/(2*H) - m%velocity), norm2((b%velocity - a%velocity)/(2*H) - m%acceleration), &
+             norm2([turn(3, 2), turn(1, 3), turn(2, 1)] - m%rotation%omega), &
+             norm2((b%rotation%omega - a%rotation%omega)/(2*H) - m%rotation%omega_rate)]
+    call kit%check_below(name//': velocities and accelerations are derivatives', maxval(error), tolerance)
+  end subroutine check_derivatives
+
+  subroutine check_words(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(body_motion_t) :: motion
+    type(body_t) :: body
+    integer :: i
+    motion%centre = [1.0_rp, 2.0_rp, 3.0_rp]
+    motion%velocity = [0.1_rp, 0.0_rp, 0.2_rp]
+    motion%angles = [0.1_rp, 0.2_rp, 0.3_rp]
+    do i = 1, size(SWINGING_WORDS)
+      motion%word = SWINGING_WORDS(i)
+      ! The fourth derivative of 30 degrees sin(2 pi t) times H^2/6 is 1.4e-6, of products of three such angles a few times it.
+      call check_derivatives(kit, motion, trim(SWINGING_WORDS(i)), 0.37_rp, 2.0e-5_rp)
+    end do
+    motion%word = 'yawpitchroll'
+    body = motion%at(0.25_rp, body_t())
+    call kit%check_below('after a quarter of T yawpitchroll is at 30 degrees', maxval(abs(body%angles - PI/6)), 1.0e-14_rp)
+    call kit%check_below('and has moved on', norm2(body%centre - [1.025_rp, 2.0_rp, 3.05_rp]), 1.0e-14_rp)
+    motion%word = 'pitch_param'
+    body = motion%at(0.0_rp, body_t())
+    call kit%check_below('pitch_param begins 15 degrees above its pitch', &
+                         maxval(abs(body%angles - [0.1_rp, 0.2_rp + PI/12, 0.3_rp])), 1.0e-14_rp)
+    motion%word = 'casting'
+    body = motion%at(19.0_rp, body_t())
+    call kit%check_close('casting is at its largest y after a quarter of 76 T', body%centre(2), 2 + 22/13.2_rp, atol=1.0e-13_rp)
+  end subroutine check_words
+
+  !> A table of a motion that is known.
+  subroutine check_table(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(body_motion_t) :: motion, swing
+    type(body_t) :: found, want
+    type(message_list_t) :: errors
+    character(:), allocatable :: text
+    character(400) :: row
+    real(rp) :: error(2), t
+    integer :: i, k, n
+    swing%word = 'yawpitchroll'
+    swing%velocity = [0.1_rp, 0.0_rp, 0.2_rp]
+    error = 0
+    do k = 1, 2
+      n = 20*k
+      text = '% time [T] x y z'//NL//NL
+      do i = 0, n
+        t = real(i, rp)/n
+        want = swing%at(t, body_t())
+        write (row, '(14es24.16)') t, want%centre, want%velocity, &
+          attitude_of(want%angles(1), want%angles(2), want%angles(3)), want%rotation%omega
+        text = text//trim(row)//NL
+      end do
+      call read_flight_table(text, 'flight.t', motion%table, errors)
+      motion%word = 'table'
+      do i = 0, 100
+        want = swing%at(0.01_rp*i, body_t())
+        found = motion%at(0.01_rp*i, body_t())
+        error(k) = max(error(k), maxval(abs(found%rotation%matrix - want%rotation%matrix)), norm2(found%centre - want%centre))
+      end do
+    end do
+    call kit%check('a table of a flight is read', errors%count() == 0)
+    call kit%check_close('between its rows the attitude is cubic: fourth order', log(error(1)/error(2))/log(2.0_rp), 4.0_rp, &
+                         atol=0.4_rp)
+    call check_derivatives(kit, motion, 'table', 0.373_rp, 2.0e-4_rp)
+    call read_flight_table('0 0 0 0 0 0 0 1 0 0 0 0 0'//NL, 'bad.t', motion%table, errors)
+    call read_flight_table('0 0 0 0 0 0 0 1 0 0 0 0 0 0'//NL//'0 0 0 0 0 0 0 1 0 0 0 0 0 0'//NL, 'bad.t', motion%table, errors)
+    call read_flight_table('0 0 0 0 0 0 0 1 1 0 0 0 0 0'//NL//'1 0 0 0 0 0 0 1 0 0 0 0 0 0'//NL, 'bad.t', motion%table, errors)
+    call kit%check('a short row, a time that stands and a quaternion of another length are refused', errors%count() == 3)
+  end subroutine check_table
+
+  !> A free flight is known at the last two times that were shown; a later word about the same time replaces the earlier.
+  subroutine check_known(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(body_motion_t) :: motion
+    type(body_t) :: body
+    motion%word = 'free_flight'
+    body%centre = 1
+    call motion%show(0.1_rp, body)
+    body%centre = 2
+    call motion%show(0.2_rp, body)
+    body%centre = 3
+    call motion%show(0.2_rp, body)
+    body = motion%at(0.1_rp, body_t())
+    call kit%check('the time before is still known', all(abs(body%centre - 1) <= 0))
+    body = motion%at(0.2_rp + 1.0e-12_rp, body_t())
+    call kit%check('and the last word about the last time', all(abs(body%centre - 3) <= 0))
+    motion%word = 'tethered'
+    body%centre = 7
+    body = motion%at(0.2_rp, body)
+    call kit%check('a tethered body is where it is', all(abs(body%centre - 7) <= 0) .and. .not. motion%moves())
+  end subroutine check_known
+end program test_body_motion
