@@ -51,7 +51,8 @@ contains
     type(message_list_t), intent(inout) :: notices
     character(:), allocatable :: word, coupling
     word = config%get_word('Time', 'iTimeMethodFluid')
-    if (word == 'AB2_rigid_solid') call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
+    if (word == 'AB2_rigid_solid' .and. config%get_word('Insects', 'BodyMotion') == 'free_flight') &
+      call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
     if (index(word, 'FSI_') /= 1) return
     coupling = 'weak'
     if (word == 'FSI_AB2_iteration') coupling = 'strong'
