@@ -117,6 +117,10 @@ contains
     call kit%check('a beam is one mistake', errors%count() == 1)
     if (errors%count() == 1) call kit%check('which tells what to give instead', index(errors%text(1), &
       'f.ini:2: [SolidModel] use_solid_model: ') == 1 .and. index(errors%text(1), 'ini/flag.ini') > 0)
+    errors = message_list_t()
+    call c%load_text('[SolidModel]'//NL//'use_solid_model=yes;'//NL//'[Resolution]'//NL//'nx=8'//NL//'ny=8'//NL// &
+                     'nz=8'//NL, 'f.ini', everything, errors, notices)
+    call kit%check('alone as well, without an initial flow', errors%count() == 1)
     call load(with_mask('1', 'Flexibility'), c, errors, notices)
     call kit%check('its mask is one mistake', errors%count() == 1)
     if (errors%count() == 1) call kit%check('with the same advice', index(errors%text(1), 'ini/flag.ini') > 0)
