@@ -2,10 +2,12 @@
 !> Times the parts of the coupled steps of a run with flexible wings, after some steps that begin it, from rest or from
 !> a backup of flusi. Prints one JSON object on its last line. Called through bench/coupling/run.
 !>
-!> Wings in the mask. mask: placing and drawing the wings. load: keeping the pressure in the fluid's one pass, finding the lines on which it
+!> Wings in the mask. mask: placing and drawing the wings. load: keeping the pressure in the fluid's one pass, finding
+!> the lines on which it
 !> is wanted, the inverse transform and the sampling. solid: all wings over the step. checks: gaps between the wings and
 !> their place in the box. Wings without thickness. meet: looking at the flow at the markers; solid: all wings over the
-!> step; renew: making responses of the markers; push: their forces on the flow, and the slip after it. Each part of a step is the wall time of the slowest rank, measured where it is done; the step
+!> step; renew: making responses of the markers; push: their forces on the flow, and the slip after it. Each part of a
+!> step is the wall time of the slowest rank, measured where it is done; the step
 !> is their sum and what remains of the fluid's pass. Keeping the pressure is spread over the whole pass: it is the
 !> difference between passes that do and passes that do not, in turns. Every number is the median over the steps.
 program bench_coupling

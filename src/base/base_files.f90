@@ -8,7 +8,7 @@ module base_files
   implicit none
   private
   public :: file_exists, rename_file, remove_file, empty_file, sync_path, replace_file
-  public :: join_path, folder_of, name_of, real_path, make_folder, link_file
+  public :: join_path, folder_of, name_of, stem_of, real_path, make_folder, link_file
 
   ! fopen and fileno instead of open: open takes a variable argument list, which no portable
   ! Fortran interface can describe.
@@ -175,6 +175,14 @@ contains
     character(:), allocatable :: name
     name = trim(path(index(path, '/', back=.true.) + 1:))
   end function name_of
+
+  !> The last part of a path up to `ending`, if that is in it.
+  pure function stem_of(path, ending) result(stem)
+    character(*), intent(in) :: path, ending
+    character(:), allocatable :: stem
+    stem = name_of(path)
+    if (index(stem, ending, back=.true.) > 1) stem = stem(:index(stem, ending, back=.true.) - 1)
+  end function stem_of
 
   !> The one name of an existing file: absolute, without links and dots; `path` itself if there is no such file.
   function real_path(path) result(real_name)

@@ -160,7 +160,8 @@ contains
   end subroutine wing_set_band
 
   !> Takes the shapes at which `other`, the same loads on a mesh of half or of twice the size, stands as starts of warm
-  !> solutions, and the errors about which its nuisances are. parents(2, points of the finer mesh): the points of the coarser one between which each lies.
+  !> solutions, and the errors about which its nuisances are. parents(2, points of the finer mesh): the points of the
+  !> coarser one between which each lies.
   subroutine wing_begin_like(self, other, parents)
     class(wing_simulator_t), intent(inout) :: self
     class(wing_simulator_t), intent(in) :: other

@@ -62,9 +62,11 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_section('Time', 'time stepping')
     call r%add_real('Time', 'Tmax', 1.0e9_rp, 'end of the run', unit='T', min=0.0_rp)
     call r%add_integer('Time', 'nt', 999999999, 'largest number of time steps', min=0)
-    call r%add_word('Time', 'iTimeMethodFluid', 'AB2', 'AB2|AB2_rigid_solid|RK4', &
-                    'AB2: Adams-Bashforth with exact viscous factor; AB2_rigid_solid: FLUSI''s name for it with '// &
-                    'BodyMotion = free_flight; RK4: for verification', unbuilt='RK2|Euler|krylov|FSI_*')
+    call r%add_word('Time', 'iTimeMethodFluid', 'AB2', &
+                    'AB2|RK4|RK2|Euler|AB2_rigid_solid|FSI_AB2_staggered|FSI_AB2_semiimplicit|FSI_AB2_iteration', &
+                    'all with the exact viscous factor; AB2: Adams-Bashforth; RK2 (Heun) and RK4: Runge-Kutta, at 2 '// &
+                    'and 4 times its cost; Euler: first order; FSI_*: AB2, and a coupling of flexible wings; '// &
+                    'AB2_rigid_solid: FLUSI''s name for AB2 with BodyMotion = free_flight', unbuilt='krylov')
     call r%add_real('Time', 'CFL', 0.1_rp, 'CFL number of the advective limit', above=0.0_rp)
     call r%add_real('Time', 'CFL_eta', 0.99_rp, 'largest dt/eps of the explicit penalization', above=0.0_rp)
     call r%add_real('Time', 'dt_fixed', 0.0_rp, 'prescribed step; 0: chosen by the CFL rule', unit='T', min=0.0_rp)
@@ -82,7 +84,7 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
                     'quiescent|MeanFlow|VortexRing|taylor_green_2d|taylor_green|turbulence_rogallo|'// &
                     'random-given-spectrum|infile|backup|backup::*', 'initial velocity', required=.true., &
                     unbuilt='turbulence|turbulence-meanflow|2VortexRings|vortex|three-vortices|couette|'// &
-                    'infile_inlet|infile_perturbed|half_HIT|pressure-blob')
+                    'infile_inlet|infile_perturbed|half_HIT|pressure-blob|orszag*|constant|smc*|tc*|TaylorCouette')
     call r%add_real('InitialCondition', 'omega1', 0.0_rp, &
                     'circulation of the vortex ring; mean kinetic energy of turbulence_rogallo')
     call r%add_integer('InitialCondition', 'seed', 0, 'seed of random fields; the field does not depend on the ranks', &
@@ -100,14 +102,17 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     type(registry_t), intent(inout) :: r
     call r%add_section('Penalization', 'solid bodies by volume penalization')
     call r%add_switch('Penalization', 'iPenalization', .false., 'whether there are solids at all')
-    call r%add_word('Penalization', 'iMask', 'none', &
-                  'none|empty|sphere|cylinder|cylinder_x|plate|couette|from_file::*|Insect|insect', 'body: sphere; '// &
-                    'cylinder along z (2-D: along x); cylinder along x; square plate; Couette device; file; '// &
-                    'Insect: the wings of [Insects]', unbuilt='Flexible_wing|Flexibility|Flapper|'// &
-                    'moving_cylinder|cylinder_asym_z|rotating_cylinder|oscillating_cylinder_2D|turek_wan|'// &
-                    'noncircular_cylinder|romain_open_cavity|floor_yz|active_grid|fractal_tree')
+    call r%add_word('Penalization', 'iMask', 'none', 'none|empty|sphere|cylinder|cylinder_x|plate|couette|'// &
+                    'from_file::*|Insect|insect|Flexible_wing', 'body: sphere; cylinder along z (2-D: along x); '// &
+                    'cylinder along x; square plate; Couette device; file; Insect: the wings of [Insects]; '// &
+                    'Flexible_wing: these, with wings = flexible', &
+                    unbuilt='Flexibility|Flapper|moving_cylinder|cylinder_asym_z|rotating_cylinder|'// &
+                    'oscillating_cylinder_2D|turek_wan|noncircular_cylinder|romain_open_cavity|floor_yz|active_grid|'// &
+                    'fractal_tree|smc*|TaylorCouette', &
+                    instead='Flexibility: the elastic beam is here a filament or plate of masses and springs, '// &
+                    'iMask = Insect with [Insects] wings = flexible as in ini/flag.ini')
     call r%add_switch('Penalization', 'iMoving', .false., &
-                      'whether the body moves: the wings of Insect do, no other body can', computed='as iMask says')
+                      'whether the body moves: the wings of Insect do; without effect on other bodies', computed='as iMask says')
     call r%add_real('Penalization', 'eps', 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call r%add_word('Penalization', 'iCavity', 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', &
                     unbuilt='freestream*')

@@ -8,9 +8,10 @@ module fluid_params
   use spectral_grid, only: grid_t, make_grid, is_fft_friendly
   implicit none
   private
-  public :: fluid_params_t, read_fluid_params, SCHEME_AB2, SCHEME_RK4
+  public :: fluid_params_t, read_fluid_params, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, SCHEME_EULER, SCHEME_NAMES
 
-  integer, parameter :: SCHEME_AB2 = 1, SCHEME_RK4 = 2
+  integer, parameter :: SCHEME_AB2 = 1, SCHEME_RK4 = 2, SCHEME_RK2 = 3, SCHEME_EULER = 4
+  character(*), parameter :: SCHEME_NAMES(4) = ['AB2  ', 'RK4  ', 'RK2  ', 'Euler']
 
   type :: fluid_params_t
     type(grid_t) :: grid
@@ -58,19 +59,21 @@ module fluid_params
 
 contains
 
-  !> Takes the fluid's parameters from `config` and adds mistakes that concern several keys to `errors`.
-  subroutine read_fluid_params(config, params, errors, draws_solids)
+  !> Takes the fluid's parameters from `config`; adds mistakes that concern several keys to `errors`, doubts to `notices`.
+  subroutine read_fluid_params(config, params, errors, draws_solids, notices)
     type(config_t), intent(in) :: config
     type(fluid_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors
     logical, intent(in), optional :: draws_solids !< moving solids are in the mask; if not given they are
+    type(message_list_t), intent(inout), optional :: notices
     call read_grid(config, params, errors)
+    if (present(notices)) call notice_slow_sizes(config, params, notices)
     call read_time(config, params)
     call read_initial_condition(config, params, errors)
     call read_solids(config, params, errors)
     if (params%moving .and. present(draws_solids)) &
       params%penalized = draws_solids .or. params%channel /= 'no' .or. params%cavity
-    call read_sponge(config, params, errors)
+    call read_sponge(config, params, errors, notices)
     call read_mean_flow(config, params, errors)
     if (params%has_inflow) call set_channel_flow(config, params, errors)
     call check_fixed_step(config, params, errors)
@@ -86,9 +89,6 @@ contains
       n(i) = c%get_integer('Resolution', KEYS(i))
       if (i == 1 .and. n(i) == 1) cycle
       if (mod(n(i), 2) /= 0) call c%complain(errors, 'Resolution', KEYS(i), 'the number of points must be even')
-      if (.not. is_fft_friendly(n(i))) &
-        call c%complain(errors, 'Resolution', KEYS(i), 'only the factors 2, 3, 5 and 7 transform fast; '// &
-                        nearby_sizes(n(i)))
       if (n(i) < 4) call c%complain(errors, 'Resolution', KEYS(i), 'at least 4 points, or nx = 1 for a 2-D flow')
     end do
     p%grid = make_grid(max(n, 1), [c%get_real('Geometry', 'xl'), c%get_real('Geometry', 'yl'), &
@@ -107,6 +107,19 @@ contains
       p%dealias = 'none'
     end select
   end subroutine read_grid
+
+  !> Sizes that FFTW transforms, but not fast.
+  subroutine notice_slow_sizes(c, p, notices)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: p
+    type(message_list_t), intent(inout) :: notices
+    character(2), parameter :: KEYS(3) = ['nx', 'ny', 'nz']
+    integer :: i
+    do i = 1, 3
+      if (.not. is_fft_friendly(p%grid%n(i))) call c%complain(notices, 'Resolution', KEYS(i), &
+        'is slower than need be: only the factors 2, 3, 5 and 7 transform fast; '//nearby_sizes(p%grid%n(i)))
+    end do
+  end subroutine notice_slow_sizes
 
   !> Names the next good sizes below and above n.
   function nearby_sizes(n) result(text)
@@ -136,7 +149,8 @@ contains
     p%dt_fixed = c%get_real('Time', 'dt_fixed')
     p%dt_max = c%get_real('Time', 'dt_max')
     p%intelligent_dt = c%get_switch('Time', 'intelligent_dt')
-    p%scheme = merge(SCHEME_RK4, SCHEME_AB2, c%get_word('Time', 'iTimeMethodFluid') == 'RK4')
+    p%scheme = findloc(SCHEME_NAMES == c%get_word('Time', 'iTimeMethodFluid'), .true., 1)
+    if (p%scheme == 0) p%scheme = SCHEME_AB2 ! FLUSI's FSI_AB2_*
     p%nu = c%get_real('ReynoldsNumber', 'nu')
   end subroutine read_time
 
@@ -250,10 +264,10 @@ contains
     end do
     p%cylinder = p%centre(2:3)
     if (.not. p%penalized) return
-    if (c%is_given('Penalization', 'iMoving')) then
-      if (c%get_switch('Penalization', 'iMoving') .neqv. p%moving) &
-      call c%complain(errors, 'Penalization', 'iMoving', 'contradicts iMask: the wings of Insect always move (with '// &
-                        'FlappingMotion none they are at rest), other bodies never do')
+    ! A mask that is wrong is reported already; FLUSI draws bodies at rest anew with iMoving, which changes nothing.
+    if (p%moving .and. c%is_given('Penalization', 'iMoving')) then
+      if (.not. c%get_switch('Penalization', 'iMoving')) call c%complain(errors, 'Penalization', 'iMoving', &
+        'would hold the wings of Insect where they are at t = 0; valid: 1, and FlappingMotion_left and _right none')
     end if
     if (any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .and. p%size <= 0) &
       call c%complain(errors, 'Geometry', 'Size', 'the body needs a size above 0')
@@ -267,10 +281,11 @@ contains
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine read_solids
 
-  subroutine read_sponge(c, p, errors)
+  subroutine read_sponge(c, p, errors, notices)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(inout) :: p
     type(message_list_t), intent(inout) :: errors
+    type(message_list_t), intent(inout), optional :: notices
     logical :: both(3), last(3)
     p%sponge = c%get_switch('Sponge', 'iVorticitySponge')
     p%sponge_type = c%get_word('Sponge', 'iSpongeType')
@@ -283,9 +298,10 @@ contains
     call sponge_faces(p%sponge_type, both, last)
     if (p%grid%n(1) <= 4 .and. .not. any(both(2:)) .and. .not. any(last(2:))) &
       call c%complain(errors, 'Sponge', 'iSpongeType', 'this sponge lies at the ends of x, which has no extent here')
+    if (.not. present(notices)) return
     if (any(both .and. 2*p%sponge_thickness >= p%grid%n .and. p%grid%n > 4) .or. &
         any(last .and. p%sponge_thickness >= p%grid%n .and. p%grid%n > 4)) &
-      call c%complain(errors, 'Sponge', 'sponge_thickness', 'the sponge would fill the box')
+      call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box: all of the flow is damped')
   end subroutine read_sponge
 
   !> The directions in which a type of sponge covers both ends of the box, or the last one only.

@@ -1,13 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What one pass over the right-hand side should do besides computing it.
 module fluid_requests
+  use base_kinds, only: rp
   implicit none
   private
-  public :: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, PASS_RK_FOURTH
+  public :: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, PASS_RK_FOURTH, &
+            PASS_HEUN_FIRST, PASS_HEUN_SECOND, pass_begin, pass_end
 
   integer, parameter :: PASS_EVALUATE = 0  !< compute, change nothing
-  integer, parameter :: PASS_AB2 = 1       !< advance by Adams-Bashforth
+  integer, parameter :: PASS_AB2 = 1       !< advance by Adams-Bashforth, or by Euler's step
   integer, parameter :: PASS_RK_FIRST = 2, PASS_RK_SECOND = 3, PASS_RK_THIRD = 4, PASS_RK_FOURTH = 5
+  integer, parameter :: PASS_HEUN_FIRST = 6, PASS_HEUN_SECOND = 7
 
   !> All of these refer to the state at the beginning of the step.
   type :: request_t
@@ -20,6 +23,21 @@ module fluid_requests
   end type request_t
 
 contains
+
+  !> The time at which a pass evaluates the right-hand side, behind the beginning of its step, in steps.
+  pure real(rp) function pass_begin(pass) result(part)
+    integer, intent(in) :: pass
+    part = 0
+    if (any(pass == [PASS_RK_SECOND, PASS_RK_THIRD])) part = 0.5_rp
+    if (any(pass == [PASS_RK_FOURTH, PASS_HEUN_SECOND])) part = 1
+  end function pass_begin
+
+  !> The time that the state has after a pass, behind the beginning of its step, in steps.
+  pure real(rp) function pass_end(pass) result(part)
+    integer, intent(in) :: pass
+    part = 1
+    if (any(pass == [PASS_RK_FIRST, PASS_RK_SECOND])) part = 0.5_rp
+  end function pass_end
 
   !> Whether a pass that did what `self` asks for has done what `other` asks for.
   pure logical function request_covers(self, other) result(covers)

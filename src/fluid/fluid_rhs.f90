@@ -9,19 +9,19 @@
 !> sponge; one more if it keeps the pressure).
 !>
 !> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
-!> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step is Euler's.
-!> RK4: classical, in the integrating-factor variable (for verification).
+!> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step, and all of Euler's scheme, have b10 = dt, b11 = 0.
+!> RK4: classical, in the integrating-factor variable. RK2: Heun's, u* = E (u + dt N), u(n+1) = u* + dt/2 (N(u*) - E N).
 module fluid_rhs
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_kernels, only: stick_fields, stick_divergence, line_product, project_stick, add_sponge, ab2_stick, &
                            weighted_sum, add_weighted
-  use fluid_params, only: fluid_params_t, SCHEME_RK4
+  use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_RK4
   use fluid_mean_flow, only: mean_acceleration, imposed_mean_flow
   use fluid_penalty, only: penalty_t
   use fluid_pressure, only: pressure_t
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, &
-                            PASS_RK_FOURTH
+                            PASS_RK_FOURTH, PASS_HEUN_FIRST, PASS_HEUN_SECOND, pass_begin, pass_end
   use fluid_sponge, only: sponge_t
   use fluid_state, only: fluid_state_t, viscous_factor_t
   use fluid_sums, only: sums_t
@@ -276,7 +276,7 @@ contains
       call self%failure%raise(trim(text))
     end if
     if (self%failure%failed) return
-    if (self%pass == PASS_AB2 .or. self%pass == PASS_RK_FIRST) call self%choose_step()
+    if (any(self%pass == [PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST])) call self%choose_step()
   end subroutine rhs_reduce
 
   !> The length of the step that begins with this pass, and the viscous factors for it.
@@ -350,11 +350,16 @@ contains
       if (self%pass == PASS_AB2) then
         b10 = dt
         b11 = 0
-        if (self%state%step > 0) then
+        if (self%state%step > 0 .and. self%params%scheme == SCHEME_AB2) then
           b10 = dt/self%state%dt_old*(dt/2 + self%state%dt_old)
           b11 = -dt**2/(2*self%state%dt_old)
         end if
         call ab2_stick(nkz, e, ez, b10, b11, n, u, h)
+      else if (self%pass == PASS_HEUN_FIRST) then
+        call ab2_stick(nkz, e, ez, dt, 0.0_rp, n, u, h) ! h is E N
+      else if (self%pass == PASS_HEUN_SECOND) then
+        call add_weighted(nkz, dt/2, 1.0_rp, self%ones, n, u)
+        call add_weighted(nkz, -dt/2, 1.0_rp, self%ones, h, u)
       else
         ! u is the stage velocity, stage_base is u(n), h gathers u(n+1).
         associate (g => self%half%on_stick(s), gz => self%half%along, base => self%stage_base(:, s, c))
@@ -383,15 +388,12 @@ contains
   pure real(rp) function rhs_time_of(self, pass) result(time)
     class(rhs_t), intent(in) :: self
     integer, intent(in) :: pass
-    time = self%state%time
-    if (pass == PASS_RK_SECOND .or. pass == PASS_RK_THIRD) time = time + self%dt/2
-    if (pass == PASS_RK_FOURTH) time = time + self%dt
+    time = self%state%time + pass_begin(pass)*self%dt
   end function rhs_time_of
 
   !> The time that the state has after this pass.
   pure real(rp) function stage_time(self) result(time)
     class(rhs_t), intent(in) :: self
-    time = self%state%time + self%dt
-    if (self%pass == PASS_RK_FIRST .or. self%pass == PASS_RK_SECOND) time = self%state%time + self%dt/2
+    time = self%state%time + pass_end(self%pass)*self%dt
   end function stage_time
 end module fluid_rhs

@@ -8,9 +8,10 @@ module fluid_solver
   use fluid_initial, only: initial_velocity
   use fluid_mean_flow, only: mean_response
   use fluid_moving_solids, only: moving_solids_t
-  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_EULER, SCHEME_RK2
   use fluid_point_forces, only: point_forces_t
-  use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH
+  use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH, PASS_HEUN_FIRST, &
+                            PASS_HEUN_SECOND
   use fluid_rhs, only: rhs_t
   use fluid_sponge, only: make_sponge
   use fluid_sums, only: sums_t
@@ -97,8 +98,8 @@ contains
     type(failure_t), intent(inout) :: failure
     class(moving_solids_t), intent(inout), optional :: moving
     type(request_t) :: nothing
-    integer :: pass
-    if (self%rhs%params%scheme == SCHEME_AB2) then
+    integer :: pass, passes(2)
+    if (any(self%rhs%params%scheme == [SCHEME_AB2, SCHEME_EULER])) then
       if (self%accepted .and. self%rhs%request%covers(request)) then
         call self%rhs%advance_kept()
       else
@@ -107,9 +108,11 @@ contains
       self%accepted = .false.
       if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
     else
-      call run_pass(self, PASS_RK_FIRST, request, moving)
+      passes = [PASS_RK_FIRST, PASS_RK_FOURTH]
+      if (self%rhs%params%scheme == SCHEME_RK2) passes = [PASS_HEUN_FIRST, PASS_HEUN_SECOND]
+      call run_pass(self, passes(1), request, moving)
       if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
-      do pass = PASS_RK_FIRST + 1, PASS_RK_FOURTH
+      do pass = passes(1) + 1, passes(2)
         if (self%rhs%failure%failed) exit
         call run_pass(self, pass, nothing, moving)
       end do
@@ -160,7 +163,7 @@ contains
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
-  !> The solids are where they were in the last trial, and will be when the next step begins: an AB2 step then
+  !> The solids are where they were in the last trial, and will be when the next step begins: an AB2 or Euler step then
   !> begins with that trial instead of repeating it, unless it is asked for more. The result is the same to the bit.
   subroutine fluid_accept(self)
     class(fluid_t), intent(inout) :: self

@@ -118,7 +118,8 @@ contains
   end function log_odds_unknown
 
   !> Takes what a nonlinear fit of effect e has told: by how much its evidence is larger than in the linear approximation,
-  !> by how much it lowers the sum of squares, the log p of what it leaves, and z(k) with that in place of what the linear approximation leaves.
+  !> by how much it lowers the sum of squares, the log p of what it leaves, and z(k) with that in place of what the
+  !> linear approximation leaves.
   subroutine hypotheses_correct(self, e, correction, gain, remainder, z)
     class(hypotheses_t), intent(inout) :: self
     integer, intent(in) :: e

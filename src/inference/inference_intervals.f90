@@ -16,7 +16,8 @@ module inference_intervals
 contains
 
   !> Intervals of the quantities that `extended`, a fit over the observations of the whitener, has beside those of the
-  !> baseline, in the order in which they are active. The simulator stands where the fit has ended, before and after. `scale` is the variance of the noise over that of the whitener.
+  !> baseline, in the order in which they are active. The simulator stands where the fit has ended, before and after.
+  !> `scale` is the variance of the noise over that of the whitener.
   subroutine find_intervals(simulator, whitener, scale, options, extended, intervals)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener

@@ -146,7 +146,8 @@ contains
   end function longest_first
 
   !> All loads at one point with derivatives and shapes(3, n_all, loads) [m], warm from `starts` where `is_start`. Those
-  !> that are left out are not solved; their shapes are `starts`. If the crew is stopped afterwards they are not complete, and not solved. On rank 0.
+  !> that are left out are not solved; their shapes are `starts`. If the crew is stopped afterwards they are not
+  !> complete, and not solved. On rank 0.
   subroutine full_results(experiment, crew, coordinates, is_start, starts, evaluations, shapes, &
                           is_left_out)
     type(experiment_t), intent(in) :: experiment

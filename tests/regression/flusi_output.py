@@ -176,6 +176,30 @@ def test_slices(case):
     check("[SaveSlices] slice1: there is no such plane" in done.err, f"a plane outside:\n{done.err}")
 
 
+def test_stacked_slices(case):
+    """With ncache_slices the planes of several times are one file, as FLUSI writes them; the last one is shorter. A backup
+    ends a file, and a restart begins the next one."""
+    slices = {"use_slicing": "yes", "slice1": 3, "slice3": 15, "itslice": 2}
+    one, stacked, parts = case.sub("one"), case.sub("stacked"), case.sub("parts")
+    for folder, steps, most in ((one, 18, 1), (stacked, 18, 4), (parts, 11, 4), (parts, 18, 4)):
+        folder.write("run.ini", sphere(Time={"dt_fixed": 0.004, "nt": steps}, Saving={"naming": "step"},
+                                       SaveSlices={**slices, "ncache_slices": most}))
+        folder.run("run.ini", *(("--restart",) if folder is parts and steps == 18 else ()), ranks=3)
+    for folder, sizes in ((stacked, (4, 4, 2)), (parts, (4, 2, 4))):
+        names = [n for n in folder.files() if n.startswith("slice") and n.endswith(".h5")]
+        check(len(names) == 3 * 2 * len(sizes), f"3 components of 2 planes in {len(sizes)} files each: {names}")
+        check([int(row[1]) for row in folder.series("slice_times.t").rows] ==
+              [number for number, size in enumerate(sizes) for _ in range(size)], "slice_times.t tells the file")
+        for plane in (3, 15):
+            step = 0
+            for number, size in enumerate(sizes):
+                stack = folder.field(f"sliceu2-ix{plane:04d}_{number:06d}.h5")
+                check(folder.attribute(f"sliceu2-ix{plane:04d}_{number:06d}.h5", "nxyz") == [size, 16, 16], "its size")
+                for i in range(size):
+                    check(stack[i::size] == one.field(f"sliceu2-ix{plane:04d}_{step:06d}.h5"), f"plane of step {step}")
+                    step += 2
+
+
 def test_two_dimensions(case):
     """nx = 1: all fields, with a sponge and a cylinder, on 1 and 3 ranks."""
     ini = sphere(Resolution={"nx": 1, "ny": 24, "nz": 24}, Penalization={"iMask": "cylinder"},

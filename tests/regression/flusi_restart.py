@@ -106,10 +106,11 @@ def test_every_stop(case):
 
 
 def test_runge_kutta(case):
-    ini = merged(ring(), {"Time": {"iTimeMethodFluid": "RK4"}})
-    whole, parts = reference(case.sub("whole"), ini, 24, 2), reference(case.sub("parts"), ini, 12, 2)
-    go_on(parts, ini, 24, 2)
-    same_runs(whole, parts)
+    for scheme, steps in (("RK4", 24), ("RK2", 16), ("Euler", 16)):
+        ini = merged(ring(), {"Time": {"iTimeMethodFluid": scheme}})
+        whole, parts = (reference(case.sub(scheme + name), ini, steps // n, 2) for name, n in (("whole", 1), ("parts", 2)))
+        go_on(parts, ini, steps, 2)
+        same_runs(whole, parts)
 
 
 def test_intelligent_dt(case):

@@ -228,9 +228,9 @@ def test_mistakes(case):
     mistakes(case.sub("none"), merged(WING, {"Insects": {"LeftWing": "no", "RightWing": "no"}}),
              r"LeftWing: there is no wing at all")
     mistakes(case.sub("moving"), merged(WING, {"Penalization": {"iMoving": "no"}}),
-             r"run\.ini:\d+: \[Penalization\] iMoving: contradicts iMask")
-    mistakes(case.sub("thin"), merged(WING, {"Insects": {"WingThickness": 0.2}}),
-             r"run\.ini:\d+: \[Insects\] WingThickness: is less than twice the smoothing")
+             r"run\.ini:\d+: \[Penalization\] iMoving: would hold the wings")
+    mistakes(case.sub("thin"), merged(WING, {"Insects": {"WingThickness": 0.1}}),
+             r"run\.ini:\d+: \[Insects\] WingThickness: makes wings thinner")
     mistakes(case.sub("hinges"), merged(WING, {"Insects": {"x_pivot_r": "0.0 0.5 0.0"}}),
              r"run\.ini:\d+: \[Insects\] x_pivot_r: is the same point as x_pivot_l")
     mistakes(case.sub("swapped"), merged(WING, {"Insects": {"x_pivot_l": "0.0 -0.5 0.0", "x_pivot_r": "0.0 0.5 0.0"}}),
@@ -258,9 +258,9 @@ def test_all_mistakes(case):
     case.write("planform.ini", "[Wing]\ntype = ellipse\nlength = -1\n")
     mistakes(case, merged(WING, {
         "Resolution": {"nx": 31}, "Time": {"Tmax": 1.0}, "Penalization": {"iMoving": "no"},
-        "Insects": {"WingShape": "from_file::planform.ini", "WingThickness": 0.2, "FlappingMotion_left": "from_file::gone.ini",
+        "Insects": {"WingShape": "from_file::planform.ini", "WingThickness": 0.1, "FlappingMotion_left": "from_file::gone.ini",
                     "FlappingMotion_right": "kinematics_loader::table.dat", "x_pivot_r": "0.0 0.5 0.0", "wing_speed": 3}}),
-        r"\[Resolution\] nx: ", r"\[Penalization\] iMoving: contradicts", r"WingThickness: is less than twice",
+        r"\[Resolution\] nx: ", r"\[Penalization\] iMoving: would hold", r"WingThickness: makes wings thinner",
         r"planform\.ini:3: \[Wing\] length: ", r"FlappingMotion_left: .?gone\.ini.? does not exist",
         r"table\.dat: the table ends after", r"x_pivot_r: is the same point", r"wing_speed: ")
 

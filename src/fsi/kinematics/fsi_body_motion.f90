@@ -10,6 +10,7 @@
 !>     pitch_param    yawpitchroll_0, and 15 cos(2 pi t) added to the pitch
 !>     buffeting      roll -7 sin(2 pi 23/152 t), pitch -24.5, yaw 180, y - 0.45/13.2 sin(2 pi 23/152 t)
 !>     casting        roll -20 sin(2 pi 2/152 t), pitch -24.5, yaw 180, y + 22/13.2 sin(2 pi 2/152 t)
+!>     wheeling       roll -30, yaw 360 t/20, and a circle of radius 1.5 about x0, begun at its lowest y
 !>
 !> Derivatives are exact. Between the rows of a table centre and quaternion are cubics with the velocities of the table as
 !> slopes; FLUSI goes straight from row to row.
@@ -25,8 +26,9 @@ module fsi_body_motion
   public :: body_motion_t, SWINGING_WORDS
 
   !> Words of BodyMotion that swing.
-  character(12), parameter :: SWINGING_WORDS(8) = [character(12) :: 'yawpitchroll', 'roll', 'pitch', 'yaw', &
-                                                   'roll_param', 'pitch_param', 'buffeting', 'casting']
+  character(12), parameter :: SWINGING_WORDS(9) = [character(12) :: 'yawpitchroll', 'roll', 'pitch', 'yaw', &
+                                                   'roll_param', 'pitch_param', 'buffeting', 'casting', &
+                                                   'wheeling']
 
   type :: body_motion_t
     character(12) :: word = 'tethered'    !< or one of SWINGING_WORDS, 'table', 'free_flight'
@@ -86,6 +88,7 @@ contains
     type(body_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
     real(rp), parameter :: DEGREE = PI/180, FLIGHT(2) = [-24.5_rp, 180.0_rp]*DEGREE
+    real(rp), parameter :: CIRCLE = 1.5_rp, TURN = 20.0_rp !< radius [L], time [T] of wheeling
     type(angle_t) :: roll, pitch, yaw, side
     body%centre = self%centre
     select case (self%word)
@@ -119,10 +122,19 @@ contains
     case ('casting')
       roll = swing(-20*DEGREE, 2.0_rp/152, 0.0_rp, time)
       side = swing(22/13.2_rp, 2.0_rp/152, 0.0_rp, time)
+    case ('wheeling')
+      roll%value = -30*DEGREE
+      yaw = angle_t(TWO_PI*time/TURN, TWO_PI/TURN, 0.0_rp)
+      associate (out => CIRCLE*[sin(yaw%value), -cos(yaw%value), 0.0_rp], &
+                 ahead => CIRCLE*[cos(yaw%value), sin(yaw%value), 0.0_rp])
+        body%centre = self%centre + out
+        body%velocity = yaw%rate*ahead
+        body%acceleration = -yaw%rate**2*out
+      end associate
     end select
     body%centre(2) = body%centre(2) + side%value
     body%velocity(2) = body%velocity(2) + side%rate
-    body%acceleration(2) = side%acceleration
+    body%acceleration(2) = body%acceleration(2) + side%acceleration
     body%angles = [roll%value, pitch%value, yaw%value]
     body%rotation = body_rotation(roll, pitch, yaw)
   end function swinging_body

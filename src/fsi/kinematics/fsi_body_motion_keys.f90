@@ -26,13 +26,14 @@ contains
     character(:), allocatable :: words
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
-    words = 'tethered|free_flight'
+    words = 'tethered|fixed|fixed45|forward|hovering|x0y0z0|flapper|free_flight'
     do i = 1, size(SWINGING_WORDS)
       words = words//'|'//trim(SWINGING_WORDS(i))
     end do
     call registry%add_word(SECTION, 'BodyMotion', 'tethered', words//'|'//TABLE_WORD//'*', &
-                           'motion of the body: at rest, free, swinging as in FLUSI, or as in a rigidsolidsolver.t '// &
-                           '(docs/free-flight.md)', unbuilt='command-line*')
+                           'motion of the body: at rest (the six words after tethered are places and attitudes of early '// &
+                           'versions of FLUSI), free, swinging as in FLUSI, or as in a rigidsolidsolver.t '// &
+                           '(docs/free-flight.md)', unbuilt='takeoff|command-line*')
     call registry%add_reals(SECTION, 'v0', ZERO, 'velocity of the body at the start', unit='L/T', length=3)
   end subroutine register_body_motion_keys
 

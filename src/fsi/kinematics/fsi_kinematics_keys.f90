@@ -7,8 +7,10 @@ module fsi_kinematics_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_text, only: number_text
   use fsi_body_motion_keys, only: register_body_motion_keys
   use fsi_kinematics, only: body_rotation, body_t, wing_mount_t
+  use fsi_named_motions, only: NAMED_MOTIONS, set_named_motion
   use fsi_rotation, only: angle_t
   use fsi_wing_motion, only: wing_motion_t
   use fsi_wing_motion_file, only: read_motion_file
@@ -17,7 +19,7 @@ module fsi_kinematics_keys
   use io_registry, only: registry_t
   implicit none
   private
-  public :: register_kinematics_keys, read_body, read_mounts, read_motion, motion_file
+  public :: register_kinematics_keys, read_body, keep_in_box, read_mounts, read_motion, motion_file
 
   character(*), parameter :: SECTION = 'Insects'
   character(*), parameter :: FILE_WORD = 'from_file::', TABLE_WORD = 'kinematics_loader::'
@@ -38,10 +40,14 @@ contains
            'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and y (left)', unit='degree')
     do i = 1, 2
       call registry%add_word(SECTION, 'FlappingMotion_'//trim(SIDES(i)), 'none', &
-                             'none|'//FILE_WORD//'*|'//TABLE_WORD//'*', 'motion of the '//trim(SIDES(i))// &
-                             ' wing: series of [kinematics], table, or none (alpha = 45 degrees, at rest)', &
-                  unbuilt='Drosophila_hovering_*|flapper_*|suzuki|simplified*|revolving*|debug|command-line*|from_file')
+                             NAMED_MOTIONS//'|'//FILE_WORD//'*|'//TABLE_WORD//'*|from_file|kinematics_loader', &
+                             'motion of the '//trim(SIDES(i))//' wing: one of FLUSI''s by name (docs/kinematics.md), '// &
+                             'series of [kinematics], table, the file that infile names, or none (alpha = 45 degrees, '// &
+                             'at rest)', unbuilt='command-line*|takeoff')
     end do
+    call registry%add_text(SECTION, 'infile', 'none', 'file of a motion that is given as from_file or kinematics_loader')
+    call registry%add_reals(SECTION, 'init_alpha_phi_theta', ZERO, 'the first is minus the angle alpha of '// &
+                            'revolving-set2 and revolving-set3', unit='degree', length=3)
     call registry%add_reals(SECTION, 'x_pivot_l', ZERO, 'hinge of the left wing in the body frame', unit='L', length=3)
     call registry%add_reals(SECTION, 'x_pivot_r', ZERO, 'hinge of the right wing in the body frame', unit='L', length=3)
     call registry%add_real(SECTION, 'wing_frequency', 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
@@ -60,6 +66,20 @@ contains
     body%rotation = body_rotation(roll=angle_t(value=attitude(3)), pitch=angle_t(value=attitude(2)), &
                                   yaw=angle_t(value=attitude(1)))
   end subroutine read_body
+
+  !> Moves a body whose centre is in one of the boxes beside the box, of size `box` [L], to its image inside, with a notice.
+  subroutine keep_in_box(config, box, body, notices)
+    type(config_t), intent(in) :: config
+    real(rp), intent(in) :: box(3)
+    type(body_t), intent(inout) :: body
+    type(message_list_t), intent(inout) :: notices
+    associate (x => body%centre)
+      if (all(x >= 0 .and. x <= box) .or. any(x < -box .or. x > 2*box)) return
+      where (x < 0 .or. x > box) x = modulo(x, box)
+      call config%complain(notices, SECTION, 'x0', 'is outside of the box; the body is put to its image at '// &
+                           number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3)))
+    end associate
+  end subroutine keep_in_box
 
   !> Left and right wing: how they hang on the body, and what all motions share. With `errors` complains if
   !> both hang at the same point or the left one is not on the left.
@@ -87,14 +107,16 @@ contains
     integer, intent(in) :: wing
     character(:), allocatable :: path
     path = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
-    if (index(path, '::') > 0) then
+    if (any(path == [character(17) :: 'from_file', 'kinematics_loader'])) then
+      path = config%get_text(SECTION, 'infile')
+    else if (index(path, '::') > 0) then
       path = path(index(path, '::') + 2:)
     else
       path = ''
     end if
   end function motion_file
 
-  !> Fills the series of the motion of a wing from `text`, the content of its file called `name`.
+  !> Fills the series of the motion of a wing, by its name or from `text`, the content of its file called `name`.
   subroutine read_motion(config, wing, text, name, motion, errors, notices)
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing
@@ -102,13 +124,16 @@ contains
     type(wing_motion_t), intent(inout) :: motion
     type(message_list_t), intent(inout) :: errors, notices
     character(:), allocatable :: word
+    real(rp) :: resting(3)
+    logical :: known
     word = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
-    if (index(word, FILE_WORD) == 1) then
-      call read_motion_file(text, name, motion, errors, notices)
-    else if (index(word, TABLE_WORD) == 1) then
+    resting = config%get_reals(SECTION, 'init_alpha_phi_theta')*(PI/180)
+    call set_named_motion(word, resting(1), motion, known)
+    if (known) return
+    if (index(word, TABLE_WORD) == 1 .or. word == 'kinematics_loader') then
       call read_motion_table(text, name, motion, errors)
     else
-      call motion%set_constant(phi=0.0_rp, alpha=PI/4, theta=0.0_rp)
+      call read_motion_file(text, name, motion, errors, notices)
     end if
   end subroutine read_motion
 end module fsi_kinematics_keys

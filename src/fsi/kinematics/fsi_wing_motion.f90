@@ -89,23 +89,28 @@ contains
   end subroutine motion_check_span
 
   !> Smallest and largest position angle phi (rad) of the motion without ramp: over one cycle, or over
-  !> a table. The stroke amplitude is their difference.
+  !> a table. The stroke amplitude is their difference. Of a wing that turns for ever: in a cycle at its rate.
   subroutine motion_stroke_extremes(self, smallest, largest)
     class(wing_motion_t), intent(in) :: self
     real(rp), intent(out) :: smallest, largest
     integer, parameter :: N = 1000
-    real(rp) :: f(0:2), x_smallest, x_largest, length
+    real(rp) :: f(0:2), x_smallest, x_largest, first, length, limits(2)
     integer :: i
-    length = 1
-    if (.not. self%phi%is_periodic()) length = self%phi%last()
+    limits = self%phi%typical_cycle()
+    first = limits(1)
+    length = limits(2) - first
+    if (self%phi%last() < huge(1.0_rp)) then ! a table
+      first = 0
+      length = self%phi%last()
+    end if
     smallest = huge(1.0_rp)
     largest = -huge(1.0_rp)
     x_smallest = 0
     x_largest = 0
     do i = 0, N
-      call self%phi%evaluate(i*length/N, f)
-      if (f(0) < smallest) x_smallest = i*length/N
-      if (f(0) > largest) x_largest = i*length/N
+      call self%phi%evaluate(first + i*length/N, f)
+      if (f(0) < smallest) x_smallest = first + i*length/N
+      if (f(0) > largest) x_largest = first + i*length/N
       smallest = min(smallest, f(0))
       largest = max(largest, f(0))
     end do
@@ -123,7 +128,7 @@ contains
       do iteration = 1, 4
         call self%phi%evaluate(at, f)
         if (abs(f(1)) >= abs(f(2))*length/N) exit
-        at = min(max(at - f(1)/f(2), 0.0_rp), length)
+        at = min(max(at - f(1)/f(2), first), first + length)
       end do
       call self%phi%evaluate(at, f)
       angle = f(0)
@@ -131,25 +136,25 @@ contains
   end subroutine motion_stroke_extremes
 
   !> Angle (rad) that the wing sweeps, to and fro, in one cycle without ramp: twice the stroke amplitude; in the last
-  !> cycle of a table.
+  !> cycle of a table, and in one at its rate of a wing that turns for ever.
   real(rp) function motion_stroke_path(self) result(path)
     class(wing_motion_t), intent(in) :: self
     integer, parameter :: N = 2000
-    real(rp) :: f(0:2), before, low, high, first
+    real(rp) :: f(0:2), before, low, high, limits(2)
     integer :: i
     if (self%phi%is_periodic()) then
       call self%stroke_extremes(low, high)
       path = 2*(high - low)
       return
     end if
-    first = max(0.0_rp, self%phi%last() - 1)
+    limits = self%phi%typical_cycle()
     path = 0
-    call self%phi%evaluate(first, f)
+    call self%phi%evaluate(limits(1), f)
     do i = 1, N
       before = f(0)
-      call self%phi%evaluate(first + (self%phi%last() - first)*i/N, f)
+      call self%phi%evaluate(limits(1) + (limits(2) - limits(1))*i/N, f)
       path = path + abs(f(0) - before)
     end do
-    path = path/(self%phi%last() - first)
+    path = path/(limits(2) - limits(1))
   end function motion_stroke_path
 end module fsi_wing_motion

@@ -122,6 +122,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: angle
     x = config%get_reals(SECTION, key)
+    if (n == 0 .and. all(abs(x) <= 0)) x = x(:0) ! FLUSI's files write a zero beside nfft = 0
     if (size(x) == n) return
     angle = key(index(key, '_') + 1:)
     if (size(x) == 0) then

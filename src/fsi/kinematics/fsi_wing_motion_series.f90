@@ -5,6 +5,9 @@
 !>     Fourier    a0/2 + sum_i a_i cos(2 pi i x) + b_i sin(2 pi i x)
 !>     Hermite    cubic between a_i = value and b_i = slope at x = (i-1)/n, repeated with period 1
 !>     table      cubic between value and slope at given x_i, without period
+!>     start      a0/2 + r (c (exp(-x/c) - 1) + x): from rest to the rate r, which it approaches for ever
+!>     spin-up    r x^2/(2 c) until x = c, then r (x - c/2): uniform acceleration to the rate r
+!>     flip       A tanh(c sin(2 pi x))/tanh(c)
 !>
 !> The cubic pieces join with value and slope; the second derivative jumps where they meet, and there
 !> belongs to the later piece. Forms and factor 1/2 as FLUSI's kinematics files.
@@ -16,12 +19,15 @@ module fsi_wing_motion_series
   private
   public :: angle_series_t
 
-  integer, parameter :: CONSTANT = 0, FOURIER = 1, HERMITE = 2, TABLE = 3
+  integer, parameter :: CONSTANT = 0, FOURIER = 1, HERMITE = 2, TABLE = 3, START = 4, SPIN_UP = 5, FLIP = 6
+  real(rp), parameter :: SETTLED = 40.0_rp !< start-up times after which a turning wing has its rate
 
   type :: angle_series_t
     private
     integer :: kind = CONSTANT
     real(rp) :: mean = 0             !< rad
+    real(rp) :: size = 0             !< of a flip, rad; rate of start and spin-up, rad per cycle
+    real(rp) :: scale = 0            !< c of start, spin-up (cycles) and flip
     real(rp), allocatable :: a(:)    !< rad
     real(rp), allocatable :: b(:)    !< rad; of cubics rad per cycle
     real(rp), allocatable :: x(:)    !< cycles, increasing; only of a table
@@ -30,9 +36,13 @@ module fsi_wing_motion_series
     procedure :: set_fourier => series_set_fourier
     procedure :: set_hermite => series_set_hermite
     procedure :: set_table => series_set_table
+    procedure :: set_start => series_set_start
+    procedure :: set_spin_up => series_set_spin_up
+    procedure :: set_flip => series_set_flip
     procedure :: evaluate => series_evaluate
     procedure :: is_periodic => series_is_periodic
     procedure :: last => series_last
+    procedure :: typical_cycle => series_typical_cycle
   end type angle_series_t
 
 contains
@@ -80,6 +90,40 @@ contains
     self%b = slopes
   end subroutine series_set_table
 
+  !> The wing turns for ever: from rest at the angle `first` (rad) to `rate` (rad per cycle), which it approaches as
+  !> exp(-x/duration).
+  subroutine series_set_start(self, first, rate, duration)
+    class(angle_series_t), intent(inout) :: self
+    real(rp), intent(in) :: first, rate, duration
+    call require(duration > 0, 'fsi_wing_motion_series: a start takes time')
+    call clear(self, START)
+    self%mean = first
+    self%size = rate
+    self%scale = duration
+  end subroutine series_set_start
+
+  !> The wing turns for ever: from rest at the angle 0, with uniform acceleration until `duration` cycles, then at
+  !> `rate` (rad per cycle).
+  subroutine series_set_spin_up(self, rate, duration)
+    class(angle_series_t), intent(inout) :: self
+    real(rp), intent(in) :: rate, duration
+    call require(duration > 0, 'fsi_wing_motion_series: a spin-up takes time')
+    call clear(self, SPIN_UP)
+    self%size = rate
+    self%scale = duration
+  end subroutine series_set_spin_up
+
+  !> A wing that keeps its angle `amplitude` (rad) during the half-strokes and turns over quickly between them, the more
+  !> so the larger `sharpness` is.
+  subroutine series_set_flip(self, amplitude, sharpness)
+    class(angle_series_t), intent(inout) :: self
+    real(rp), intent(in) :: amplitude, sharpness
+    call require(sharpness > 0, 'fsi_wing_motion_series: the sharpness of a flip is positive')
+    call clear(self, FLIP)
+    self%size = amplitude
+    self%scale = sharpness
+  end subroutine series_set_flip
+
   subroutine clear(self, kind)
     class(angle_series_t), intent(inout) :: self
     integer, intent(in) :: kind
@@ -90,10 +134,10 @@ contains
     if (allocated(self%x)) deallocate (self%x)
   end subroutine clear
 
-  !> Whether the angle is defined for all times.
+  !> Whether the angle repeats in every cycle.
   pure logical function series_is_periodic(self) result(periodic)
     class(angle_series_t), intent(in) :: self
-    periodic = self%kind /= TABLE
+    periodic = all(self%kind /= [TABLE, START, SPIN_UP])
   end function series_is_periodic
 
   !> Cycle number at which a table ends; without a table the largest number.
@@ -102,6 +146,16 @@ contains
     last = huge(1.0_rp)
     if (self%kind == TABLE) last = self%x(size(self%x))
   end function series_last
+
+  !> Begin and end of a cycle that stands for the motion: the first one, the last one of a table, one in which a turning
+  !> wing has its rate.
+  pure function series_typical_cycle(self) result(limits)
+    class(angle_series_t), intent(in) :: self
+    real(rp) :: limits(2)
+    limits = [0.0_rp, 1.0_rp]
+    if (self%kind == TABLE) limits = [max(0.0_rp, self%last() - 1), self%last()]
+    if (any(self%kind == [START, SPIN_UP])) limits = limits + SETTLED*self%scale
+  end function series_typical_cycle
 
   !> f = value, first and second derivative with respect to x: rad, rad/cycle, rad/cycle^2. Outside a
   !> table its first or last cubic goes on.
@@ -125,6 +179,18 @@ contains
       i = interval_of(self%x, x)
       s = self%x(i + 1) - self%x(i)
       call evaluate_cubic((x - self%x(i))/s, s, self%a(i), self%a(i + 1), self%b(i), self%b(i + 1), f)
+    case (START)
+      f = self%size*[self%scale*(exp(-x/self%scale) - 1) + x, 1 - exp(-x/self%scale), exp(-x/self%scale)/self%scale]
+      f(0) = f(0) + self%mean
+    case (SPIN_UP)
+      if (x < self%scale) then
+        f = self%size*[x**2/2, x, 1.0_rp]/self%scale
+      else
+        f = self%size*[x - self%scale/2, 1.0_rp, 0.0_rp]
+      end if
+    case (FLIP)
+      call evaluate_flip(self%scale, modulo(x, 1.0_rp), f)
+      f = f*self%size
     case default
       f = [self%mean, 0.0_rp, 0.0_rp]
     end select
@@ -145,6 +211,17 @@ contains
       f(2) = f(2) - k**2*(a(i)*c + b(i)*s)
     end do
   end subroutine evaluate_fourier
+
+  !> tanh(c sin(2 pi x))/tanh(c).
+  pure subroutine evaluate_flip(c, x, f)
+    real(rp), intent(in) :: c, x
+    real(rp), intent(out) :: f(0:2)
+    real(rp) :: g, g_rate, h
+    g = c*sin(TWO_PI*x)
+    g_rate = TWO_PI*c*cos(TWO_PI*x)
+    h = 1 - tanh(g)**2
+    f = [tanh(g), h*g_rate, -h*(TWO_PI**2*g + 2*tanh(g)*g_rate**2)]/tanh(c)
+  end subroutine evaluate_flip
 
   !> The cubic with values y and slopes d at both ends of an interval of length h, at s = 0..1 in it.
   pure subroutine evaluate_cubic(s, h, y1, y2, d1, d2, f)

@@ -9,7 +9,7 @@ module fsi_flight_params
   use fsi_flyer, only: flyer_params_t
   use fsi_flyer_keys, only: read_flyer, read_wing_mass, register_flyer_keys
   use fsi_kinematics, only: body_t, swap_flusi_wing, wing_mount_t
-  use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, register_kinematics_keys, SIDES
+  use fsi_kinematics_keys, only: keep_in_box, motion_file, read_body, read_motion, read_mounts, register_kinematics_keys, SIDES
   use fsi_mask_keys, only: read_mask_keys, register_mask_keys
   use fsi_moments, only: moments_of_points, moments_t, second_of_inertia
   use fsi_planform, only: planform_t
@@ -96,8 +96,8 @@ contains
     call registry%add_inert(SECTION, 'HasDetails', 'details of a body')
     call registry%add_inert(SECTION, 'HasEye', 'details of a body')
     call registry%add_inert(SECTION, 'HasHead', 'details of a body')
-    call registry%add_inert(SECTION, 'body_pitch_const', 'attitude of a body')
-    call registry%add_inert(SECTION, 'eta_stroke', 'stroke plane of built-in motions')
+    call registry%add_real(SECTION, 'body_pitch_const', 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
+    call registry%add_real(SECTION, 'eta_stroke', 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
     call registry%add_inert(SECTION, 'KineFromFile', 'old name of the file of a motion')
     call registry%add_inert(SECTION, 'mass_solid', 'free flight')
     call registry%add_inert(SECTION, 'b_*', 'size of a body')
@@ -106,9 +106,8 @@ contains
     call registry%add_inert(SECTION, 'x_head', 'place on a body')
     call registry%add_inert(SECTION, 'x_eye*', 'place on a body')
     call registry%add_inert(SECTION, 'gravity_*', 'other names of gravity')
-    call registry%add_inert(SECTION, 'init_alpha_phi_theta', 'passive wing')
     call registry%add_inert(SECTION, 'pointcloudfile', 'wing given by a cloud of points')
-    call registry%add_inert(SECTION, 'infile*', 'old name of the file of a motion')
+    call registry%add_inert(SECTION, 'infile2', 'second pair of wings')
     call registry%add_inert(SECTION, 'distance_from_sponge', 'sponge that moves with the body')
     call registry%add_inert(SECTION, 'WingShape2', 'second pair of wings')
     call registry%add_inert(SECTION, 'x_pivot_l2', 'second pair of wings')
@@ -140,10 +139,12 @@ contains
     integer :: i, n
 
     call read_body(config, params%body)
+    call keep_in_box(config, grid%length, params%body, notices)
     call read_body_motion(config, ini, params%body, t_end, params%motion, errors, notices, world)
     call read_flyer(config, params%flyer, errors, notices)
     call read_thin_keys(config, grid, params%thin, notices)
-    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors)
+    if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, &
+                                                         errors, notices)
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
     if (.not. any(is_there)) &
       call config%complain(errors, SECTION, 'LeftWing', 'there is no wing at all; valid: yes for LeftWing or RightWing')
@@ -232,7 +233,10 @@ contains
     text = ''
     path = ''
     errors_before = errors%count()
-    if (name /= '') then
+    if (name == 'none') then
+      call config%complain(errors, SECTION, 'infile', 'is missing: FlappingMotion_'//trim(SIDES(i))//' needs a file')
+      return
+    else if (name /= '') then
       call read_named_text(name, ini, path, text, problem, world)
       if (allocated(problem)) then
         call config%complain(errors, SECTION, 'FlappingMotion_'//trim(SIDES(i)), problem)

@@ -14,6 +14,7 @@ module fsi_mask_keys
   public :: register_mask_keys, read_mask_keys
 
   character(*), parameter :: RIGID = 'Insects', FLEXIBLE = 'Flexible_wing'
+  character(*), parameter :: TOO_THIN = 'makes wings thinner than the grid spacing: the mask would miss them'
 
 contains
 
@@ -28,12 +29,13 @@ contains
                              unit='L', above=0.0_rp)
   end subroutine register_mask_keys
 
-  !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`.
-  subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors)
+  !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`. A smoothing that is not given is
+  !> at most t/2, with a notice, so that chi reaches 1.
+  subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors, notices)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid
     real(rp), intent(out) :: half_thickness, smoothing
-    type(message_list_t), intent(inout) :: errors
+    type(message_list_t), intent(inout) :: errors, notices
     logical :: given(2)
     given = [config%is_given(RIGID, 'WingThickness'), config%is_given(FLEXIBLE, 't_wing')]
     half_thickness = 2*grid%max_spacing()
@@ -46,12 +48,17 @@ contains
     end if
     if (config%is_given(FLEXIBLE, 'wing_smoothing')) smoothing = config%get_real(FLEXIBLE, 'wing_smoothing')
     if (smoothing > half_thickness) then
-      if (config%is_given(FLEXIBLE, 'wing_smoothing') .or. .not. given(1)) then
+      if (config%is_given(FLEXIBLE, 'wing_smoothing')) then
         call config%complain(errors, FLEXIBLE, 'wing_smoothing', &
                              'is more than half the thickness: chi would not reach 1')
+      else if (2*half_thickness < grid%max_spacing() .and. given(1)) then
+        call config%complain(errors, RIGID, 'WingThickness', TOO_THIN)
+      else if (2*half_thickness < grid%max_spacing()) then
+        call config%complain(errors, FLEXIBLE, 't_wing', TOO_THIN)
       else
-        call config%complain(errors, RIGID, 'WingThickness', &
-                             'is less than twice the smoothing wing_smoothing = max(dx): chi would not reach 1')
+        smoothing = half_thickness
+        call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is half the thickness of the wings, not max(dx), '// &
+                             'so that chi reaches 1')
       end if
     end if
   end subroutine read_mask_keys

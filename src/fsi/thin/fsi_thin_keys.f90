@@ -29,8 +29,8 @@ contains
     type(registry_t), intent(inout) :: registry
     call registry%add_word(SECTION, 'surface', 'auto', 'auto|thin|penalized', &
                            'thin: wings are surfaces without thickness; penalized: wings are sheets in the mask; '// &
-                           'auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, RK4 or an '// &
-                           'iDealias other than 1, else thin')
+                           'auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, another '// &
+                           'scheme than AB2 or an iDealias other than 1, else thin')
     call registry%add_real(SECTION, 'marker_spacing', 2.0_rp, 'surface = thin: distance of the markers, in max(dx); '// &
                            'closer ones make forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
     call registry%add_real(SECTION, 'surface_viscosity', 0.3_rp, 'surface = thin: vanishing viscosity; the largest '// &

@@ -7,7 +7,7 @@ module io_entries
   use io_ini, only: ini_document_t, ini_entry_t
   use io_key, only: KEY_INERT
   use io_lookup, only: note_inert, report_unknown_key, report_unknown_section
-  use io_peek, only: section_counts
+  use io_peek, only: key_counts, section_counts
   use io_registry, only: registry_t
   use io_value, only: read_value, value_t
   implicit none
@@ -52,7 +52,8 @@ contains
         if (len(meant) == 0) cycle ! the header was broken or unknown, which is mistake enough
         k = registry%find(meant, entry%key)
         if (k > 0 .and. counts) then
-          call read_entry(registry, spacing, entry, k, first_wins, values, errors, notices, inert)
+          call read_entry(registry, spacing, entry, k, key_counts(registry, document, k), first_wins, values, errors, &
+                          notices, inert)
         else if (k > 0) then
           call note_inert(inert, '['//printable(name, 60)//']', '')
           call read_quietly(registry, spacing, entry, k, values)
@@ -66,12 +67,12 @@ contains
     end do
   end subroutine read_section
 
-  subroutine read_entry(registry, spacing, entry, k, first_wins, values, errors, notices, inert)
+  subroutine read_entry(registry, spacing, entry, k, counts, first_wins, values, errors, notices, inert)
     type(registry_t), intent(in) :: registry
     real(rp), intent(in) :: spacing
     type(ini_entry_t), intent(in) :: entry
     integer, intent(in) :: k
-    logical, intent(in) :: first_wins
+    logical, intent(in) :: counts, first_wins
     type(value_t), intent(inout) :: values(:)
     type(message_list_t), intent(inout) :: errors, notices
     character(:), allocatable, intent(inout) :: inert
@@ -103,7 +104,10 @@ contains
       value%is_given = .not. allocated(problem)
       value%is_excused = .not. value%is_given
       value%is_known = value%is_known .or. value%is_given
-      if (allocated(problem)) call errors%add(place//problem)
+      if (.not. allocated(problem)) return
+      if (counts) call errors%add(place//problem)
+      if (.not. counts) call note_inert(inert, '['//key%section//'] '//printable(entry%key, 60), &
+                                        ' (line '//number_text(entry%line)//')')
     end associate
   end subroutine read_entry
 
@@ -126,6 +130,6 @@ contains
     type(message_list_t) :: errors, notices
     character(:), allocatable :: inert
     inert = ''
-    call read_entry(registry, spacing, entry, k, .true., values, errors, notices, inert)
+    call read_entry(registry, spacing, entry, k, .true., .true., values, errors, notices, inert)
   end subroutine read_quietly
 end module io_entries

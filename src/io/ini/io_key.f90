@@ -18,6 +18,7 @@ module io_key
     character(:), allocatable :: default_text !< as it would stand in a file
     character(:), allocatable :: allowed      !< KEY_WORD: a|b|c*
     character(:), allocatable :: unbuilt      !< words (or for a switch the physics) known but not built
+    character(:), allocatable :: instead      !< 'a: what to give instead|b*: ...' for words of `unbuilt`
     logical :: is_required = .false.
     logical :: is_computed = .false.          !< the default is a sentence; the program finds the value
     logical :: has_lower = .false., has_upper = .false.

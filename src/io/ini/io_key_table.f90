@@ -6,10 +6,10 @@ module io_key_table
   private
   public :: condition_t, key_slot_t, section_t, write_key_tables
 
-  !> What a section depends on.
+  !> What a section or a key depends on.
   type :: condition_t
     integer :: key = 0                 !< index of the deciding key
-    character(:), allocatable :: words !< a|b: the values with which the section counts
+    character(:), allocatable :: words !< a|b: the values with which it counts
   end type condition_t
 
   type :: section_t
@@ -21,6 +21,7 @@ module io_key_table
   !> A key in a list: lists grow by moving keys instead of copying them.
   type :: key_slot_t
     type(key_t), allocatable :: key
+    type(condition_t), allocatable :: condition !< without it the key always counts
   end type key_slot_t
 
 contains

@@ -10,7 +10,7 @@ module io_peek
   use io_value, only: read_value, value_t
   implicit none
   private
-  public :: find_spacing, section_counts
+  public :: find_spacing, section_counts, key_counts
 
 contains
 
@@ -40,6 +40,18 @@ contains
       end do
     end associate
   end function section_counts
+
+  !> Whether the condition of key k of the registry holds.
+  logical function key_counts(registry, document, k) result(counts)
+    type(registry_t), intent(in) :: registry
+    type(ini_document_t), intent(in) :: document
+    integer, intent(in) :: k
+    counts = .true.
+    if (.not. allocated(registry%keys(k)%condition)) return
+    associate (condition => registry%keys(k)%condition)
+      counts = matches_any(raw_value(registry, document, condition%key), condition%words)
+    end associate
+  end function key_counts
 
   !> The value that key k will have, 0 if it is wrong or missing.
   real(rp) function peek_number(registry, document, k) result(x)

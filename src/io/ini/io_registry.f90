@@ -40,6 +40,7 @@ module io_registry
     procedure :: add_inert_section => registry_add_inert_section
     procedure :: add_alias => registry_add_alias
     procedure :: only_if => registry_only_if
+    procedure :: key_only_if => registry_key_only_if
     procedure :: set_lattice => registry_set_lattice
     procedure :: find_section => registry_find_section
     procedure :: find => registry_find
@@ -136,16 +137,18 @@ contains
     call add_key(self, new)
   end subroutine registry_add_switch
 
-  !> One of the words of `allowed`, 'a|b|from_file::*'. Words of `unbuilt` are known but refused.
-  subroutine registry_add_word(self, section, key, default, allowed, help, unbuilt, required)
+  !> One of the words of `allowed`, 'a|b|from_file::*'. Words of `unbuilt` are known but refused; `instead`,
+  !> 'a: sentence|b*: sentence', tells for some of them what to give.
+  subroutine registry_add_word(self, section, key, default, allowed, help, unbuilt, required, instead)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, default, allowed, help
-    character(*), intent(in), optional :: unbuilt
+    character(*), intent(in), optional :: unbuilt, instead
     logical, intent(in), optional :: required
     type(key_t) :: new
     call describe(new, KEY_WORD, section, key, default, help, required=required)
     new%allowed = allowed
     if (present(unbuilt)) new%unbuilt = unbuilt
+    if (present(instead)) new%instead = instead
     call add_key(self, new)
   end subroutine registry_add_word
 
@@ -254,6 +257,17 @@ contains
     self%sections(s)%conditions = [self%sections(s)%conditions, condition_t(k, words)]
   end subroutine registry_only_if
 
+  !> A wrong value of [section] key is a mistake only if [deciding_section] deciding_key has one of the values `words`.
+  subroutine registry_key_only_if(self, section, key, deciding_section, deciding_key, words)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, key, deciding_section, deciding_key, words
+    integer :: k, d
+    k = self%find(section, key)
+    d = self%find(deciding_section, deciding_key)
+    call require(k > 0 .and. d > 0, 'io_registry: a condition on unknown keys: '//key//', '//deciding_key)
+    self%keys(k)%condition = condition_t(d, words)
+  end subroutine registry_key_only_if
+
   !> Declares what dx stands for: N*dx is N times the value of the real [length_section] length_key
   !> divided by the integer [points_section] points_key.
   subroutine registry_set_lattice(self, points_section, points_key, length_section, length_key)
@@ -340,6 +354,7 @@ contains
     new%unit = ''
     new%allowed = ''
     new%unbuilt = ''
+    new%instead = ''
     if (present(unit)) new%unit = unit
     if (present(required)) new%is_required = required
   end subroutine describe
@@ -358,6 +373,7 @@ contains
       allocate (larger(2*self%n_keys))
       do i = 1, self%n_keys
         call move_alloc(self%keys(i)%key, larger(i)%key)
+        call move_alloc(self%keys(i)%condition, larger(i)%condition)
       end do
       call move_alloc(larger, self%keys)
     end if

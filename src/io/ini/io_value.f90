@@ -174,14 +174,32 @@ contains
     type(suggestion_t) :: suggestion
     if (matches_any(raw, key%allowed)) return
     if (matches_any(raw, key%unbuilt)) then
-      problem = quoted(raw)//' is known from FLUSI, but this physics is not built here; valid: '// &
-                key%choices_text()
+      problem = quoted(raw)//' is known from FLUSI, but this physics is not built here'//advice(raw, key%instead)// &
+                '; valid: '//key%choices_text()
       return
     end if
     call suggestion%start(raw)
     call offer_all(suggestion, key%allowed)
     problem = quoted(raw)//' is unknown; valid: '//key%choices_text()//suggestion%hint()
   end subroutine check_word
+
+  !> '; ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
+  function advice(raw, sentences) result(text)
+    character(*), intent(in) :: raw, sentences
+    character(:), allocatable :: text
+    integer :: position, first, last, colon
+    logical :: found
+    text = ''
+    position = 1
+    do
+      call next_word(sentences, '|', position, first, last, found)
+      if (.not. found) return
+      colon = first + index(sentences(first:last), ': ') - 1
+      if (.not. matches_any(raw, sentences(first:colon - 1))) cycle
+      text = '; '//sentences(colon + 2:last)
+      return
+    end do
+  end function advice
 
   subroutine offer_all(suggestion, choices)
     type(suggestion_t), intent(inout) :: suggestion

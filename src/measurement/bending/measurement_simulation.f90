@@ -128,7 +128,8 @@ contains
     report%reason = 'under its weight alone: '//rest_report%reason
   end subroutine simulation_solve
 
-  !> The tolerance for the wing under its small weight, if it has any, relative to which rounding weighs more: as sharp as that of the
+  !> The tolerance for the wing under its small weight, if it has any, relative to which rounding weighs more: as
+  !> sharp as that of the
   !> load, in newtons.
   pure function options_for(options, load, weight) result(changed)
     type(static_options_t), intent(in) :: options

@@ -24,7 +24,8 @@ contains
 
   !> Sorts the arguments. Of `actions` one at most may be given; they include those that end everything (--help,
   !> also as -h, --version, --parameters). `flags` may be given in any number. --restart, --restart=FILE, --overwrite and
-  !> --accept-changes are known if `takes_restart`. Every mistake is added to `errors`; too many or missing files are the caller's to report.
+  !> --accept-changes are known if `takes_restart`. Every mistake is added to `errors`; too many or missing files are
+  !> the caller's to report.
   subroutine parse_arguments(actions, flags, takes_restart, arguments, errors)
     character(*), intent(in) :: actions(:), flags(:)
     logical, intent(in) :: takes_restart

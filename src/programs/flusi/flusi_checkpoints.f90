@@ -6,6 +6,7 @@ module flusi_checkpoints
   use common_run, only: run_t
   use fluid_restart, only: load_fluid, save_fluid
   use fluid_solver, only: fluid_t
+  use flusi_averages, only: averages_t
   use flusi_settings, only: settings_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
@@ -31,14 +32,16 @@ module flusi_checkpoints
 contains
 
   !> Puts the state into an open checkpoint. Collective.
-  subroutine put_state(writer, settings, fluid, wings, coupler, thin)
+  subroutine put_state(writer, settings, fluid, wings, coupler, thin, averages)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(settings_t), intent(in) :: settings
     type(fluid_t), intent(in) :: fluid
     type(flapping_wings_t), intent(in), optional :: wings
     type(coupler_t), intent(in), optional :: coupler
     type(thin_wings_t), intent(in), optional :: thin
+    type(averages_t), intent(in), optional :: averages
     call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
+    if (present(averages)) call averages%save(writer)
     if (.not. present(wings)) return
     call save_poses(writer, wings%params, wings%motion, fluid%rhs%state%time)
     if (allocated(wings%flyer)) call save_flight(writer, wings)
@@ -48,7 +51,8 @@ contains
 
   !> Restores the state from the checkpoint at `path`, if it is one of this run. Lines about inputs that differ go to
   !> `remarks`; what does not fit is in `failure`, unless the user `accepts` it and it can be done. Collective.
-  subroutine restore_state(world, path, settings, run, accepts, fluid, remarks, failure, wings, coupler, thin)
+  subroutine restore_state(world, path, settings, run, accepts, fluid, remarks, failure, wings, coupler, thin, &
+                           averages)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(settings_t), intent(in) :: settings
@@ -60,6 +64,7 @@ contains
     type(flapping_wings_t), intent(inout), optional :: wings
     type(coupler_t), intent(inout), optional :: coupler
     type(thin_wings_t), intent(inout), optional :: thin
+    type(averages_t), intent(inout), optional :: averages
     type(checkpoint_reader_t) :: reader
     type(identity_t) :: was
     type(message_list_t) :: jumps
@@ -86,6 +91,7 @@ contains
     else if (has_thin_wings(reader)) then
       call failure%raise('the checkpoint has wings without thickness: set [Insects] surface = thin')
     end if
+    if (present(averages)) call averages%load(reader, failure)
     call reader%close(failure)
   end subroutine restore_state
 

@@ -53,7 +53,8 @@ contains
     type(settings_t), intent(in) :: settings
     type(memory_t) :: m
     m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
-                        settings%looks_at_pressure(), ranks)
+                        settings%looks_at_pressure(), ranks, &
+                        settings%output%held_fields(settings%fluid%grid%n(1)))
     if (.not. m%possible) return
     if (m%largest_buffer > huge(1)) then
       write (unit, '(i8,a)') ranks, ' ranks: too few for this grid'
@@ -94,6 +95,9 @@ contains
       if (o%pressure) call add('p', 1)
       if (o%mask) call add('mask', 1)
       if (o%solid_velocity) call add('usx usy usz', 3)
+      if (o%averages%is_on .and. o%averages%velocity) call add('uavgx uavgy uavgz', 3)
+      if (o%averages%is_on .and. o%averages%kinetic_energy) call add('ekinavg', 1)
+      if (o%averages%is_on .and. o%averages%enstrophy) call add('zavg', 1)
       write (unit, '(a)') 'files that would be written'
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
@@ -114,7 +118,8 @@ contains
        write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
           bytes/1.0e9_rp, ' GB, and one .xmf index'
       end if
-      if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'
+      if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'//trim(merge(' slice_times.t', '              ', &
+                                                                                     o%stack > 1))
       if (o%backup) write (unit, '(a)') '  backups   runtime_backup0.h5 runtime_backup1.h5'
     end associate
 

@@ -97,7 +97,8 @@ contains
       if (config%get_real('Insects', 'wing_length') > 0) call config%complain(errors, 'Insects', 'wing_length', &
                                             'contradicts wings = flexible, whose file is in metres; set [units] length')
       if (.not. config%is_given('Wing', 'file')) then
-        call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file')
+        call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file '// &
+                             '(tools/import_flusi_mesh.py makes one of FLUSI''s *.dat files)')
         return
       end if
     end if

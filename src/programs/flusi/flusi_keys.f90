@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of all ini keys of `flusi`, and those that concern output and running.
 module flusi_keys
+  use flusi_averages, only: register_average_keys
   use flusi_flexible, only: register_flexible_keys
   use flusi_legacy_keys, only: register_flusi_legacy
   use common_instrument, only: register_idle_instrument
@@ -27,6 +28,7 @@ contains
     call register_fluid_keys(registry)
     call register_saving(registry)
     call register_slices(registry)
+    call register_average_keys(registry)
     call register_flight_keys(registry)
     call register_flexible_keys(registry)
     call register_idle_instrument(registry)
@@ -35,15 +37,21 @@ contains
     call set_conditions(registry)
   end subroutine register_all_keys
 
-  !> FLUSI files carry the sections of insects and elastic bodies along, whatever the mask is.
+  !> FLUSI files carry the keys of insects, elastic wings and other parts along, whether they are used or not.
   subroutine set_conditions(registry)
     type(registry_t), intent(inout) :: registry
-    character(13), parameter :: SECTIONS(3) = ['Insects      ', 'Flexible_wing', 'SolidModel   ']
+    character(13), parameter :: SECTIONS(2) = ['Insects      ', 'Flexible_wing']
+    character(8), parameter :: BODIES(3) = ['iMask   ', 'iCavity ', 'iChannel']
+    character(*), parameter :: YES = 'yes|1|true|.true.'
     integer :: i
     do i = 1, size(SECTIONS)
-      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iPenalization', 'yes|1|true|.true.')
-      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iMask', 'Insect|insect')
+      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iPenalization', YES)
+      call registry%only_if(trim(SECTIONS(i)), 'Penalization', 'iMask', 'Insect|insect|Flexible_wing')
     end do
+    do i = 1, size(BODIES)
+      call registry%key_only_if('Penalization', trim(BODIES(i)), 'Penalization', 'iPenalization', YES)
+    end do
+    call registry%key_only_if('Sponge', 'iSpongeType', 'Sponge', 'iVorticitySponge', YES)
   end subroutine set_conditions
 
   !> Writes the reference of all keys, docs/parameters.md.
@@ -107,6 +115,9 @@ contains
     type(registry_t), intent(inout) :: r
     integer :: i
     character(6) :: key
+    call r%add_inert_section('DryRun', 'drawing the mask without a flow')
+    call r%add_switch('DryRun', 'dry_run_without_fluid', .false., &
+                      'no flow: save mask, velocity of the solids and surfaces of the wings every tsave until Tmax')
     call r%add_section('SaveSlices', 'y-z planes of the velocity, saved more often than fields')
     call r%add_switch('SaveSlices', 'use_slicing', .false., 'save slices')
     call r%add_alias('SaveSlices', 'use_slicing', 'save_slices')
@@ -117,6 +128,8 @@ contains
     call r%add_integer('SaveSlices', 'itslice', 99999, 'every so many steps', min=1)
     call r%add_real('SaveSlices', 'tslice', 9.0e9_rp, 'interval in time', unit='T', above=0.0_rp)
     call r%add_real('SaveSlices', 'tslice_first', 0.0_rp, 'no slices before this time', unit='T')
-    call r%add_inert('SaveSlices', 'ncache_slices', 'every slice is written at once')
+    call r%add_integer('SaveSlices', 'ncache_slices', 1, 'so many slices are stacked in one file, whose x is the time, '// &
+                       'and slice_times.t has their times; 1: a file for every slice', min=1)
+    call r%add_alias('SaveSlices', 'ncache_slices', 'nslice_cache')
   end subroutine register_slices
 end module flusi_keys

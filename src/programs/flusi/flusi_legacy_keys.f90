@@ -21,6 +21,9 @@ contains
 
   subroutine register_dead_keys(registry)
     type(registry_t), intent(inout) :: registry
+    character(10), parameter :: TAKE_OFF(8) = [character(10) :: 'x_takeoff', 'z_takeoff', 'ilegs', 'anglegsend', &
+                                               'kzlegsmax', 'dzlegsmax', 't0legs', 'tlinlegs']
+    integer :: i
     call registry%add_inert('Time', 'itdrag', 'stands in [Saving]')
     call registry%add_inert('Time', 'tstart', 'belongs to the dry run of the mask')
     call registry%add_inert('Time', 'M_krylov_max', 'belongs to a time stepper that does not exist')
@@ -35,9 +38,18 @@ contains
     call registry%add_inert('Saving', 'iKinDiss', 'energy and dissipation are always written')
     call registry%add_inert('Saving', 'itbeam', 'output of the elastic beam')
     call registry%add_inert('Saving', 'itkine', 'kinematics are written with the integrals')
-    call registry%add_inert_section('DryRun', 'Drawing the mask without a flow.')
-    call registry%add_switch('DryRun', 'dry_run_without_fluid', .false., 'draw the mask without a flow', &
-                             unbuilt='a dry run of the mask')
+    call registry%add_inert('Insects', 'itkine', 'kinematics are written with the integrals')
+    call registry%add_inert('Insects', 'smoothing_thickness', 'the mask has one way of smoothing')
+    do i = 1, size(TAKE_OFF)
+      call registry%add_inert('Insects', trim(TAKE_OFF(i)), 'take-off of a fruit fly')
+    end do
+    call registry%add_inert('Saving', 'iSaveCurrent', 'magnetohydrodynamics')
+    call registry%add_inert('Saving', 'iSaveMagneticField', 'magnetohydrodynamics')
+    call registry%add_inert('Saving', 'iSaveAcc', 'accelerations of particles')
+    call registry%add_inert('InitialCondition', 'file_b*', 'magnetohydrodynamics')
+    call registry%add_inert('Geometry', 'b0', 'magnetohydrodynamics')
+    call registry%add_inert('Geometry', 'bc', 'magnetohydrodynamics')
+    call registry%add_inert('Geometry', 'ay', 'magnetohydrodynamics')
   end subroutine register_dead_keys
 
   subroutine register_unbuilt_flow_physics(registry)
@@ -52,9 +64,6 @@ contains
     call registry%add_inert_section('TurbulentInlet', 'Turbulence read from a file and imposed at an inlet.')
     call registry%add_switch('TurbulentInlet', 'use_turbulent_inlet', .false., 'turbulent inflow', &
                              unbuilt='a turbulent inlet')
-    call registry%add_inert_section('Averaging', 'Averages over time, computed while running.')
-    call registry%add_switch('Averaging', 'time_avg', .false., 'averages over time', &
-                             unbuilt='averaging over time')
     call registry%add_inert_section('PassiveScalar', 'Transported scalars.')
     call registry%add_switch('PassiveScalar', 'use_passive_scalar', .false., 'transport scalars', &
                              unbuilt='transport of passive scalars')
@@ -66,7 +75,8 @@ contains
     type(registry_t), intent(inout) :: registry
     call registry%add_inert_section('SolidModel', 'The elastic beam.')
     call registry%add_switch('SolidModel', 'use_solid_model', .false., 'an elastic beam in the flow', &
-                             unbuilt='the elastic beam')
+                             unbuilt='FLUSI''s elastic beam (here a filament or plate of masses and springs, iMask = '// &
+                             'Insect with [Insects] wings = flexible as in ini/flag.ini; alone with flusi --solid)')
     call register_flusi_wing(registry)
   end subroutine register_unbuilt_solids
 
@@ -74,9 +84,9 @@ contains
   subroutine register_flusi_wing(registry)
     type(registry_t), intent(inout) :: registry
     character(*), parameter :: S = 'Flexible_wing'
-    character(27), parameter :: PLACE(12) = [character(27) :: 'x0', 'y0', 'z0', 'Wing_angle_x', 'Wing_angle_y', &
+    character(27), parameter :: PLACE(13) = [character(27) :: 'x0', 'y0', 'z0', 'Wing_angle_x', 'Wing_angle_y', &
                                   'Wing_angle_z', 'Motion', 'Left_wing_motion', 'Right_wing_motion', 'Gravity', 'tau', &
-                                                                                                       'ControlPoint']
+                                                'ControlPoint', 'Rotation_angle*']
     character(27), parameter :: MATERIAL(19) = [character(27) :: 'EIy', 'EIz', 'EIy_with_BC', 'EIz_with_BC', &
                                                       'ke_veins', 'ke_veins_with_BC', 'ke_membranes', 'density_veins', &
                                                  'density_veins_with_BC', 'density_membranes', 'damping', 'damping_*', &

@@ -19,11 +19,12 @@ module flusi_memory
 contains
 
   !> The largest need of any of `ranks` ranks.
-  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, couples, ranks) result(m)
+  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, couples, ranks, held_fields) result(m)
     type(fluid_params_t), intent(in) :: p
     logical, intent(in) :: keeps_fields, keeps_pressure, keeps_rhs
     logical, intent(in) :: couples !< flexible wings, which look at the pressure
     integer, intent(in) :: ranks
+    real(rp), intent(in) :: held_fields !< by the output, one is as large as a component of the velocity
     type(memory_t) :: m
     type(sticks_t) :: s
     real(rp) :: sticks, planes, lines, points, buffers, full, state, box
@@ -71,6 +72,7 @@ contains
     if (keeps_fields .or. keeps_pressure) m%running = m%running + 8*points ! scratch to write one field
     if (keeps_pressure) m%running = m%running + 16*sticks*s%nkz
     if (couples) m%running = m%running + 8*points
+    m%running = m%running + 8*points*held_fields
     if (keeps_rhs) m%running = m%running + 16*sticks*s%nkz*3
     ! The initial condition: its untruncated spectrum (three fields and one more) with the buffers of one
     ! field, and the seven physical fields that the first step begins from.

@@ -4,10 +4,12 @@ module flusi_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
+  use flusi_averages, only: average_params_t, read_average_keys
   use flusi_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use flusi_flight_faults, only: foresee_flight
   use flusi_free_flight, only: check_free_flight
   use flusi_keys, only: register_all_keys
+  use flusi_translations, only: translate_words
   use flusi_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_flow, &
                                   notice_frequency
   use fsi_coupler_params, only: coupler_params_t
@@ -46,13 +48,16 @@ module flusi_settings
     logical :: one_period = .false.
     real(rp) :: period = 1
     logical :: backup = .true.
+    logical :: mask_only = .false.    !< there is no flow
+    type(average_params_t) :: averages
     type(job_limits_t) :: limits      !< of backups, and when to stop
     real(rp) :: progress_seconds = 30
     logical :: slices = .false.
-    integer :: slice(4) = -2, it_slice = 0
+    integer :: slice(4) = -2, it_slice = 0, stack = 1
     real(rp) :: t_slice = 0, t_slice_first = 0
   contains
     procedure :: needs_fields => output_needs_fields
+    procedure :: held_fields => output_held_fields
   end type output_params_t
 
   type :: settings_t
@@ -83,12 +88,15 @@ contains
     type(registry_t) :: registry
     call register_all_keys(registry)
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
+    call translate_words(settings%config, notices)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
-    call read_fluid_params(settings%config, settings%fluid, errors, draws_solids=.not. wants_thin_wings(settings%config))
+    call read_fluid_params(settings%config, settings%fluid, errors, .not. wants_thin_wings(settings%config), &
+                           notices)
     if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)
     call check_wing_use(settings%config, settings%fluid%moving, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)
+    if (settings%output%mask_only) settings%fluid%compute_forces = .false.
     if (settings%fluid%moving) call read_wings(settings, name, errors, notices, world)
     call notice_idle_settings(settings, notices)
   end subroutine load_settings
@@ -121,8 +129,11 @@ contains
     p%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
     p%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
     p%progress_seconds = c%get_real('Saving', 'progress_interval')
+    p%mask_only = c%get_switch('DryRun', 'dry_run_without_fluid')
     p%slices = c%get_switch('SaveSlices', 'use_slicing')
+    call read_average_keys(c, p%averages)
     p%it_slice = c%get_integer('SaveSlices', 'itslice')
+    p%stack = c%get_integer('SaveSlices', 'ncache_slices')
     p%t_slice = c%get_real('SaveSlices', 'tslice')
     p%t_slice_first = c%get_real('SaveSlices', 'tslice_first')
     do i = 1, 4
@@ -135,7 +146,28 @@ contains
       call c%complain(errors, 'SaveSlices', 'use_slicing', 'no slice is chosen: set slice1 to the x index of a plane')
     if (any(mod(fluid%grid%n, p%stride) /= 0 .and. fluid%grid%n > 1)) &
       call c%complain(errors, 'Saving', 'striding', 'must divide nx, ny and nz')
+    if (p%mask_only) call leave_mask_only(c, fluid, p, errors)
   end subroutine read_output
+
+  !> Drops what needs a flow.
+  subroutine leave_mask_only(c, fluid, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: fluid
+    type(output_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    p%velocity = .false.
+    p%pressure = .false.
+    p%vorticity = .false.
+    p%vorticity_magnitude = .false.
+    p%wing_sides = .false.
+    p%slices = .false.
+    p%averages%is_on = .false.
+    p%backup = .false.
+    if (.not. (p%mask .or. p%solid_velocity .or. fluid%moving)) call c%complain(errors, 'DryRun', &
+      'dry_run_without_fluid', 'there is nothing to draw; valid with [Penalization] iPenalization = 1 and [Saving] '// &
+      'iSaveMask = 1')
+    if (p%t_save > fluid%t_max .and. fluid%t_max > 0) p%t_save = fluid%t_max
+  end subroutine leave_mask_only
 
   !> Settings that are allowed but do nothing.
   subroutine notice_idle_settings(s, notices)
@@ -238,8 +270,17 @@ contains
   !> Whether any output needs velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)
     class(output_params_t), intent(in) :: self
-    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices .or. self%wing_sides
+    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices .or. self%wing_sides .or. &
+            self%averages%is_on
   end function output_needs_fields
+
+  !> How many fields of nx points the output keeps: sums of means over time, and stacked slices.
+  pure real(rp) function output_held_fields(self, nx) result(n)
+    class(output_params_t), intent(in) :: self
+    integer, intent(in) :: nx
+    n = self%averages%n_fields()
+    if (self%slices .and. self%stack > 1) n = n + 3*count(self%slice >= 0)*real(self%stack, rp)/nx
+  end function output_held_fields
 
   !> Whether any pass will be asked for velocity or vorticity in physical space.
   pure logical function settings_needs_fields(self) result(needs)

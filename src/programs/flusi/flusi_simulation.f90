@@ -1,21 +1,23 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> One run: the fluid, its output, its checkpoints, and the rules to stop.
 module flusi_simulation
-  use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_constants, only: EXIT_OK, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE
   use base_errors, only: failure_t, message_list_t
-  use base_files, only: name_of
+  use base_files, only: stem_of
   use base_kinds, only: i8, rp
   use base_timers, only: timers_t
   use common_progress, only: progress_t
   use common_run, only: run_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use flusi_averages, only: averages_t
   use flusi_checkpoints, only: put_state, restore_state, result_names
   use flusi_command, only: command_t
   use flusi_flight_faults, only: check_flight
+  use flusi_mask_run, only: draw_masks
   use flusi_output, only: output_t
-  use flusi_report, only: print_coupling, print_run_header, print_time_table
+  use flusi_report, only: print_coupling, print_failure, print_run_header, print_time_table
   use flusi_series, only: run_series_t
   use flusi_settings, only: settings_t
   use flusi_summary, only: write_summary
@@ -42,6 +44,7 @@ module flusi_simulation
     type(flapping_wings_t), allocatable :: wings !< if anything moves
     type(coupler_t), allocatable :: coupler      !< if the flow bends them
     type(thin_wings_t), allocatable :: thin      !< of wings without thickness
+    type(averages_t), allocatable :: averages    !< over time, if wanted
     type(run_series_t), private :: series
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
@@ -79,7 +82,7 @@ contains
 
     self%world = world
     self%settings = settings
-    self%name = run_name(command%ini)
+    self%name = stem_of(command%ini, '.ini')
     self%t_whole = self%timers%region('whole run')
     call self%timers%start(self%t_whole)
     self%t_start = self%timers%region('start-up')
@@ -103,6 +106,8 @@ contains
     if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
     call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
                          settings%needs_trials())
+    if (settings%output%averages%is_on) allocate (self%averages)
+    if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
     if (settings%fluid%moving) allocate (self%wings)
     if (allocated(self%wings)) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (allocated(self%wings) .and. settings%flight%thin%is_thin) then
@@ -166,9 +171,14 @@ contains
     type(request_t) :: request
     real(rp) :: seconds
     if (self%exit_code /= EXIT_OK) return
+    if (self%settings%output%mask_only) then
+      call draw_masks(self%settings, self%fluid, self%output, self%failure, self%wings)
+      if (self%failure%failed) call self%fail(EXIT_UNWRITABLE)
+      return
+    end if
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
-        call self%output%look_ahead(fluid, .false., request)
+        call self%output%look_ahead(fluid, .false., request, self%averages)
         if (allocated(self%coupler)) call self%coupler%add_request(request)
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
@@ -178,6 +188,7 @@ contains
         if (allocated(self%coupler)) call self%look()
         if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
+        if (allocated(self%averages)) call self%averages%add(fluid)
         call self%move_wings()
         if (self%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
@@ -214,13 +225,14 @@ contains
   subroutine write_end(self, request)
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
-    call self%output%look_ahead(self%fluid, .true., request)
+    call self%output%look_ahead(self%fluid, .true., request, self%averages)
     if (allocated(self%coupler)) call self%coupler%add_request(request)
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
     if (allocated(self%coupler)) call self%look()
     if (.not. self%failure%failed) call write_all(self)
+    call self%output%flush(self%fluid, self%failure)
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
@@ -305,7 +317,7 @@ contains
       if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
     end if
     call self%series%write_flight(self%wings)
-    call self%output%write(self%fluid, self%failure, self%wings, self%coupler)
+    call self%output%write(self%fluid, self%failure, self%wings, self%coupler, self%averages)
     call self%timers%stop(self%t_output)
   end subroutine write_all
 
@@ -329,7 +341,7 @@ contains
       end if
     end if
     call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%failure, &
-                       self%wings, self%coupler, self%thin)
+                       self%wings, self%coupler, self%thin, self%averages)
     call self%slots%came_from(path)
   end subroutine restart
 
@@ -344,9 +356,10 @@ contains
     call self%timers%start(self%t_backup)
     call self%fluid%evaluate(nothing, self%failure, self%wings)
     self%blown_up = self%failure%failed
+    call self%output%flush(self%fluid, self%failure)
     if (.not. self%blown_up) then
       call self%slots%begin(writer, self%failure)
-      call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin)
+      call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin, self%averages)
       call self%slots%commit(writer, self%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
@@ -366,7 +379,7 @@ contains
     call writer%begin(self%world, '.', FAILED_NAME, writing)
     call writer%put_integer('generation', 0_i8)
     call self%files%identity%save(writer)
-    call put_state(writer, self%settings, self%fluid, self%wings, self%coupler)
+    call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, averages=self%averages)
     call writer%commit(writing)
     if (writing%failed) then
       self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
@@ -381,19 +394,7 @@ contains
     class(simulation_t), intent(inout) :: self
     integer, intent(in) :: code
     self%exit_code = code
-    if (.not. self%world%is_root) return
-    write (error_unit, '(a)') 'flusi: '//self%failure%reason
-    if (self%blown_up) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
-    if (code == EXIT_NUMERICAL .and. self%slots%newest_generation() > 0) write (error_unit, '(a)') &
-      'flusi: the last valid backup is kept'
-    flush (error_unit)
+    if (self%world%is_root) call print_failure(self%failure%reason, self%blown_up, code == EXIT_NUMERICAL .and. &
+                                               self%slots%newest_generation() > 0)
   end subroutine fail
-
-  !> Name of a run: its parameter file without folder and ending.
-  function run_name(ini) result(name)
-    character(*), intent(in) :: ini
-    character(:), allocatable :: name
-    name = name_of(ini)
-    if (index(name, '.ini', back=.true.) > 1) name = name(:index(name, '.ini', back=.true.) - 1)
-  end function run_name
 end module flusi_simulation

@@ -60,7 +60,8 @@ module solid_model
 contains
 
   !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two
-  !> vein segments, when there is no hinge for the effect `soft`, or when effects lack what they need; negative joint stiffnesses become those of the vein.
+  !> vein segments, when there is no hinge for the effect `soft`, or when effects lack what they need; negative joint
+  !> stiffnesses become those of the vein.
   subroutine model_init(self, wing, params, failure)
     class(solid_model_t), intent(out) :: self
     type(wing_t), intent(in) :: wing

@@ -129,6 +129,9 @@ contains
                 'k.ini: [kinematics] bi_phi: is missing; nfft_phi asks for 1 number')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=0;'//NL//'ai_phi=1;'//NL, &
                 'k.ini:7: [kinematics] ai_phi: has 1 number, but nfft_phi is 0')
+    call read_series(FOURIER//ALPHA_THETA//'nfft_phi=0;'//NL//'ai_phi=0.0;'//NL//'bi_phi=0.0;'//NL, motion, errors, &
+                     notices)
+    call kit%check('zeros beside nfft = 0 are no mistake', errors%count() == 0)
     call expect(kit, FOURIER//ALPHA_THETA//'ai_phi=1;'//NL, 'k.ini: [kinematics] nfft_phi: is missing')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=-1;'//NL//'ai_phi=1;'//NL, 'k.ini:6: [kinematics] nfft_phi: ')
     call expect(kit, FOURIER//ALPHA_THETA//'nfft_phi=2;'//NL//'ai_phi=1 x;'//NL//'bi_phi=1 2;'//NL, &
@@ -229,6 +232,20 @@ contains
     call kit%check_below('the left hinge of an insect that faces -x is at smaller y', &
                          maxval(abs(pose%hinge - [18.0_rp, 13.5_rp, 9.0_rp])), 1.0e-14_rp)
     call kit%check_close('rates use wing_frequency', motions(1)%frequency, 158.0_rp, atol=0.0_rp)
+    call config%load_text('[Insects]'//NL//'FlappingMotion_left=from_file;'//NL//'FlappingMotion_right='// &
+                          'kinematics_loader;'//NL//'infile=k.ini; (string)'//NL, 'run.ini', registry, errors, notices)
+    call kit%check('FLUSI''s other spelling: one file for both', errors%count() == 0 .and. &
+                   motion_file(config, 1) == 'k.ini' .and. motion_file(config, 2) == 'k.ini')
+    call read_motion(config, 1, FOURIER//SERIES, 'k.ini', motions(1), errors, notices)
+    call read_motion(config, 2, '1'//NL//'1'//NL//'2'//NL//'0 1 2 3 '//REST//NL//'1 1 2 3 '//REST//NL, 'k.ini', &
+                     motions(2), errors, notices)
+    call kit%check('which is read by the kind', errors%count() == 0 .and. motions(1)%phi%is_periodic() &
+                   .and. .not. motions(2)%phi%is_periodic())
+    call config%load_text('[Insects]'//NL//'FlappingMotion_left=simplified;'//NL, 'run.ini', registry, errors, notices)
+    call read_motion(config, 1, '', '', motions(1), errors, notices)
+    call kit%check('a motion by its name needs no file', motion_file(config, 1) == '')
+    call kit%check_below('simplified: 80 and 0 degrees', &
+                         maxval(abs(degrees(motions(1), 0.0_rp) - [80.0_rp, 0.0_rp, 0.0_rp])), 1.0e-12_rp)
     call config%load_text('[Insects]'//NL//'x_pivot_l=1 2 3;'//NL//'x_pivot_r=1 2 3;'//NL, 'run.ini', registry, &
                           errors, notices)
     call read_mounts(config, mounts, motions, errors)

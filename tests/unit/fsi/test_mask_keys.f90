@@ -21,8 +21,11 @@ program test_mask_keys
               't_wing=0.3', 0.3_rp, 0.2_rp)
   call expect('both names may not contradict', '[Insects]'//NL//'WingThickness=0.6'//NL//'[Flexible_wing]'//NL// &
               't_wing=0.6', 0.3_rp, 0.2_rp, '[Flexible_wing] t_wing:')
-  call expect('a sheet thinner than its smoothing is refused', '[Insects]'//NL//'WingThickness=0.3', 0.15_rp, 0.2_rp, &
-              '[Insects] WingThickness:')
+  call expect('the smoothing shrinks with the sheet, as FLUSI''s files need it', '[Insects]'//NL//'WingThickness=0.3', &
+              0.15_rp, 0.15_rp)
+  call expect('a sheet thinner than the grid spacing is refused', '[Insects]'//NL//'WingThickness=0.19', 0.095_rp, &
+              0.2_rp, '[Insects] WingThickness:')
+  call expect('under both names', '[Flexible_wing]'//NL//'t_wing=0.09', 0.09_rp, 0.2_rp, '[Flexible_wing] t_wing:')
   call expect('a smoothing wider than the sheet is refused', '[Flexible_wing]'//NL//'wing_smoothing=0.5', 0.4_rp, &
               0.5_rp, '[Flexible_wing] wing_smoothing:')
   call expect('a thickness of 0 is refused', '[Flexible_wing]'//NL//'t_wing=0', 0.4_rp, 0.2_rp, &
@@ -46,7 +49,8 @@ contains
     call registry%add_real('Geometry', 'yl', 2.0_rp, 'length')
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')
     call config%load_text('[Resolution]'//NL//'ny=10'//NL//text//NL, 'run.ini', registry, errors, notices)
-    call read_mask_keys(config, make_grid([10, 10, 10], [1.0_rp, 2.0_rp, 1.0_rp]), got(1), got(2), errors)
+    call read_mask_keys(config, make_grid([10, 10, 10], [1.0_rp, 2.0_rp, 1.0_rp]), got(1), got(2), errors, &
+                        notices)
     if (present(mistake)) then
       right = errors%count() == 1
       if (right) right = index(errors%text(1), mistake) > 0

@@ -126,7 +126,8 @@ contains
     end associate
   end subroutine hit
 
-  !> 1: a ridge along x and one aslant; 2: a step; 3: a deep dimple, two spacings wide; 4: every height beyond a slanted edge is missing.
+  !> 1: a ridge along x and one aslant; 2: a step; 3: a deep dimple, two spacings wide; 4: every height beyond a
+  !> slanted edge is missing.
   subroutine shape_of(l)
     integer, intent(in) :: l
     logical, allocatable :: stays(:)

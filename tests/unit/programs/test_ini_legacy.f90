@@ -2,6 +2,7 @@
 !> FLUSI's keys without effect here: harmless as they stand in FLUSI files, refused when they ask for
 !> physics that is not built; sections of insects and elastic bodies without effect where no wings are.
 program test_ini_legacy
+  use base_kinds, only: rp
   use base_errors, only: message_list_t
   use flusi_flexible, only: register_flexible_keys
   use flusi_keys, only: register_all_keys
@@ -9,6 +10,8 @@ program test_ini_legacy
   use fsi_flight_params, only: register_flight_keys
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use flusi_averages, only: register_average_keys
+  use flusi_translations, only: translate_words
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10)
@@ -16,11 +19,10 @@ program test_ini_legacy
   type(registry_t) :: registry, everything
   !> What FLUSI's users carry along in every file: refused words, unknown keys and keys given twice.
   character(*), parameter :: INSECT_BLOCK = &
-                   '[Insects]'//NL//'WingShape=drosophila;'//NL//'FlappingMotion_right=Drosophila_hovering_fry;'//NL// &
-        'FlappingMotion_left=from_file;'//NL//'BodyType=ellipsoid;'//NL//'BodyMotion=yes;'//NL//'LeftWing2=yes;'//NL// &
+                   '[Insects]'//NL//'WingShape=drosophila;'//NL//'FlappingMotion_right=command-line-right;'//NL// &
+        'FlappingMotion_left=flapper;'//NL//'BodyType=ellipsoid;'//NL//'BodyMotion=yes;'//NL//'LeftWing2=yes;'//NL// &
                              'LeftWing2=yes;'//NL//'wing_length=-1;'//NL//'WingThicknes=0.1;'//NL// &
-                             '[Flexible_wing]'//NL//'T_relase=1;'//NL//'use_flexible_wing_model=yes;'//NL// &
-                             '[SolidModel]'//NL//'use_solid_model=yes;'//NL
+                             '[Flexible_wing]'//NL//'T_relase=1;'//NL//'use_flexible_wing_model=yes;'//NL
   character(*), parameter :: BODY_KEYS = 'infile=beat.ini;'//NL//'HasEye=yes;'//NL//'HasHead=yes;'//NL// &
                       'pointcloudfile=none;'//NL//'body_pitch_const=0;'//NL//'KineFromFile=no;'//NL//'mass_solid=1;'// &
                              NL//'eta_stroke=-45;'//NL
@@ -29,18 +31,17 @@ program test_ini_legacy
   call register_flight_keys(registry)
   call register_flexible_keys(registry)
   call register_flusi_legacy(registry)
+  call register_average_keys(registry)
   call check_harmless(kit)
   call refuses(kit, 'FSI-equation', 'equation=artificial-compressibility;', 'equation')
   call refuses(kit, 'Forcing', 'forcing_type=machiels; none', 'forcing_type')
   call refuses(kit, 'Forcing', 'forcing_type=kaneda;', 'forcing_type')
   call refuses(kit, 'TurbulentInlet', 'use_turbulent_inlet=yes;', 'use_turbulent_inlet')
-  call refuses(kit, 'Averaging', 'time_avg=yes;', 'time_avg')
   call refuses(kit, 'PassiveScalar', 'use_passive_scalar=1; 0=off, 1=on', 'use_passive_scalar')
   call refuses(kit, 'SolidModel', 'use_solid_model=yes;', 'use_solid_model')
   call refuses(kit, 'Insects', 'WingShape=drosophila;', 'WingShape')
   call refuses(kit, 'Insects', 'BodyType=jerry;', 'BodyType')
   call refuses(kit, 'Insects', 'LeftWing2=yes;', 'LeftWing2')
-  call refuses(kit, 'DryRun', 'dry_run_without_fluid=yes;', 'dry_run_without_fluid')
   call register_all_keys(everything)
   call check_carried_along(kit, 'a sphere', with_mask('1', 'sphere'))
   call check_carried_along(kit, 'no penalization', with_mask('no', 'Insect'))
@@ -48,6 +49,10 @@ program test_ini_legacy
   call check_insect_block(kit, with_mask('yes', 'Insect'))
   call check_insect_block(kit, with_mask('1', 'insect'))
   call check_wing_keys(kit)
+  call check_beam(kit, with_mask('1', 'sphere'))
+  call check_beam(kit, with_mask('1', 'Insect'))
+  call check_idle(kit)
+  call check_translations(kit)
   call kit%finish()
 
 contains
@@ -77,17 +82,17 @@ contains
     call kit%check(sentence//': insects in the file are no mistake', errors%count() == 0)
     call kit%check(sentence//': there is one notice', notices%count() == 1)
     if (notices%count() == 1) call kit%check(sentence//': it names the sections', notices%text(1) == &
-                                   'f.ini: accepted, but without effect here: [Insects], [Flexible_wing], [SolidModel]')
+                                   'f.ini: accepted, but without effect here: [Insects], [Flexible_wing]')
   end subroutine check_carried_along
 
   !> With wings every mistake of the block is reported.
   subroutine check_insect_block(kit, mask)
     type(testkit_t), intent(inout) :: kit
     character(*), intent(in) :: mask
-    character(24), parameter :: KEYS(11) = [character(24) :: '2: [Insects] WingShape', '3: [Insects] Flapp', &
+    character(24), parameter :: KEYS(10) = [character(24) :: '2: [Insects] WingShape', '3: [Insects] Flapp', &
                         '4: [Insects] Flapp', '5: [Insects] BodyType', '6: [Insects] BodyMotion', '7: [Insects] Left', &
                                      '8: [Insects] LeftWing2', '9: [Insects] wing_length', '10: [Insects] WingThickn', &
-                                                                 '12: [Flexible_wing] T_re', '15: [SolidModel] use_sol']
+                                                                 '12: [Flexible_wing] T_re']
     type(config_t) :: c
     type(message_list_t) :: errors, notices
     integer :: i, k
@@ -101,6 +106,71 @@ contains
     call errors%print(0, 'but: ')
     call kit%check('keys of bodies are accepted beside wings', errors%count() == 0 .and. notices%count() == 1)
   end subroutine check_insect_block
+
+  !> An elastic beam that is switched on is refused whatever the mask is, with what to give instead.
+  subroutine check_beam(kit, mask)
+    type(testkit_t), intent(inout) :: kit
+    character(*), intent(in) :: mask
+    type(config_t) :: c
+    type(message_list_t) :: errors, notices
+    call load('[SolidModel]'//NL//'use_solid_model=yes;'//NL//'ns=32;'//NL//mask, c, errors, notices)
+    call kit%check('a beam is one mistake', errors%count() == 1)
+    if (errors%count() == 1) call kit%check('which tells what to give instead', index(errors%text(1), &
+      'f.ini:2: [SolidModel] use_solid_model: ') == 1 .and. index(errors%text(1), 'ini/flag.ini') > 0)
+    call load(with_mask('1', 'Flexibility'), c, errors, notices)
+    call kit%check('its mask is one mistake', errors%count() == 1)
+    if (errors%count() == 1) call kit%check('with the same advice', index(errors%text(1), 'ini/flag.ini') > 0)
+  end subroutine check_beam
+
+  !> Words for parts that are switched off are no mistakes; with these parts they are.
+  subroutine check_idle(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(config_t) :: c
+    type(message_list_t) :: errors, notices
+    character(*), parameter :: OFF = '[Penalization]'//NL//'iPenalization=0;'//NL//'iMask=Flapper;'//NL// &
+                               'iCavity=freestream;'//NL//'iChannel=inlet_x;'//NL//'[Sponge]'//NL// &
+                               'iVorticitySponge=no;'//NL//'iSpongeType=moving_insect;'//NL
+    call load(OFF, c, errors, notices)
+    call errors%print(0, 'but: ')
+    call kit%check('words for parts that are switched off are no mistakes', errors%count() == 0)
+    call kit%check('the keys are at their defaults', c%get_word('Penalization', 'iMask') == 'none' .and. &
+                   c%get_word('Sponge', 'iSpongeType') == 'top_cover')
+    call load('[Penalization]'//NL//'iPenalization=1;'//NL//'iMask=Flapper;'//NL//'[Sponge]'//NL// &
+              'iVorticitySponge=yes;'//NL//'iSpongeType=moving_insect;'//NL, c, errors, notices)
+    call kit%check('with these parts they are', errors%count() == 2)
+  end subroutine check_idle
+
+  !> Words of FLUSI that stand for several keys.
+  subroutine check_translations(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(config_t) :: c
+    type(message_list_t) :: errors, notices
+    call load('[Time]'//NL//'iTimeMethodFluid=FSI_AB2_staggered;'//NL//'[Insects]'//NL//'WingShape=none;'//NL// &
+              with_mask('1', 'Flexible_wing'), c, errors, notices)
+    call translate_words(c, notices)
+    call kit%check('a flexible wing of FLUSI is no mistake', errors%count() == 0)
+    call kit%check('it is Insect, flexible, AB2 and weak', c%get_word('Penalization', 'iMask') == 'Insect' .and. &
+                   c%get_word('Insects', 'wings') == 'flexible' .and. c%get_word('Time', 'iTimeMethodFluid') == 'AB2' &
+                   .and. c%get_word('Flexible_wing', 'coupling') == 'weak')
+    call kit%check('a notice for each word', notices%count() == 2)
+    if (notices%count() == 2) call kit%check('with its line', index(notices%text(2), &
+      'f.ini:2: [Time] iTimeMethodFluid: FSI_AB2_staggered is read as AB2 with [Flexible_wing] coupling = weak') == 1)
+    call load('[Time]'//NL//'iTimeMethodFluid=FSI_AB2_iteration;'//NL//with_mask('1', 'Insect'), c, errors, notices)
+    call translate_words(c, notices)
+    call kit%check('iteration is strong', c%get_word('Flexible_wing', 'coupling') == 'strong')
+    call load('[Time]'//NL//'iTimeMethodFluid=FSI_AB2_iteration;'//NL//'[Flexible_wing]'//NL// &
+              'coupling=extrapolated;'//NL//with_mask('1', 'Insect'), c, errors, notices)
+    call translate_words(c, notices)
+    call kit%check('but what the file says about the coupling counts', &
+                   c%get_word('Flexible_wing', 'coupling') == 'extrapolated')
+    call load('[Geometry]'//NL//'xl=2;'//NL//'yl=3;'//NL//'zl=4;'//NL//'[Insects]'//NL//'BodyMotion=hovering;'//NL// &
+              'body_pitch_const=20;'//NL//with_mask('1', 'Insect'), c, errors, notices)
+    call translate_words(c, notices)
+    call kit%check('a still pose of early FLUSI', errors%count() == 0 .and. &
+      maxval(abs(c%get_reals('Insects', 'x0') - [1.0_rp, 1.5_rp, 2.7_rp])) <= 1.0e-14_rp .and. &
+      maxval(abs(c%get_reals('Insects', 'yawpitchroll_0') - [45.0_rp, -20.0_rp, 0.0_rp])) <= 1.0e-14_rp .and. &
+      abs(c%get_real('Insects', 'eta0') + 45) <= 1.0e-14_rp .and. c%get_word('Insects', 'BodyMotion') == 'tethered')
+  end subroutine check_translations
 
   !> FLUSI's keys of its elastic wing are known; others have a nearest known name.
   subroutine check_wing_keys(kit)
@@ -134,7 +204,6 @@ contains
                                '[Forcing]'//NL//'forcing_type=none; machiels'//NL//'kf=0;'//NL// &
                              '[PassiveScalar]'//NL//'use_passive_scalar=0;'//NL//'n_scalars=1;'//NL//'[Scalar1]'//NL// &
                                'kappa=0.1;'//NL// &
-                               '[DryRun]'//NL//'dry_run_without_fluid=no;'//NL// &
                       '[Insects]'//NL//'L_chord=1.0;'//NL//'HasDetails=all; legs; no;'//NL//'x_eye_r=; (vector)'//NL// &
                          'pointcloudfile=cloud.txt'//NL//'[SolidModel]'//NL//'use_solid_model=no;'//NL//'ns=32;'//NL// &
                                '[Flexible_wing]'//NL//'x0= 2.0;'//NL//'EIy= 1e-5; 1e-5;'//NL// &

@@ -25,6 +25,8 @@ program test_transform
     call check_grid([24, 20, 18], 'ellipsoid', rows)
     call check_grid([16, 16, 20], 'box', rows)
     call check_grid([1, 16, 24], 'ellipsoid', rows)
+    call check_grid([22, 34, 26], 'ellipsoid', rows) ! prime factors 11, 17, 13
+    call check_grid([34, 22, 86], 'none', rows)
   end do
   call test%finish()
 

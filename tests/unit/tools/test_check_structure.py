@@ -97,6 +97,17 @@ class CheckStructure(unittest.TestCase):
         self.assertEqual(check(CLEAN + 389 * "! line\n")[0], 0)
         self.assert_found(CLEAN + 390 * "! line\n", "401 lines; at most 400")
 
+    def test_long_line(self):
+        self.assertEqual(check(CLEAN + "! " + 130*"x" + "\n")[0], 0)
+        self.assert_found(CLEAN + "! " + 131*"x" + "\n", ":12: 133 characters; at most 132")
+
+    def test_long_procedure(self):
+        def source(n):
+            return CLEAN.replace("contains\n", "contains\n  pure type(a_t) function long(x) result(y)\n" + n*"    y = x\n" +
+                                 "  end function long\n")
+        self.assertEqual(check(source(58))[0], 0)
+        self.assert_found(source(59), ":9: procedure long has 61 lines; at most 60")
+
     def test_no_sources(self):
         with tempfile.TemporaryDirectory() as root:
             done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)

@@ -17,8 +17,12 @@ program test_taylor_green
 
   call test%start(parallel=.true.)
   call get_command_argument(1, argument)
-  call two_dimensional('AB2')
-  call two_dimensional('RK4')
+  call two_dimensional('AB2', box_2d(32, TWO_PI))
+  call two_dimensional('RK4', box_2d(32, TWO_PI))
+  call two_dimensional('RK2', box_2d(32, TWO_PI))
+  call two_dimensional('Euler', box_2d(32, TWO_PI))
+  ! Prime factors 17 and 43.
+  call two_dimensional('AB2', replaced(replaced(box_2d(32, TWO_PI), 'ny=32', 'ny=34'), 'nz=32', 'nz=86'))
   call early_three_dimensional()
   if (argument == 'fine') then
     call transition(96, [1e-8_rp, 1e-8_rp, 3e-5_rp, 1e-4_rp], [1e-7_rp, 2e-6_rp, 1e-3_rp, 2e-2_rp])
@@ -29,12 +33,19 @@ program test_taylor_green
 
 contains
 
-  subroutine two_dimensional(scheme)
-    character(*), intent(in) :: scheme
+  !> `text` with `new` in the place of `old`.
+  function replaced(text, old, new) result(changed)
+    character(*), intent(in) :: text, old, new
+    character(:), allocatable :: changed
+    changed = text(:index(text, old) - 1)//new//text(index(text, old) + len(old):)
+  end function replaced
+
+  subroutine two_dimensional(scheme, box)
+    character(*), intent(in) :: scheme, box
     type(fluid_t) :: fluid
     real(rp) :: worst(1), y, z, decay
     integer :: iy, iz
-    call make_fluid(test%world, box_2d(32, TWO_PI)//'[InitialCondition]'//NL//'inicond=taylor_green_2d'//NL// &
+    call make_fluid(test%world, box//'[InitialCondition]'//NL//'inicond=taylor_green_2d'//NL// &
                     '[ReynoldsNumber]'//NL//'nu=0.05'//NL//'[Time]'//NL//'Tmax=2.0'//NL//'CFL=0.3'//NL// &
                     'iTimeMethodFluid='//scheme//NL//'[MeanFlow]'//NL//'ux=0'//NL, fluid)
     call run_to_end(fluid)

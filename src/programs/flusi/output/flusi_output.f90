@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fields and slices: what is due, and writing it.
 module flusi_output
+  use flusi_averages, only: averages_t, MOST_AVERAGES
   use flusi_settings, only: output_params_t
+  use flusi_slices, only: slices_t
   use flusi_flight_output, only: flight_output_t
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
@@ -29,11 +31,13 @@ module flusi_output
     type(xdmf_index_t), private :: index
     type(flight_output_t), private :: wings
     type(wing_sides_t), private :: sides
+    type(slices_t), allocatable, private :: stack !< of slices
     real(rp), allocatable, private :: scratch(:, :, :, :)
   contains
     procedure :: init => output_init
     procedure :: look_ahead => output_look_ahead
     procedure :: write => output_write
+    procedure :: flush => output_flush
     procedure :: write_failed => output_write_failed
   end type output_t
 
@@ -61,16 +65,21 @@ contains
       if (params%needs_fields() .or. params%pressure .or. params%mask .or. params%solid_velocity) &
         allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
     end associate
+    if (params%slices .and. params%stack > 1) then
+      allocate (self%stack)
+      call self%stack%init(world, fluid%transform%block, params%slice, params%stack, failure, restart_time)
+    end if
     if (.not. allocated(self%scratch)) return
     call self%index%open(world, name//'.xmf', failure, restart_time)
   end subroutine output_init
 
   !> Decides what has to be written for the state of `fluid`, and what its next pass must provide.
-  subroutine output_look_ahead(self, fluid, is_last, request)
+  subroutine output_look_ahead(self, fluid, is_last, request, averages)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     logical, intent(in) :: is_last !< the end of the run: everything is due
     type(request_t), intent(out) :: request
+    type(averages_t), intent(in), optional :: averages
     associate (p => self%params, t => fluid%rhs%state%time, dt => fluid%rhs%state%dt_old, &
                step => fluid%rhs%state%step)
       self%last = is_last
@@ -81,20 +90,22 @@ contains
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
       request%integrals = self%integrals_due
       request%fields = (self%fields_due .and. p%needs_fields()) .or. self%slices_due
+      if (present(averages)) request%fields = request%fields .or. averages%wants(t)
       request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
     end associate
   end subroutine output_look_ahead
 
   !> Writes what `look_ahead` found due, from the pass that has run since. Collective.
-  subroutine output_write(self, fluid, failure, wings, coupler)
+  subroutine output_write(self, fluid, failure, wings, coupler, averages)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
     type(coupler_t), intent(in), optional :: coupler !< of flexible wings
+    type(averages_t), intent(in), optional :: averages
     character(:), allocatable :: label
     type(field_meta_t) :: meta
-    character(8) :: saved(16) !< prefixes written so far
+    character(8) :: saved(16 + MOST_AVERAGES) !< prefixes written so far
     integer :: c, i, n_saved, step
     if (.not. (self%fields_due .or. self%slices_due)) return
     meta = meta_of(fluid, fluid%sums_time)
@@ -128,6 +139,7 @@ contains
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
+        if (present(averages)) call save_averages(averages)
         if (present(wings) .and. p%wing_sides) then
           call self%sides%look(fluid, wings)
           call self%wings%write(wings, label, self%note, failure, coupler, self%sides)
@@ -137,7 +149,9 @@ contains
         if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
                                              meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
       end if
-      if (self%slices_due) then
+      if (self%slices_due .and. allocated(self%stack)) then
+        call self%stack%add(fluid, meta, precision_of(p), failure)
+      else if (self%slices_due) then
         label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))
         do i = 1, size(p%slice)
           if (p%slice(i) < 0) cycle
@@ -151,6 +165,21 @@ contains
 
   contains
 
+    subroutine save_averages(averages)
+      type(averages_t), intent(in) :: averages
+      integer :: i
+      if (.not. averages%has(fluid%sums_time)) return
+      do i = 1, averages%n
+        call averages%mean(fluid, i, self%scratch(:, :, :, 1))
+        if (.not. averages%params%one_only) then
+          call save(trim(averages%name(i)), self%scratch(:, :, :, 1))
+        else if (.not. failure%failed) then
+          call write_field(fluid%rhs%world, '.', trim(averages%name(i)), '000', fluid%transform%block, &
+                           self%scratch(:, :, :, 1), meta, precision_of(self%params), self%params%stride, failure)
+        end if
+      end do
+    end subroutine save_averages
+
     subroutine save(prefix, data)
       character(*), intent(in) :: prefix
       real(rp), intent(in) :: data(:, :, :)
@@ -161,6 +190,18 @@ contains
       saved(n_saved) = prefix
     end subroutine save
   end subroutine output_write
+
+  !> Writes what waits to be stacked, before a backup and at the end. Collective.
+  subroutine output_flush(self, fluid, failure)
+    class(output_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(failure_t), intent(inout) :: failure
+    type(field_meta_t) :: meta
+    if (.not. allocated(self%stack)) return
+    meta = meta_of(fluid, fluid%sums_time)
+    if (self%note /= '') meta%units = self%note
+    call self%stack%flush(fluid, meta, precision_of(self%params), failure)
+  end subroutine output_flush
 
   !> Writes the velocity that made the run fail, as failed-ux_*.h5 and so on. Collective.
   subroutine output_write_failed(self, fluid, failure)

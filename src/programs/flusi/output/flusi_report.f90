@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What a run says about itself at its start and at its end.
 module flusi_report
-  use, intrinsic :: iso_fortran_env, only: output_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
   use base_constants, only: PI
   use base_kinds, only: rp, i8
   use base_timers, only: timers_t
-  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_params, only: fluid_params_t, SCHEME_NAMES
   use fluid_solver, only: fluid_t
   use flusi_settings, only: settings_t
   use fsi_coupler, only: coupler_t
@@ -18,7 +18,7 @@ module flusi_report
   use solid_params, only: membrane_note
   implicit none
   private
-  public :: print_coupling, print_run_header, print_time_table, print_scales
+  public :: print_coupling, print_failure, print_run_header, print_time_table, print_scales
 
 contains
 
@@ -49,7 +49,7 @@ contains
       else
         write (unit, '(a,a)') 'start     ', p%inicond
       end if
-      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%t_max, ', ', merge('AB2', 'RK4', p%scheme == SCHEME_AB2)
+      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%t_max, ', ', trim(SCHEME_NAMES(p%scheme))
     end associate
     flush (unit)
   end subroutine print_run_header
@@ -224,4 +224,15 @@ contains
     if (world%is_root) write (output_unit, '(2(a,f0.2),a)') 'drawing the wings took at most ', busy(1), &
       ' s on a rank, ', 1.0e9_rp*sums(1)/max(1.0_rp, sums(2)), ' ns per cell of the band around them'
   end subroutine print_time_table
+
+  !> Why a run has failed, on standard error.
+  subroutine print_failure(reason, blown_up, has_backup)
+    character(*), intent(in) :: reason
+    logical, intent(in) :: blown_up   !< the velocity is no longer one
+    logical, intent(in) :: has_backup !< there is one to go on from
+    write (error_unit, '(a)') 'flusi: '//reason
+    if (blown_up) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
+    if (has_backup) write (error_unit, '(a)') 'flusi: the last valid backup is kept'
+    flush (error_unit)
+  end subroutine print_failure
 end module flusi_report

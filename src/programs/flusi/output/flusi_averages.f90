@@ -1,0 +1,204 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Means over time of velocity, kinetic energy and enstrophy density, gathered while running: [Averaging], as in FLUSI.
+!>
+!>     mean f(t) = 1/(t - t_0) int_{t_0}^t f dt',  t_0 the first time not before tstart_avg,
+!>
+!> by the trapezoidal rule over the time steps, which over whole beats of a periodic flow has no error but that of the
+!> steps' being unequal. f is u, |u|^2/2 or |omega|^2/2, on the grid.
+module flusi_averages
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_solver, only: fluid_t
+  use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use parallel_block, only: block_t, rows_t
+  implicit none
+  private
+  public :: averages_t, average_params_t, register_average_keys, read_average_keys
+
+  character(*), parameter :: SECTION = 'Averaging'
+  integer, parameter, public :: MOST_AVERAGES = 5
+  character(7), parameter :: NAMES(MOST_AVERAGES) = [character(7) :: 'uavgx', 'uavgy', 'uavgz', 'ekinavg', 'zavg']
+
+  type :: average_params_t
+    logical :: is_on = .false.
+    logical :: velocity = .true., kinetic_energy = .false., enstrophy = .false.
+    real(rp) :: begin = 0       !< T
+    logical :: one_only = .true. !< the newest means replace those before
+  contains
+    procedure :: n_fields => params_n_fields
+  end type average_params_t
+
+  !> State: the sums, the time since when, and the step before; nothing else.
+  type :: averages_t
+    type(average_params_t) :: params
+    integer :: n = 0                              !< number of fields
+    character(7) :: name(MOST_AVERAGES) = ''      !< their prefixes
+    real(rp), allocatable, private :: sum(:, :, :, :) !< (nx, ny_local, nz_local, n) int f dt
+    real(rp), private :: since = 0                !< T; counts if `has_begun`
+    real(rp), private :: dt_old = 0               !< the step that led here, 0 at the beginning, T
+    logical, private :: has_begun = .false.
+    type(rows_t), private :: rows                 !< lines along x
+  contains
+    procedure :: init => averages_init
+    procedure :: wants => averages_wants
+    procedure :: add => averages_add
+    procedure :: mean => averages_mean
+    procedure :: has => averages_has
+    procedure :: save => averages_save
+    procedure :: load => averages_load
+  end type averages_t
+
+contains
+
+  !> Adds the keys of [Averaging] to `registry`.
+  subroutine register_average_keys(registry)
+    type(registry_t), intent(inout) :: registry
+    call registry%add_section(SECTION, 'means over time, gathered while running and saved with the fields')
+    call registry%add_switch(SECTION, 'time_avg', .false., 'gather means')
+    call registry%add_switch(SECTION, 'vel_avg', .true., 'of the velocity: uavgx uavgy uavgz')
+    call registry%add_switch(SECTION, 'ekin_avg', .false., 'of |u|^2/2: ekinavg')
+    call registry%add_switch(SECTION, 'enstrophy_avg', .false., 'of |omega|^2/2: zavg')
+    call registry%add_real(SECTION, 'tstart_avg', 0.0_rp, 'beginning of the means', unit='T', min=0.0_rp)
+    call registry%add_switch(SECTION, 'save_one_only', .true., 'the newest means replace the ones before, in files '// &
+                             'named 000; no: files named as those of the fields')
+  end subroutine register_average_keys
+
+  !> The values of these keys.
+  subroutine read_average_keys(config, params)
+    type(config_t), intent(in) :: config
+    type(average_params_t), intent(out) :: params
+    params%is_on = config%get_switch(SECTION, 'time_avg')
+    params%velocity = config%get_switch(SECTION, 'vel_avg')
+    params%kinetic_energy = config%get_switch(SECTION, 'ekin_avg')
+    params%enstrophy = config%get_switch(SECTION, 'enstrophy_avg')
+    params%begin = config%get_real(SECTION, 'tstart_avg')
+    params%one_only = config%get_switch(SECTION, 'save_one_only')
+    params%is_on = params%is_on .and. (params%velocity .or. params%kinetic_energy .or. params%enstrophy)
+  end subroutine read_average_keys
+
+  !> How many fields are gathered.
+  pure integer function params_n_fields(self) result(n)
+    class(average_params_t), intent(in) :: self
+    n = 0
+    if (self%is_on) n = merge(3, 0, self%velocity) + count([self%kinetic_energy, self%enstrophy])
+  end function params_n_fields
+
+  !> Room for the sums on this rank's `block`.
+  subroutine averages_init(self, params, block)
+    class(averages_t), intent(inout) :: self
+    type(average_params_t), intent(in) :: params
+    type(block_t), intent(in) :: block
+    logical :: chosen(MOST_AVERAGES)
+    integer :: i, z
+    self%params = params
+    chosen = [spread(params%velocity, 1, 3), params%kinetic_energy, params%enstrophy]
+    self%n = count(chosen)
+    self%name(:self%n) = pack(NAMES, chosen)
+    allocate (self%sum(block%count(1), block%count(2), block%count(3), self%n), source=0.0_rp)
+    self%rows%n = block%n(2)*block%n(3)
+    self%rows%n_local = block%count(2)*block%count(3)
+    self%rows%start = [(block%start(2) + block%n(2)*(block%start(3) + z), z=0, block%count(3) - 1)]
+    self%rows%count = [(block%count(2), i=1, block%count(3))]
+    self%rows%stride = [(1, i=1, block%count(3))]
+  end subroutine averages_init
+
+  !> Whether the step from `time` on needs the fields of its beginning.
+  pure logical function averages_wants(self, time) result(wants)
+    class(averages_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    wants = self%has_begun .or. time >= self%params%begin*(1 - 1.0e-12_rp)
+  end function averages_wants
+
+  !> Adds the step that `fluid` has made, which kept the fields of its beginning if they are wanted.
+  subroutine averages_add(self, fluid)
+    class(averages_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    real(rp) :: weight
+    integer :: i
+    if (.not. self%wants(fluid%sums_time)) return
+    if (.not. self%has_begun) self%since = fluid%sums_time
+    self%has_begun = .true.
+    weight = (self%dt_old + fluid%dt)/2
+    do i = 1, self%n
+      call add_field(self%name(i), fluid%rhs%fields, weight, self%sum(:, :, :, i))
+    end do
+    self%dt_old = fluid%dt
+  end subroutine averages_add
+
+  !> Whether there is a mean at `time`: some time has passed since its beginning.
+  pure logical function averages_has(self, time) result(has)
+    class(averages_t), intent(in) :: self
+    real(rp), intent(in) :: time
+    has = self%has_begun
+    if (has) has = time > self%since
+  end function averages_has
+
+  !> Mean `i` up to the time of the fields that `fluid` keeps, into `field` (nx, ny_local, nz_local).
+  subroutine averages_mean(self, fluid, i, field)
+    class(averages_t), intent(in) :: self
+    type(fluid_t), intent(in) :: fluid
+    integer, intent(in) :: i
+    real(rp), intent(inout) :: field(:, :, :)
+    field = self%sum(:, :, :, i)
+    call add_field(self%name(i), fluid%rhs%fields, self%dt_old/2, field)
+    field = field/(fluid%sums_time - self%since)
+  end subroutine averages_mean
+
+  !> sum + weight f, f the density called `name` of the fields u and omega.
+  subroutine add_field(name, fields, weight, sum)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: fields(:, :, :, :), weight
+    real(rp), intent(inout) :: sum(:, :, :)
+    select case (name)
+    case ('uavgx')
+      sum = sum + weight*fields(:, :, :, 1)
+    case ('uavgy')
+      sum = sum + weight*fields(:, :, :, 2)
+    case ('uavgz')
+      sum = sum + weight*fields(:, :, :, 3)
+    case ('ekinavg')
+      sum = sum + (weight/2)*(fields(:, :, :, 1)**2 + fields(:, :, :, 2)**2 + fields(:, :, :, 3)**2)
+    case ('zavg')
+      sum = sum + (weight/2)*(fields(:, :, :, 4)**2 + fields(:, :, :, 5)**2 + fields(:, :, :, 6)**2)
+    end select
+  end subroutine add_field
+
+  !> Puts the sums into an open checkpoint. Collective.
+  subroutine averages_save(self, writer)
+    class(averages_t), intent(in) :: self
+    type(checkpoint_writer_t), intent(inout) :: writer
+    integer :: i
+    if (.not. self%has_begun) return
+    call writer%put_reals('averages', [self%since, self%dt_old])
+    do i = 1, self%n
+      call writer%put_rows(trim(self%name(i)), reshape(self%sum(:, :, :, i), [size(self%sum, 1), self%rows%n_local]), &
+                           self%rows)
+    end do
+  end subroutine averages_save
+
+  !> Takes the sums from an open checkpoint; if it has not all of them, the means begin anew. Collective.
+  subroutine averages_load(self, reader, failure)
+    class(averages_t), intent(inout) :: self
+    type(checkpoint_reader_t), intent(inout) :: reader
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: numbers(:), rows(:, :)
+    integer :: i
+    if (.not. reader%has('averages')) return
+    do i = 1, self%n
+      if (.not. reader%has(trim(self%name(i)))) return
+    end do
+    call reader%get_reals('averages', numbers, failure)
+    if (failure%failed) return
+    self%has_begun = .true.
+    self%since = numbers(1)
+    self%dt_old = numbers(2)
+    allocate (rows(size(self%sum, 1), self%rows%n_local))
+    do i = 1, self%n
+      call reader%get_rows(trim(self%name(i)), rows, self%rows, failure)
+      if (failure%failed) return
+      self%sum(:, :, :, i) = reshape(rows, shape(self%sum(:, :, :, i)))
+    end do
+  end subroutine averages_load
+end module flusi_averages

@@ -1,0 +1,36 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A run without a flow, as FLUSI's dry run: mask, velocity of the solids and surfaces of the wings every tsave.
+module flusi_mask_run
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use fluid_solver, only: fluid_t
+  use flusi_output, only: output_t
+  use flusi_settings, only: settings_t
+  use fsi_flapping_wings, only: flapping_wings_t
+  implicit none
+  private
+  public :: draw_masks
+
+contains
+
+  !> Writes what [Saving] asks for at 0, tsave, 2 tsave ... up to Tmax. Collective.
+  subroutine draw_masks(settings, fluid, output, failure, wings)
+    type(settings_t), intent(in) :: settings
+    type(fluid_t), intent(inout) :: fluid
+    type(output_t), intent(inout) :: output
+    type(failure_t), intent(inout) :: failure
+    type(flapping_wings_t), intent(inout), optional :: wings
+    integer :: k
+    associate (state => fluid%rhs%state, p => settings%output)
+      do k = 0, int(settings%fluid%t_max/p%t_save + 1.0e-9_rp)
+        if (k >= settings%fluid%nt .or. failure%failed) exit
+        state%time = k*p%t_save
+        state%step = k + 1 ! what is written belongs to the step before
+        fluid%sums_time = state%time
+        if (present(wings)) call wings%place(state%time, fluid%rhs%penalty, failure)
+        output%fields_due = .not. failure%failed .and. state%time >= p%t_save_first
+        call output%write(fluid, failure, wings)
+      end do
+    end associate
+  end subroutine draw_masks
+end module flusi_mask_run

@@ -1,0 +1,109 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Planes of the velocity, stacked over time as FLUSI does: up to `ncache_slices` planes of one place and component are one
+!> file, sliceu1-ix0012_000000.h5, whose x is the time. slice_times.t has the time of every plane and the number of its file.
+module flusi_slices
+  use base_errors, only: failure_t
+  use base_files, only: file_exists
+  use base_kinds, only: rp
+  use fluid_solver, only: fluid_t
+  use io_fields, only: field_meta_t, write_field
+  use io_series, only: series_t
+  use io_series_read, only: read_series
+  use parallel_block, only: block_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: slices_t
+
+  character(*), parameter :: TIMES = 'slice_times.t'
+
+  !> Scratch and a few numbers; a checkpoint needs nothing of it, because all is written before one.
+  type :: slices_t
+    private
+    integer, allocatable :: place(:)          !< x indices of the planes, from 0
+    integer :: n_held = 0                     !< planes in the cache, of every place
+    integer :: number = 0                     !< of the next file
+    real(rp), allocatable :: time(:)          !< (size of the cache)
+    real(rp), allocatable :: cache(:, :, :, :, :) !< (size of the cache, ny_local, nz_local, 3, places)
+    type(series_t) :: times
+  contains
+    procedure :: init => slices_init
+    procedure :: add => slices_add
+    procedure :: flush => slices_flush
+  end type slices_t
+
+contains
+
+  !> Room for `most` planes at each of the places `place`, and the list of times; with `restart_time` the files before it
+  !> are kept. Collective.
+  subroutine slices_init(self, world, block, place, most, failure, restart_time)
+    class(slices_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: place(:), most
+    type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
+    real(rp), allocatable :: known(:, :)
+    type(failure_t) :: unread
+    self%place = pack(place, place >= 0)
+    allocate (self%time(most), self%cache(most, block%count(2), block%count(3), 3, size(self%place)))
+    if (world%is_root .and. present(restart_time) .and. file_exists(TIMES)) then
+      call read_series(TIMES, 2, known, unread)
+      if (.not. unread%failed) self%number = 1 + nint(maxval([-1.0_rp, pack(known(2, :), known(1, :) < restart_time)]))
+    end if
+    call world%broadcast_integer(self%number)
+    call self%times%open(world, TIMES, ['time [T]', 'file [-]'], failure, restart_time)
+  end subroutine slices_init
+
+  !> Takes the planes of the velocity that `fluid` keeps, and writes the cache if it is full. Collective.
+  subroutine slices_add(self, fluid, meta, precision, failure)
+    class(slices_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(field_meta_t), intent(in) :: meta
+    integer, intent(in) :: precision
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    self%n_held = self%n_held + 1
+    self%time(self%n_held) = fluid%sums_time
+    do i = 1, size(self%place)
+      self%cache(self%n_held, :, :, :, i) = fluid%rhs%fields(self%place(i) + 1, :, :, 1:3) ! x is on one rank
+    end do
+    if (self%n_held == size(self%time)) call self%flush(fluid, meta, precision, failure)
+  end subroutine slices_add
+
+  !> Writes what the cache holds. Collective.
+  subroutine slices_flush(self, fluid, meta, precision, failure)
+    class(slices_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(field_meta_t), intent(in) :: meta
+    integer, intent(in) :: precision
+    type(failure_t), intent(inout) :: failure
+    type(block_t) :: block
+    type(field_meta_t) :: of_stack
+    character(14) :: name
+    character(6) :: label
+    integer :: i, c
+    if (self%n_held == 0 .or. failure%failed) return
+    block = fluid%transform%block
+    block%n(1) = self%n_held
+    block%start(1) = 0
+    block%count(1) = self%n_held
+    of_stack = meta
+    of_stack%nxyz(1) = self%n_held
+    of_stack%time = self%time(self%n_held)
+    write (label, '(i6.6)') self%number
+    do i = 1, size(self%place)
+      do c = 1, 3
+        write (name, '(a,i1,a,i4.4)') 'sliceu', c, '-ix', self%place(i)
+        call write_field(fluid%rhs%world, '.', name, label, block, self%cache(:self%n_held, :, :, c, i), of_stack, &
+                         precision, 1, failure)
+      end do
+    end do
+    do i = 1, self%n_held
+      call self%times%write([self%time(i), real(self%number, rp)])
+    end do
+    call self%times%check(failure)
+    self%number = self%number + 1
+    self%n_held = 0
+  end subroutine slices_flush
+end module flusi_slices

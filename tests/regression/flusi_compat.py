@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inputs as users of FLUSI have them: what they write runs, or is refused by the one reason that counts.
+
+usage: flusi_compat.py <flusi> <h5dump> [tests]
+"""
+import re
+
+from whole_program import EXIT_USER, SOURCE, check, close, main, merged
+
+INSECT = {
+    "Resolution": {"nx": 32, "ny": 34, "nz": 22},
+    "Geometry": {"xl": 4.0, "yl": 4.0, "zl": 3.0},
+    "Time": {"Tmax": 0.06, "intelligent_dt": "yes", "iTimeMethodFluid": "RK2"},
+    "ReynoldsNumber": {"nu": 1e-2},
+    "InitialCondition": {"inicond": "MeanFlow"},
+    "Penalization": {"iPenalization": 1, "iMoving": 1, "iMask": "Insect", "eps": 1.25e-2},
+    "Insects": {"WingShape": f"from_file::{SOURCE}/ini/wings/calliphora.ini", "wing_length": 1.0, "WingThickness": 0.2,
+                "FlappingMotion_left": "from_file", "FlappingMotion_right": "Drosophila_hovering_fry",
+                "infile": "beat.ini", "x0": "2.0 2.0 4.5", "yawpitchroll_0": "180.0 0.0 0.0", "eta0": -70.0,
+                "x_pivot_l": "0.0 0.5 0.0", "x_pivot_r": "0.0 -0.5 0.0", "itkine": ""},
+    "MeanFlow": {"iMeanFlow_x": "fixed", "iMeanFlow_y": "fixed", "iMeanFlow_z": "fixed", "ux": 0.5, "uy": 0.0, "uz": 0.0},
+    "Sponge": {"iVorticitySponge": "yes", "iSpongeType": "cavity", "eps_sponge": 0.1, "sponge_thickness": 16},
+    "SaveSlices": {"nslice_cache": 200},
+    "Saving": {"tsave": 0.02, "tintegral": 0.02, "iSaveVelocity": 1, "iSaveMask": 1, "iSaveSolidVelocity": 1,
+               "field_precision": "double", "iDoBackup": 0},
+}
+
+
+def make(case, ini, ranks, *arguments, code=0):
+    case.write("beat.ini", (SOURCE / "ini/kinematics/calliphora.ini").read_text())
+    case.write("run.ini", ini)
+    return case.run("run.ini", *arguments, ranks=ranks, code=code)
+
+
+def test_notices(case):
+    """What FLUSI runs is no mistake, but where it is doubtful it is told."""
+    done = make(case, INSECT, 1, "--check")
+    for text in (r"\[Resolution\] ny: is slower than need be: .* nearest good sizes: 32 and 36",
+                 r"\[Resolution\] nz: is slower than need be: .* nearest good sizes: 20 and 24",
+                 r"\[Sponge\] sponge_thickness: the sponge fills the box",
+                 r"\[Insects\] x0: is outside of the box; .* image at 2\.0 2\.0 1\.5",
+                 r"wing_smoothing: is half the thickness"):
+        check(re.search(text, done.out + done.err), f"a notice like {text}")
+
+
+def test_runs(case):
+    """An odd grid, a heap of FLUSI's words, wings that hang beside the box: the same flow on any number of ranks, to
+    round-off, and a dry run that draws the same masks without a flow."""
+    one, three, dry = case.sub("one"), case.sub("three"), case.sub("dry")
+    make(one, INSECT, 1)
+    make(three, INSECT, 3)
+    make(dry, merged(INSECT, {"DryRun": {"dry_run_without_fluid": "yes"}}), 2)
+    fields = [n for n in one.files() if re.match(r"(u|us|mask)[xyz]?_\d+\.h5", n)]
+    check(len(fields) == 7 * 4, f"fields of four times: {fields}")
+    for name in fields:
+        close(one.field(name), three.field(name), 1e-12, name)
+        if name.startswith("u") and not name.startswith("us"):
+            check(name not in dry.files(), f"a dry run has no {name}")
+        else:
+            check(one.field(name) == dry.field(name), f"{name} of a dry run is that of the flow, to the bit")
+    check(one.series("forces.t").rows and "summary.txt" not in dry.files(), "forces belong to a flow")
+    dry.check_index("run.xmf")
+
+
+def test_image(case):
+    """A body beside the box is the one that hangs inside."""
+    inside, beside = case.sub("inside"), case.sub("beside")
+    make(inside, merged(INSECT, {"Insects": {"x0": "2.0 2.0 1.5"}}), 2)
+    make(beside, INSECT, 2)
+    check(inside.field("ux_000060.h5") == beside.field("ux_000060.h5"), "the flow is the same")
+
+
+def test_refused(case):
+    """One reason, and what to give instead."""
+    beam = merged(INSECT, {"Penalization": {"iMask": "Flexibility"}, "SolidModel": {"ns": 32},
+                           "Time": {"iTimeMethodFluid": "FSI_AB2_iteration"}})
+    for name, ini, text in (
+            ("beam", beam, "iMask: 'Flexibility' is known from FLUSI"),
+            ("wing", merged(INSECT, {"Penalization": {"iMask": "Flexible_wing"}, "Flexible_wing": {
+                "use_flexible_wing_model": "yes", "EIy": 1e-5}, "units": {"length": 0.01, "frequency": 100.0,
+                                                                       "density": 1.2},
+                "Insects": {"wing_length": None}}), r"[Wing] file: is missing"),
+            ("far", merged(INSECT, {"Insects": {"x0": "2.0 2.0 18.0"}}), "[Insects] x0: is outside of the box")):
+        done = make(case.sub(name), ini, 1, "--check", code=EXIT_USER)
+        mistakes = [line for line in done.err.splitlines() if re.search(r": \[[\w-]+\] \w+: ", line)
+                    and not line.startswith("notice")]
+        check(len(mistakes) == 1 and text in mistakes[0], f"{name} has one mistake: {mistakes}")
+
+
+if __name__ == "__main__":
+    main(globals())
