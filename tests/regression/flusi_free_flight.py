@@ -36,7 +36,10 @@ def same_on_ranks(case, ini, ranks):
 
 def test_restart(case):
     """Thick rigid wings on a free body."""
-    whole, _ = restarted(case, FREE, ranks=1)
+    whole, parts = restarted(case, FREE, ranks=1)
+    parts.write("run.ini", merged(FREE, {"Insects": {"mass": 21.0}, "Time": {"nt": 20}}))
+    done = parts.run("run.ini", "--restart", code=EXIT_USER)
+    check("another mass" in done.err, f"momenta belong to a mass: {done.err}")
     check("rigidsolidsolver.t" in whole.all_series(), "the states are in a file")
     check(len(whole.series("rigidsolidsolver.t").rows[0]) == 14, "with FLUSI's columns")
     check(len(whole.series("rigidsolidsolver.t").rows) == 17, "in every step, and at the end")
