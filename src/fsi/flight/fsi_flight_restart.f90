@@ -23,12 +23,13 @@ contains
       call writer%put_reals('flight_state', flyer%state%pack())
       call writer%put_reals('flight_displaced', [flyer%displaced%mass, flyer%displaced%first, flyer%displaced%second])
       call writer%put_reals('flight_frame', body_numbers(flyer%carried%known(2)))
+      call writer%put_reals('flight_masses', [flyer%params%mass, flyer%body%mass, flyer%params%inertia])
       call writer%put_real('flight_share', flyer%share)
       call writer%put_reals('flight_markers', [flyer%marker_force, flyer%marker_moment])
     end associate
   end subroutine save_flight
 
-  !> Restores them at `time` [T], the flow's. Collective.
+  !> Restores them at `time` [T], the flow's. Fails if the insect has other masses. Collective.
   subroutine load_flight(reader, time, wings, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     real(rp), intent(in) :: time
@@ -39,6 +40,11 @@ contains
       call get('flight_state', N_STATE)
       if (failure%failed) return
       call flyer%state%unpack(x)
+      call get('flight_masses', 5)
+      if (failure%failed) return
+      if (any(abs(x - [flyer%params%mass, flyer%body%mass, flyer%params%inertia]) > 1.0e-9_rp*x(1))) &
+        call failure%raise('the checkpoint has an insect with another mass, wing mass or J_body_yawpitchroll: its momentum '// &
+                           'would be another velocity')
       call get('flight_displaced', N_MOMENTS)
       if (failure%failed) return
       flyer%displaced%mass = x(1)
@@ -64,6 +70,7 @@ contains
     subroutine get(name, n)
       character(*), intent(in) :: name
       integer, intent(in) :: n
+      if (failure%failed) return
       call reader%get_reals(name, x, failure)
       if (failure%failed) return
       if (size(x) /= n) call failure%raise('the checkpoint has another kind of free flight')

@@ -83,7 +83,8 @@ contains
         call flyer%carried%show(state%time, flyer%state%body())
         rest = wings%whole(state%time)
         do i = 0, LOOKS - 1
-          time = state%time + i/(LOOKS*wings%params%frequency())
+          time = state%time
+          if (size(wings%params%wings) > 0) time = time + i/(LOOKS*wings%params%frequency())
           flyer%share = min(flyer%share, least_share(wings%own(time), wings%whole(time), flyer%params%held))
         end do
       end if

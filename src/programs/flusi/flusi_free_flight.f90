@@ -36,9 +36,6 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     real(rp) :: wings
     integer :: i
-    if (config%get_word('Time', 'iTimeMethodFluid') == 'AB2_rigid_solid' .and. .not. flight%flyer%is_free) &
-      call config%complain(errors, 'Time', 'iTimeMethodFluid', 'AB2_rigid_solid is that of [Insects] BodyMotion = '// &
-                           'free_flight, which is not chosen; valid: AB2')
     if (.not. flight%flyer%is_free) return
     if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
       'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
