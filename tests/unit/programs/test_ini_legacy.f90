@@ -19,8 +19,8 @@ program test_ini_legacy
   type(registry_t) :: registry, everything
   !> What FLUSI's users carry along in every file: refused words, unknown keys and keys given twice.
   character(*), parameter :: INSECT_BLOCK = &
-                   '[Insects]'//NL//'WingShape=drosophila;'//NL//'FlappingMotion_right=command-line-right;'//NL// &
-        'FlappingMotion_left=flapper;'//NL//'BodyType=ellipsoid;'//NL//'BodyMotion=yes;'//NL//'LeftWing2=yes;'//NL// &
+                   '[Insects]'//NL//'WingShape=pointcloud;'//NL//'FlappingMotion_right=command-line-right;'//NL// &
+        'FlappingMotion_left=flapper;'//NL//'BodyType=particle;'//NL//'BodyMotion=yes;'//NL//'LeftWing2=yes;'//NL// &
                              'LeftWing2=yes;'//NL//'wing_length=-1;'//NL//'WingThicknes=0.1;'//NL// &
                              '[Flexible_wing]'//NL//'T_relase=1;'//NL//'use_flexible_wing_model=yes;'//NL
   character(*), parameter :: BODY_KEYS = 'infile=beat.ini;'//NL//'HasEye=yes;'//NL//'HasHead=yes;'//NL// &
@@ -39,8 +39,8 @@ program test_ini_legacy
   call refuses(kit, 'TurbulentInlet', 'use_turbulent_inlet=yes;', 'use_turbulent_inlet')
   call refuses(kit, 'PassiveScalar', 'use_passive_scalar=1; 0=off, 1=on', 'use_passive_scalar')
   call refuses(kit, 'SolidModel', 'use_solid_model=yes;', 'use_solid_model')
-  call refuses(kit, 'Insects', 'WingShape=drosophila;', 'WingShape')
-  call refuses(kit, 'Insects', 'BodyType=jerry;', 'BodyType')
+  call refuses(kit, 'Insects', 'WingShape=pointcloud;', 'WingShape')
+  call refuses(kit, 'Insects', 'BodyType=particle;', 'BodyType')
   call refuses(kit, 'Insects', 'LeftWing2=yes;', 'LeftWing2')
   call register_all_keys(everything)
   call check_carried_along(kit, 'a sphere', with_mask('1', 'sphere'))
