@@ -7,10 +7,11 @@ usage: flusi_free_flight.py <flusi> <h5dump> [tests]
 The grids are far too coarse for physics; what is tested is that parts fit together.
 """
 import math
+import re
 
 from flusi_flexible import FLIGHT
 from flusi_wing import BEAT, SERIES, WING, make, restarted, steps
-from whole_program import EXIT_USER, check, close, main, merged, same_runs
+from whole_program import EXIT_USER, SOURCE, check, close, main, merged, same_runs
 
 FREE = merged(WING, {
     "Insects": {"BodyMotion": "free_flight", "mass": 20.0, "gravity": -0.05, "J_body_yawpitchroll": "4.0 4.0 3.0",
@@ -18,6 +19,7 @@ FREE = merged(WING, {
     "MeanFlow": {"iMeanFlow_x": "free", "iMeanFlow_y": "free", "iMeanFlow_z": "free", "ux": 0.0},
     "Saving": {"tsave": 9, "tintegral": 1e-9},
 })
+EXAMPLE = (1.98429110, 2.0, 2.49915336, -4.06257288e-2, 0.0, -4.20213464e-3)
 THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
 
 
@@ -90,6 +92,20 @@ def test_repeat(case):
     same_runs(swing, make(case.sub("swing_again"), merged(WING, {
         "Insects": {"BodyMotion": "yawpitchroll", "v0": "-0.1 0 0"}, "Time": {"nt": 6}}), 1))
     check(swing.series("kinematics.t").rows[-1][4] > 0.01, "the body rolls")
+
+
+def test_example(case):
+    """ini/free-flight.ini on a coarser grid, half a beat: the numbers of this version."""
+    ini = SOURCE / "ini"
+    text = (ini / "free-flight.ini").read_text()
+    for key, value in (("nx", 40), ("ny", 40), ("nz", 40), ("Tmax", 0.5), ("tsave", 9)):
+        text = re.sub(rf"(?m)^{key} = \S+", f"{key} = {value}", text)
+    case.write("run.ini", re.sub(r"from_file::", f"from_file::{ini}/", text))
+    done = case.run("run.ini", "--check", ranks=0)
+    check(done.err == "", f"the example is checked without a remark:\n{done.err}")
+    case.run("run.ini", ranks=2)
+    last = case.series("rigidsolidsolver.t").rows[-1]
+    close(last[1:7], EXAMPLE, 1e-4, "place and velocity after half a beat")
 
 
 def test_mistakes(case):

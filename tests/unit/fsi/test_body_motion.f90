@@ -85,7 +85,7 @@ contains
       text = '% time [T] x y z'//NL//NL
       do i = 0, n
         t = real(i, rp)/n
-        want = swing%at(t, body_t())
+        want = curve(swing, t)
         write (row, '(14es24.16)') t, want%centre, want%velocity, &
           attitude_of(want%angles(1), want%angles(2), want%angles(3)), want%rotation%omega
         text = text//trim(row)//NL
@@ -93,7 +93,7 @@ contains
       call read_flight_table(text, 'flight.t', motion%table, errors)
       motion%word = 'table'
       do i = 0, 100
-        want = swing%at(0.01_rp*i, body_t())
+        want = curve(swing, 0.01_rp*i)
         found = motion%at(0.01_rp*i, body_t())
         error(k) = max(error(k), maxval(abs(found%rotation%matrix - want%rotation%matrix)), norm2(found%centre - want%centre))
       end do
@@ -107,6 +107,16 @@ contains
     call read_flight_table('0 0 0 0 0 0 0 1 1 0 0 0 0 0'//NL//'1 0 0 0 0 0 0 1 0 0 0 0 0 0'//NL, 'bad.t', motion%table, errors)
     call kit%check('a short row, a time that stands and a quaternion of another length are refused', errors%count() == 3)
   end subroutine check_table
+
+  !> A body that swings, and whose centre goes along a wave.
+  function curve(swing, t) result(body)
+    type(body_motion_t), intent(in) :: swing
+    real(rp), intent(in) :: t
+    type(body_t) :: body
+    body = swing%at(t, body_t())
+    body%centre(1) = body%centre(1) + sin(3*t)
+    body%velocity(1) = body%velocity(1) + 3*cos(3*t)
+  end function curve
 
   !> A free flight is known at the last two times that were shown; a later word about the same time replaces the earlier.
   subroutine check_known(kit)
