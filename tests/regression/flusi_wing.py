@@ -226,7 +226,7 @@ def test_mistakes(case):
     mistakes(case.sub("planform"), merged(WING, {"Insects": {"WingShape": "from_file::nosuch.ini"}}),
              r"run\.ini:\d+: \[Insects\] WingShape: .?nosuch\.ini.? does not exist")
     mistakes(case.sub("none"), merged(WING, {"Insects": {"LeftWing": "no", "RightWing": "no"}}),
-             r"LeftWing: there is no wing at all")
+             r"LeftWing: there is neither a wing nor a body")
     mistakes(case.sub("moving"), merged(WING, {"Penalization": {"iMoving": "no"}}),
              r"run\.ini:\d+: \[Penalization\] iMoving: would hold the wings")
     mistakes(case.sub("thin"), merged(WING, {"Insects": {"WingThickness": 0.1}}),

@@ -11,6 +11,7 @@
 module flusi_flight_output
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
+  use flusi_body_output, only: body_output_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
@@ -30,6 +31,7 @@ module flusi_flight_output
     private
     type(world_t) :: world
     type(xdmf_index_t), allocatable :: index(:)
+    type(body_output_t) :: body
   contains
     procedure :: init => output_init
     procedure :: write => output_write
@@ -47,6 +49,7 @@ contains
     real(rp), intent(in), optional :: restart_time
     integer :: i
     self%world = world
+    call self%body%init(world, wings, name, failure, restart_time)
     allocate (self%index(size(wings%surfaces)))
     do i = 1, size(wings%surfaces)
       call self%index(i)%open(world, name//'_'//trim(wings%params%wings(i)%side)//'.xmf', failure, restart_time)
@@ -68,6 +71,7 @@ contains
     character(12), allocatable :: vectors(:)
     character(16), allocatable :: cells(:)
     integer :: i
+    call self%body%write(wings, label, note, failure)
     do i = 1, size(wings%surfaces)
       if (failure%failed) return
       path = field_file('wing_'//trim(wings%params%wings(i)%side), label)
