@@ -89,7 +89,7 @@ contains
   subroutine penalty_erase_overlay(self)
     class(penalty_t), intent(inout) :: self
     integer :: i
-    do i = 1, self%n_overlaid
+    do i = self%n_overlaid, 1, -1 ! a line may have several overlays; the first one hides the solids that never move
       associate (saved => self%overlaid(:, i))
         self%line_first(saved(1)) = saved(2)
         self%line_last(saved(1)) = saved(3)
@@ -99,8 +99,8 @@ contains
     self%n_points = self%n_fixed
   end subroutine penalty_erase_overlay
 
-  !> Lays the points 1 .. n over `line`, which has no overlay yet. Where a solid that never moves is in the
-  !> same place, the larger chi wins, with its velocity and colour; of equal ones the solid that never moves.
+  !> Lays the points 1 .. n over `line`. Where a solid that never moves, or an earlier overlay, is in the same place, the
+  !> larger chi wins, with its velocity and colour; of equal ones what is there already.
   subroutine penalty_overlay_line(self, line, n, x, chi, us, color)
     class(penalty_t), intent(inout) :: self
     integer, intent(in) :: line
@@ -112,7 +112,6 @@ contains
     integer :: i, f, last
     f = self%line_first(line)
     last = self%line_last(line)
-    call require(f > last .or. f <= self%n_fixed, 'penalty_t: a line is overlaid twice')
     call save_line(self, line)
     call reserve(self, n + max(0, last - f + 1))
     self%line_first(line) = self%n_points + 1

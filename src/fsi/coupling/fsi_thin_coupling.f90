@@ -72,7 +72,7 @@ contains
         if (report%passes == 1) call follow_shape(thin, i, wings, failure)
       end do
       if (failure%failed) return
-      call thin%meet(fluid)
+      call thin%meet(fluid, wings)
       do i = 1, size(solvers)
         call make_step(thin, i, poses(i), fluid%dt, params, is_held, solvers(i), states(i), force(:, :, i))
       end do

@@ -8,6 +8,7 @@ module fsi_kinematics_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use fsi_body_keys, only: body_pivot
   use fsi_body_motion_keys, only: register_body_motion_keys
   use fsi_kinematics, only: body_rotation, body_t, wing_mount_t
   use fsi_named_motions, only: NAMED_MOTIONS, set_named_motion
@@ -48,7 +49,8 @@ contains
     call registry%add_text(SECTION, 'infile', 'none', 'file of a motion that is given as from_file or kinematics_loader')
     call registry%add_reals(SECTION, 'init_alpha_phi_theta', ZERO, 'the first is minus the angle alpha of '// &
                             'revolving-set2 and revolving-set3', unit='degree', length=3)
-    call registry%add_reals(SECTION, 'x_pivot_l', ZERO, 'hinge of the left wing in the body frame', unit='L', length=3)
+    call registry%add_reals(SECTION, 'x_pivot_l', ZERO, 'hinge of the left wing in the body frame; not given: '// &
+                            'b_body beside the centre of the body, if there is one', unit='L', length=3)
     call registry%add_reals(SECTION, 'x_pivot_r', ZERO, 'hinge of the right wing in the body frame', unit='L', length=3)
     call registry%add_real(SECTION, 'wing_frequency', 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
     call registry%add_real(SECTION, 'wing_ramp', 0.0_rp, &
@@ -89,8 +91,10 @@ contains
     type(wing_motion_t), intent(out) :: motions(2)
     type(message_list_t), intent(inout), optional :: errors
     mounts%eta = config%get_real(SECTION, 'eta0')*(PI/180)
-    mounts(1)%hinge = config%get_reals(SECTION, 'x_pivot_l')
-    mounts(2)%hinge = config%get_reals(SECTION, 'x_pivot_r')
+    mounts(1)%hinge = body_pivot(config)
+    mounts(2)%hinge = mounts(1)%hinge*[1, -1, 1]
+    if (config%is_given(SECTION, 'x_pivot_l')) mounts(1)%hinge = config%get_reals(SECTION, 'x_pivot_l')
+    if (config%is_given(SECTION, 'x_pivot_r')) mounts(2)%hinge = config%get_reals(SECTION, 'x_pivot_r')
     mounts(2)%is_right = .true.
     motions%frequency = config%get_real(SECTION, 'wing_frequency')
     motions%ramp = config%get_real(SECTION, 'wing_ramp')

@@ -15,6 +15,7 @@ module fsi_flapping_wings
   use fsi_flyer, only: flyer_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_mask, only: mask_t
+  use fsi_rigid_mask, only: rigid_mask_t
   use fsi_moments, only: moments_of_points, moments_t, whole_t
   use fsi_rotation, only: cross
   use fsi_surface, only: surface_t
@@ -46,9 +47,12 @@ module fsi_flapping_wings
     type(wing_pose_t), allocatable :: poses(:)
     type(surface_t), allocatable :: surfaces(:)
     type(mask_t) :: mask
+    type(rigid_mask_t) :: body_mask
+    type(rigid_mask_t), allocatable :: wing_masks(:) !< of wings drawn up to their outline
     type(deformation_t), allocatable :: deformation(:) !< of the wings, not allocated if they are rigid
     real(rp), allocatable :: masses(:)            !< of the points of a wing that deforms, rho L^3
-    type(surface_load_t), allocatable :: marker_loads(:) !< on wings without thickness (fsi_thin_wings) at the last step's end
+    type(surface_load_t), allocatable :: marker_loads(:) !< on wings without thickness (fsi_thin_wings) at the last step's
+    !< end; behind them that on the body, if there is one, about its centre
     real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
     real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
     type(displaced_t), allocatable, private :: displaced(:)
@@ -58,6 +62,8 @@ module fsi_flapping_wings
     procedure :: momentum_rate => wings_momentum_rate
     procedure :: inertial_power_of_fluid => wings_inertial_power_of_fluid
     procedure :: inertial_power => wings_inertial_power
+    procedure :: has_body => wings_has_body
+    procedure, private :: draws_solids, draw_solids
     procedure :: max_speed => wings_max_speed
     procedure :: feel => wings_feel
     procedure :: refer => wings_refer
@@ -79,10 +85,16 @@ contains
     self%motion = params%motion
     self%body = params%motion%at(0.0_rp, params%body)
     if (params%thin%is_thin) then
-      allocate (self%marker_loads(size(params%wings)))
+      allocate (self%marker_loads(size(params%wings) + merge(1, 0, params%solid%exists())))
     else
       call self%mask%init(grid, block, params%half_thickness, params%smoothing)
     end if
+    if (params%solid%exists()) call self%body_mask%init(grid, block)
+    if (allocated(self%wing_masks)) deallocate (self%wing_masks)
+    allocate (self%wing_masks(merge(size(params%wings), 0, self%draws_solids())))
+    do i = 1, size(self%wing_masks)
+      call self%wing_masks(i)%init(grid, block)
+    end do
     if (allocated(self%poses)) deallocate (self%poses, self%surfaces, self%displaced)
     allocate (self%poses(size(params%wings)), self%surfaces(size(params%wings)), self%displaced(size(params%wings)))
     do i = 1, size(params%wings)
@@ -93,6 +105,9 @@ contains
         else
           call displaced_volumes(wing%points, wing%triangles, 2*params%half_thickness, self%displaced(i)%volumes, &
                                  grid%is_2d)
+          associate (volumes => self%displaced(i)%volumes)
+            if (wing%solid%exists()) volumes = volumes*(wing%solid%displaced%mass/sum(volumes))
+          end associate
         end if
       end associate
     end do
@@ -121,10 +136,48 @@ contains
         end if
       end associate
     end do
-    if (.not. self%params%thin%is_thin) call self%mask%draw(self%surfaces, penalty, failure)
+    if (self%has_body()) then
+      call penalty%erase_overlay()
+      call self%body_mask%draw(self%params%solid, self%body, COLOR_BODY, penalty)
+    end if
+    if (self%draws_solids()) then
+      call self%draw_solids(penalty)
+    else if (.not. self%params%thin%is_thin) then
+      call self%mask%draw(self%surfaces, penalty, failure, self%has_body())
+    end if
     self%seconds = self%seconds + wall_seconds() - begun
-    self%cells = self%cells + self%mask%n_cells
+    self%cells = self%cells + self%mask%n_cells + self%body_mask%n_cells
   end subroutine wings_place
+
+  !> Whether the wings are rigid solids that end at their outline.
+  pure logical function draws_solids(self)
+    class(flapping_wings_t), intent(in) :: self
+    draws_solids = .false.
+    if (size(self%params%wings) > 0) draws_solids = self%params%wings(1)%solid%exists()
+  end function draws_solids
+
+  !> Lays such wings over the mask, which holds the body at most.
+  subroutine draw_solids(self, penalty)
+    class(flapping_wings_t), intent(inout) :: self
+    type(penalty_t), intent(inout) :: penalty
+    integer :: i
+    if (.not. self%has_body()) call penalty%erase_overlay()
+    do i = size(self%wing_masks), 1, -1 ! as in FLUSI, which draws the right wing first
+      call self%wing_masks(i)%draw(self%params%wings(i)%solid, frame_of(self%poses(i)), self%surfaces(i)%color, penalty)
+      self%cells = self%cells + self%wing_masks(i)%n_cells
+    end do
+  end subroutine draw_solids
+
+  !> The wing as a moving frame.
+  pure type(body_t) function frame_of(pose) result(frame)
+    type(wing_pose_t), intent(in) :: pose
+    frame%centre = pose%hinge
+    frame%velocity = pose%hinge_velocity
+    frame%acceleration = pose%hinge_acceleration
+    frame%rotation%matrix = pose%matrix
+    frame%rotation%omega = pose%omega
+    frame%rotation%omega_rate = pose%omega_rate
+  end function frame_of
 
   !> See moving_solids_t: sums over the points of displaced volume times exact acceleration.
   subroutine wings_momentum_rate(self, centre, force, moment)
@@ -134,8 +187,13 @@ contains
     real(rp), intent(inout) :: moment(3, 0:N_COLORS - 1)
     real(rp) :: rate(3)
     integer :: i, p
+    if (self%has_body()) call self%params%solid%momentum_rate(self%body, centre, force(:, COLOR_BODY), moment(:, COLOR_BODY))
     do i = 1, size(self%surfaces)
       associate (c => self%surfaces(i)%color)
+        if (self%draws_solids()) then
+          call self%params%wings(i)%solid%momentum_rate(frame_of(self%poses(i)), centre, force(:, c), moment(:, c))
+          cycle
+        end if
         do p = 1, size(self%surfaces(i)%points, 2)
           rate = self%displaced(i)%volumes(p)*acceleration(self, i, p)
           force(:, c) = force(:, c) + rate
@@ -168,6 +226,10 @@ contains
     integer, intent(in) :: i
     integer :: p
     power = 0
+    if (self%draws_solids()) then
+      power = self%params%wings(i)%solid%power_of_fluid(frame_of(self%poses(i)))
+      return
+    end if
     do p = 1, size(self%surfaces(i)%points, 2)
       power = power + self%displaced(i)%volumes(p)* &
               dot_product(self%surfaces(i)%velocities(:, p), acceleration(self, i, p))
@@ -302,16 +364,24 @@ contains
     do i = 1, size(self%marker_loads)
       associate (load => self%marker_loads(i))
         force = force + load%force
-        moment = moment + load%moment + cross(poses(i)%hinge - centre, load%force)
+        moment = moment + load%moment ! of the body about its centre, which is `centre`
+        if (i <= size(poses)) moment = moment + cross(poses(i)%hinge - centre, load%force)
       end associate
     end do
   end subroutine wings_marker_total
+
+  !> Whether there is a body in the mask.
+  pure logical function wings_has_body(self) result(has)
+    class(flapping_wings_t), intent(in) :: self
+    has = self%params%solid%exists()
+  end function wings_has_body
 
   !> See moving_solids_t.
   real(rp) function wings_max_speed(self) result(speed)
     class(flapping_wings_t), intent(in) :: self
     integer :: i, p
     speed = 0
+    if (self%has_body()) speed = self%params%solid%max_speed(self%body)
     do i = 1, size(self%surfaces)
       do p = 1, size(self%surfaces(i)%velocities, 2)
         speed = max(speed, norm2(self%surfaces(i)%velocities(:, p)))

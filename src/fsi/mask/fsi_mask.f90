@@ -106,13 +106,17 @@ contains
   !> Replaces the wings in `penalty` by `surfaces`; solids that never move stay. Fails, with the wings
   !> erased, if a coordinate is not finite or far outside of the box. The same surfaces must be given on all
   !> ranks; communicates nothing.
-  subroutine mask_draw(self, surfaces, penalty, failure)
+  subroutine mask_draw(self, surfaces, penalty, failure, over)
     class(mask_t), intent(inout) :: self
     type(surface_t), intent(in) :: surfaces(:)
     type(penalty_t), intent(inout) :: penalty
     type(failure_t), intent(inout) :: failure
+    logical, intent(in), optional :: over !< other solids that move have been drawn and stay
+    logical :: stays
     integer :: s, i
-    call penalty%erase_overlay()
+    stays = .false.
+    if (present(over)) stays = over
+    if (.not. stays) call penalty%erase_overlay()
     self%n_cells = 0
     self%n_tests = 0
     self%n_near = 0

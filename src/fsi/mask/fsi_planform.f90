@@ -8,6 +8,7 @@ module fsi_planform
   use base_constants, only: PI
   use base_errors, only: require
   use base_kinds, only: rp
+  use fsi_fourier_outline, only: fourier_outline_t
   implicit none
   private
   public :: planform_t, fourier_planform, polygon_planform, curve_planform, rectangular_planform, elliptic_planform
@@ -18,6 +19,7 @@ module fsi_planform
   !> A closed outline; lengths in code units. The last point is joined to the first.
   type :: planform_t
     real(rp), allocatable :: outline(:, :) !< (2, n) x, y
+    type(fourier_outline_t) :: fourier     !< the same, of one that was given so and has not been stretched
   contains
     procedure :: area => planform_area
     procedure :: span => planform_span
@@ -36,6 +38,7 @@ contains
     type(planform_t) :: planform
     real(rp) :: theta, radius
     integer :: i, k
+    planform%fourier = fourier_outline_t(a0, ai, bi, [x0w, y0w])
     allocate (planform%outline(2, ROUND_POINTS))
     do k = 1, ROUND_POINTS
       theta = 2*PI*(k - 1)/ROUND_POINTS
@@ -140,6 +143,8 @@ contains
   subroutine planform_rescale(self, tip, mean_chord)
     class(planform_t), intent(inout) :: self
     real(rp), intent(in) :: tip, mean_chord
+    if (tip > 0 .and. allocated(self%fourier%ai)) self%fourier = self%fourier%scaled(tip/maxval(self%outline(1, :)))
+    if (mean_chord > 0 .and. allocated(self%fourier%ai)) deallocate (self%fourier%ai) ! no such series any more
     if (tip > 0) self%outline = self%outline*(tip/maxval(self%outline(1, :)))
     if (mean_chord > 0) self%outline(2, :) = self%outline(2, :)*(mean_chord/self%mean_chord())
   end subroutine planform_rescale

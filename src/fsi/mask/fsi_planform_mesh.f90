@@ -11,7 +11,7 @@ module fsi_planform_mesh
   use fsi_planform, only: planform_t
   implicit none
   private
-  public :: triangulate_planform
+  public :: triangulate_planform, triangulate_star
 
   integer, parameter :: SAMPLES = 4000          !< places where the edges are looked up
   real(rp), parameter :: POINTED = 1.0e-2_rp    !< chord in edge lengths below which an end is a point
@@ -106,4 +106,51 @@ contains
       end if
     end do
   end subroutine join_rows
+
+  !> Triangles of an outline that its Fourier centre sees everywhere, though some x passes it more than twice: rings around
+  !> this centre. Counter-clockwise seen from +z. Allocates.
+  subroutine triangulate_star(planform, edge, points, triangles)
+    type(planform_t), intent(in) :: planform
+    real(rp), intent(in) :: edge
+    real(rp), allocatable, intent(out) :: points(:, :)
+    integer, allocatable, intent(out) :: triangles(:, :)
+    real(rp) :: centre(2), reach, turn
+    integer :: n_rays, n_rings, n, ray, ring, next, k
+    call require(allocated(planform%fourier%ai), 'triangulate_star: the outline has no centre')
+    centre = planform%fourier%centre([2, 1])
+    n = size(planform%outline, 2)
+    reach = maxval(norm2(planform%outline - spread(centre, 2, n), 1))
+    n_rings = max(2, ceiling(reach/edge))
+    n_rays = min(n, max(24, ceiling(2*acos(-1.0_rp)*reach/edge)))
+    allocate (points(3, 1 + n_rings*n_rays), triangles(3, n_rays*(2*n_rings - 1)))
+    points(:, 1) = [centre, 0.0_rp]
+    do ray = 1, n_rays
+      k = 1 + (n*(ray - 1))/n_rays
+      do ring = 1, n_rings
+        points(:, place(ring, ray)) = [centre + (planform%outline(:, k) - centre)*(real(ring, rp)/n_rings), 0.0_rp]
+      end do
+    end do
+    n = 0
+    do ray = 1, n_rays
+      next = mod(ray, n_rays) + 1
+      n = n + 1
+      triangles(:, n) = [1, place(1, ray), place(1, next)]
+      do ring = 2, n_rings
+        triangles(:, n + 1) = [place(ring - 1, ray), place(ring, ray), place(ring, next)]
+        triangles(:, n + 2) = [place(ring - 1, ray), place(ring, next), place(ring - 1, next)]
+        n = n + 2
+      end do
+    end do
+    associate (a => points(:, 1), b => points(:, triangles(2, 1)), c => points(:, triangles(3, 1)))
+      turn = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+    end associate
+    if (turn < 0) triangles(2:3, :) = triangles([3, 2], :)
+
+  contains
+
+    pure integer function place(ring, ray)
+      integer, intent(in) :: ring, ray
+      place = 1 + ring + n_rings*(ray - 1)
+    end function place
+  end subroutine triangulate_star
 end module fsi_planform_mesh

@@ -10,6 +10,9 @@
 !> the load on the wing, and F.U the power that it gives to the flow. The forces of one wing do not take account of those
 !> of another, and M leaves out the periodic images. The slip that this leaves is corrected in the next step.
 !>
+!> Where a penalized body is around a marker, near the hinge, the flow belongs to the body: with chi of the body there, the
+!> marker asks for (1 - chi) U + chi U_body, and the share chi of its force is the body's, not the wing's.
+!>
 !> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `meet` the flow, find the forces,
 !> `push` the flow. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and anew
 !> for one that has deformed by a part of the spacing of its markers.
@@ -21,8 +24,9 @@ module fsi_thin_wings
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_flow_reaction, only: flow_reaction_t
   use fsi_green, only: green_t
-  use fsi_kinematics, only: pose_wing, wing_pose_t
+  use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_markers, only: markers_t
+  use fsi_rotation, only: cross
   use fsi_surface_load, only: total_load
   use fsi_wing_mirror, only: mirror_vectors
   use io_units, only: unit_scales_t
@@ -62,7 +66,10 @@ module fsi_thin_wings
     type(thin_wing_t), allocatable :: wings(:)
     real(rp), allocatable :: x(:, :), u(:, :)  !< (3, all markers) places [L] and velocities [L/T], in space
     real(rp), allocatable :: force(:, :)       !< (3, all markers) on the fluid, of the last step, rho L^4/T^2
-    real(rp), allocatable :: flow(:, :)        !< (3, all markers) velocities of the flow there, L/T
+    real(rp), allocatable :: flow(:, :)        !< (3, all markers) velocities of the flow there, and `shift`, L/T
+    real(rp), allocatable, private :: share(:)        !< (all markers) chi of the body there
+    real(rp), allocatable, private :: shift(:, :)     !< (3, all markers) chi (U - U_body), L/T
+    real(rp), allocatable, private :: body_speed(:, :) !< (3, all markers) U_body, L/T
     type(slip_t) :: slip
     type(thin_seconds_t) :: seconds
     type(world_t) :: world
@@ -110,6 +117,7 @@ contains
         self%extent = max(self%extent, LONGER*norm2(maxval(given%points, 2) - minval(given%points, 2)))
       end associate
     end do
+    allocate (self%share(n), self%shift(3, n), self%body_speed(3, n), source=0.0_rp)
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
     call self%green%init(fluid%points%radius, self%extent, is_2d)
@@ -159,16 +167,40 @@ contains
     self%seconds%renew = self%seconds%renew + wall_seconds() - begun
   end subroutine thin_renew
 
-  !> Looks at the flow, as it is without the wings, where the markers `x` are: sets `flow`. Collective.
-  subroutine thin_meet(self, fluid)
+  !> Looks at the flow, as it is without the wings, where the markers `x` are: sets `flow`. Where the body is, a marker that
+  !> moves with `u` then asks for the motion of the body. Collective.
+  subroutine thin_meet(self, fluid, wings)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(in) :: wings
     real(rp) :: begun
     begun = wall_seconds()
     call fluid%points%place(self%x)
     call fluid%velocities_at_points(self%flow)
+    if (wings%has_body()) then
+      call find_shares(self, fluid, wings)
+      self%flow = self%flow + self%shift
+    end if
     self%seconds%meet = self%seconds%meet + wall_seconds() - begun
   end subroutine thin_meet
+
+  !> What the body has of the markers at the end of the step.
+  subroutine find_shares(self, fluid, wings)
+    type(thin_wings_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(flapping_wings_t), intent(in) :: wings
+    type(body_t) :: body
+    real(rp) :: arm(3)
+    integer :: m
+    body = wings%motion%at(fluid%rhs%state%time, wings%params%body)
+    do m = 1, size(self%share)
+      arm = self%x(:, m) - body%centre
+      arm = body%rotation%to_frame(arm - fluid%transform%grid%length*anint(arm/fluid%transform%grid%length))
+      self%share(m) = wings%params%solid%mask_at(arm)
+      self%body_speed(:, m) = body%velocity + body%rotation%to_parent(cross(body%rotation%omega, arm))
+      self%shift(:, m) = self%share(m)*(self%u(:, m) - self%body_speed(:, m))
+    end do
+  end subroutine find_shares
 
   !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip` and the loads of the markers,
   !> which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
@@ -177,6 +209,7 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(inout) :: wings
     type(wing_pose_t), intent(in) :: poses(:)
+    type(body_t) :: body
     real(rp) :: begun
     integer :: i
     begun = wall_seconds()
@@ -184,13 +217,18 @@ contains
     self%slip%speed = largest(self%u)
     call fluid%push_at_points(self%force)
     call fluid%velocities_at_points(self%flow)
-    self%slip%after = largest(self%u - self%flow)
     self%slip%received = sum(self%force*self%flow)
+    self%flow = self%flow + self%shift
+    self%slip%after = largest(self%u - self%flow)
     do i = 1, size(self%wings)
       associate (a => self%wings(i)%first, z => self%wings(i)%last)
-        wings%marker_loads(i) = total_load(-self%force(:, a:z), self%x(:, a:z), self%u(:, a:z), poses(i)%hinge)
+        wings%marker_loads(i) = total_load(-spread(1 - self%share(a:z), 1, 3)*self%force(:, a:z), self%x(:, a:z), &
+                                           self%u(:, a:z), poses(i)%hinge)
       end associate
     end do
+    body = wings%motion%at(fluid%rhs%state%time, wings%params%body)
+    if (wings%has_body()) wings%marker_loads(size(poses) + 1) = &
+      total_load(-spread(self%share, 1, 3)*self%force, self%x, self%body_speed, body%centre)
     self%seconds%push = self%seconds%push + wall_seconds() - begun
   end subroutine thin_push
 
@@ -212,7 +250,7 @@ contains
         end do
       end associate
     end do
-    call self%meet(fluid)
+    call self%meet(fluid, wings)
     do i = 1, size(self%wings)
       call find_forces(self, self%wings(i), poses(i), fluid%dt)
     end do

@@ -12,6 +12,7 @@ module flusi_settings
   use flusi_translations, only: translate_words
   use flusi_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_flow, &
                                   notice_frequency
+  use fsi_body_keys, only: wants_body
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
@@ -91,7 +92,7 @@ contains
     call translate_words(settings%config, notices)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
-    call read_fluid_params(settings%config, settings%fluid, errors, .not. wants_thin_wings(settings%config), &
+    call read_fluid_params(settings%config, settings%fluid, errors, draws_solids(settings%config), &
                            notices)
     if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)
     call check_wing_use(settings%config, settings%fluid%moving, errors)
@@ -100,6 +101,12 @@ contains
     if (settings%fluid%moving) call read_wings(settings, name, errors, notices, world)
     call notice_idle_settings(settings, notices)
   end subroutine load_settings
+
+  !> Whether any moving solid is in the mask.
+  logical function draws_solids(config)
+    type(config_t), intent(in) :: config
+    draws_solids = .not. wants_thin_wings(config) .or. wants_body(config)
+  end function draws_solids
 
   subroutine read_output(c, fluid, p, errors)
     type(config_t), intent(in) :: c
@@ -174,7 +181,7 @@ contains
     type(settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     associate (p => s%fluid, c => s%config)
-      if (s%flight%thin%is_thin .and. c%get_switch('Saving', 'iSaveMask')) &
+      if (s%flight%thin%is_thin .and. .not. s%fluid%penalized .and. c%get_switch('Saving', 'iSaveMask')) &
         call notices%add('[Insects] surface = thin: wings without thickness have no mask to save')
       if (.not. (p%penalized .or. s%flight%thin%is_thin) .and. (c%get_switch('Saving', 'iSaveMask') .or. &
                                    c%get_switch('Saving', 'iSaveSolidVelocity'))) &
@@ -222,8 +229,8 @@ contains
     s%fluid%centre = s%flight%body%centre
     if (s%config%get_word('Insects', 'surface') == 'auto') call s%config%settle('Insects', 'surface', &
       trim(merge('thin     ', 'penalized', s%flight%thin%is_thin)), 'auto')
-    if (s%flight%thin%is_thin) s%output%mask = .false.
-    if (s%flight%thin%is_thin) s%output%solid_velocity = .false.
+    if (.not. s%fluid%penalized) s%output%mask = .false.
+    if (.not. s%fluid%penalized) s%output%solid_velocity = .false.
     if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
       call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity), s%fluid, &
                              errors, notices)

@@ -151,11 +151,13 @@ contains
     end associate
   end subroutine series_write_bending
 
-  !> One record of everything; `loads` are those of the wings in their order.
-  subroutine series_write(self, wings, loads)
+  !> One record of everything; `loads` are those of the wings in their order, `of_body` the power of the body.
+  subroutine series_write(self, wings, loads, of_body)
     class(flight_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     type(wing_loads_t), intent(in) :: loads(:)
+    real(rp), intent(in) :: of_body
+    real(rp) :: eta
     real(rp) :: angles(3, 2), omega(3, 2), omega_rate(3, 2)
     integer :: i, side
     self%loads = loads
@@ -172,11 +174,12 @@ contains
                                  pose%vector_to_wing(l%torque), l%power, l%unsteady_power, l%inertial_power])
       end associate
     end do
+    eta = 0
+    if (size(loads) > 0) eta = wings%params%wings(1)%mount%eta
     associate (body => wings%body)
-      call self%kinematics%write([wings%time, body%centre, body%angles, wings%params%wings(1)%mount%eta, &
-                                  angles, omega, omega_rate])
+      call self%kinematics%write([wings%time, body%centre, body%angles, eta, angles, omega, omega_rate])
     end associate
-    call self%power%write([wings%time, sum(loads%power), sum(loads%inertial_power)])
+    call self%power%write([wings%time, sum(loads%power) + of_body, sum(loads%inertial_power)])
   end subroutine series_write
 
   !> Closes all files; fails if any of them could not be written completely. Collective.

@@ -99,6 +99,11 @@ contains
     type(settings_t), intent(in) :: settings
     real(rp) :: r, f, chord, tip, wind, low, high
     integer :: i
+    associate (solid => settings%flight%solid)
+      if (solid%exists()) write (unit, '(a,g0.5,a,3(1x,f0.4))') 'body      '//settings%config%get_word('Insects', &
+        'BodyType')//': volume in the mask ', solid%displaced%mass, ' L^3, size', solid%high - solid%low
+    end associate
+    if (size(settings%flight%wings) == 0) return
     associate (flight => settings%flight, p => settings%fluid, u => settings%units)
       r = flight%wings(1)%length()
       f = flight%frequency()

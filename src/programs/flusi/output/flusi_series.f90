@@ -10,7 +10,7 @@ module flusi_series
   use flusi_flight_series, only: flight_series_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_rotation, only: cross
+  use fsi_surface_load, only: surface_load_t
   use fsi_thin_wings, only: thin_wings_t
   use fsi_wing_loads, only: wing_loads_t, wing_loads
   use io_series, only: series_t
@@ -93,7 +93,7 @@ contains
       do c = COLOR_BODY, N_COLORS - 1
         write (name, '(a,i1,a)') 'forces_part', c, '.t'
         if (.not. self%has_color(c)) cycle
-        if (is_wing(wings, c)) then
+        if (is_wing(wings, c) .or. is_body(wings, c)) then
           call open_one(self%part(c), trim(name), [forces, powers])
         else
           call open_one(self%part(c), trim(name), forces)
@@ -207,6 +207,8 @@ contains
     type(flapping_wings_t), intent(in), optional :: wings
     type(wing_loads_t), allocatable :: loads(:)
     real(rp) :: rms(0:N_COLORS - 1), force(3), moment(3)
+    real(rp), allocatable :: powers(:)
+    type(surface_load_t) :: at_markers
     integer :: c, i
     allocate (loads(0))
     if (present(wings)) loads = [(wing_loads(wings, i, fluid), i=1, size(wings%surfaces))]
@@ -222,13 +224,19 @@ contains
         call self%residual%write([t, rms])
       end if
       if (self%compute_forces) then
-        call marker_total(wings, fluid%rhs%params%centre, force, moment)
+        force = 0
+        moment = 0
+        if (present(wings)) call wings%marker_total(wings%poses, fluid%rhs%params%centre, force, moment)
         call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2) + force, sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
                                 sum(s%moment(:, COLOR_BODY:), 2) + moment, sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
-                                total_power(loads)])
+                                total_power(wings, loads, body_power(wings, fluid))])
         do c = COLOR_BODY, N_COLORS - 1
-          if (self%has_color(c) .and. .not. is_wing(wings, c)) call self%part(c)%write( &
-            [t, s%force(:, c), fluid%unsteady_force(:, c), s%moment(:, c), fluid%unsteady_moment(:, c)])
+          if (.not. self%has_color(c) .or. is_wing(wings, c)) cycle
+          powers = [real(rp) ::]
+          if (is_body(wings, c)) powers = [body_power(wings, fluid), 0.0_rp]
+          at_markers = marker_part(wings, c)
+          call self%part(c)%write([t, s%force(:, c) + at_markers%force, fluid%unsteady_force(:, c), &
+                                   s%moment(:, c) + at_markers%moment, fluid%unsteady_moment(:, c), powers])
         end do
         ! As in FLUSI, moments of a wing are about its hinge.
         do i = 1, size(loads)
@@ -240,7 +248,7 @@ contains
           end associate
         end do
       end if
-      if (present(wings)) call self%flight%write(wings, loads)
+      if (present(wings)) call self%flight%write(wings, loads, body_power(wings, fluid))
     end associate
     ! All series live in one folder: a full disk shows in the one that is written at every step, too.
     call self%ekin%check(failure)
@@ -256,23 +264,32 @@ contains
     if (present(wings)) is_wing = any([(wings%surfaces(i)%color == color, i=1, size(wings%surfaces))])
   end function is_wing
 
-  !> Force and moment about `centre` on all wings without thickness, which are not among the fluid's integrals.
-  pure subroutine marker_total(wings, centre, force, moment)
+  !> Whether this colour is that of the body of an insect.
+  pure logical function is_body(wings, color)
     type(flapping_wings_t), intent(in), optional :: wings
-    real(rp), intent(in) :: centre(3)
-    real(rp), intent(out) :: force(3), moment(3)
-    integer :: i
-    force = 0
-    moment = 0
-    if (.not. present(wings)) return
-    if (.not. allocated(wings%marker_loads)) return
-    do i = 1, size(wings%marker_loads)
-      associate (load => wings%marker_loads(i))
-        force = force + load%force
-        moment = moment + load%moment + cross(wings%poses(i)%hinge - centre, load%force)
-      end associate
-    end do
-  end subroutine marker_total
+    integer, intent(in) :: color
+    is_body = .false.
+    if (present(wings)) is_body = color == COLOR_BODY .and. wings%has_body()
+  end function is_body
+
+  !> What markers of wings without thickness that lie in the body do to it.
+  pure type(surface_load_t) function marker_part(wings, color) result(load)
+    type(flapping_wings_t), intent(in), optional :: wings
+    integer, intent(in) :: color
+    if (.not. is_body(wings, color)) return
+    if (allocated(wings%marker_loads)) load = wings%marker_loads(size(wings%marker_loads))
+  end function marker_part
+
+  !> Aerodynamic power of the body of an insect, 0 without one.
+  pure real(rp) function body_power(wings, fluid) result(power)
+    type(flapping_wings_t), intent(in), optional :: wings
+    type(fluid_t), intent(in) :: fluid
+    type(surface_load_t) :: at_markers
+    power = 0
+    if (.not. is_body(wings, COLOR_BODY)) return
+    at_markers = marker_part(wings, COLOR_BODY)
+    power = sum(fluid%sums%power(:, COLOR_BODY)) - wings%params%solid%power_of_fluid(wings%body) + at_markers%power
+  end function body_power
 
   !> Records of flexible wings and of the load that the coupler has just looked at.
   subroutine series_write_bending(self, wings, coupler)
@@ -282,12 +299,14 @@ contains
     call self%flight%write_bending(wings, coupler)
   end subroutine series_write_bending
 
-  !> Aerodynamic and inertial power of all wings; nothing if there are none.
-  pure function total_power(loads) result(power)
+  !> Aerodynamic power of all wings and of the body, and inertial power of the wings; nothing without an insect.
+  pure function total_power(wings, loads, of_body) result(power)
+    type(flapping_wings_t), intent(in), optional :: wings
     type(wing_loads_t), intent(in) :: loads(:)
+    real(rp), intent(in) :: of_body
     real(rp), allocatable :: power(:)
-    if (size(loads) > 0) then
-      power = [sum(loads%power), sum(loads%inertial_power)]
+    if (present(wings)) then
+      power = [sum(loads%power) + of_body, sum(loads%inertial_power)]
     else
       allocate (power(0))
     end if

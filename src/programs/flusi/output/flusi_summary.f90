@@ -39,6 +39,7 @@ contains
     real(rp) :: period, lost
     integer :: n, k, q, i
     logical :: ok
+    if (size(settings%flight%wings) == 0) return ! a body alone has no beat
     call read_series('forces.t', FORCE_COLUMNS, series, failure)
     if (failure%failed) return
     period = 1/settings%flight%frequency()
