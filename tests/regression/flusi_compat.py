@@ -63,11 +63,25 @@ def test_runs(case):
     dry.check_index("run.xmf")
 
 
+def test_thin(case):
+    """The same with wings without thickness, which only AB2 takes."""
+    one, three = case.sub("one"), case.sub("three")
+    ini = merged(INSECT, {"Time": {"iTimeMethodFluid": "AB2", "Tmax": 0.04}, "Insects": {"WingThickness": None}})
+    make(one, ini, 1)
+    make(three, ini, 3)
+    check("slip.t" in one.files(), "the wings are thin")
+    for c in "xyz":
+        close(one.field(f"u{c}_000040.h5"), three.field(f"u{c}_000040.h5"), 1e-12, f"u{c}")
+
+
 def test_image(case):
     """A body beside the box is the one that hangs inside."""
     inside, beside = case.sub("inside"), case.sub("beside")
     make(inside, merged(INSECT, {"Insects": {"x0": "2.0 2.0 1.5"}}), 2)
     make(beside, INSECT, 2)
+    centre = case.sub("centre")
+    make(centre, merged(INSECT, {"Insects": {"x0": None}}), 2)
+    check(inside.field("ux_000060.h5") == centre.field("ux_000060.h5"), "without x0 it hangs in the centre, as in FLUSI")
     check(inside.field("ux_000060.h5") == beside.field("ux_000060.h5"), "the flow is the same")
 
 

@@ -88,7 +88,7 @@ contains
     call body%init(parts, numbers%smoothing)
     extent = body%high - body%low + 2*numbers%smoothing
     do i = merge(2, 1, grid%is_2d), 3
-      if (extent(i) > minval(grid%length, grid%n > 1)) then
+      if (extent(i) > maxval(grid%length)) then
         call config%complain(errors, SECTION, 'BodyType', 'is larger than the box: it extends over '// &
                              number_text(extent(i))//' L')
         exit

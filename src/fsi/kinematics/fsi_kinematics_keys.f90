@@ -34,7 +34,8 @@ contains
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
     call register_body_motion_keys(registry)
-    call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body', unit='L', length=3)
+    call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body; flusi: if it is not given, that of the box', &
+                            unit='L', length=3)
     call registry%add_reals(SECTION, 'yawpitchroll_0', ZERO, 'attitude of the body; positive pitch is nose down', &
                             unit='degree', length=3)
     call registry%add_real(SECTION, 'eta0', 0.0_rp, &

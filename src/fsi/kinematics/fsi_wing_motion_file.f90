@@ -67,6 +67,10 @@ contains
     type(message_list_t) :: mistakes
     real(rp) :: unit, upward
     integer :: i
+    if (index(text, '['//SECTION//']') == 0 .and. index(text, '=') == 0) then
+      call errors%add(name//': has no section ['//SECTION//']; kinematics files from before 2015 must be written anew')
+      return
+    end if
     call register_motion_keys(registry)
     call config%load_text(text, name, registry, mistakes, notices)
     unit = 1

@@ -86,7 +86,7 @@ contains
     self%body = params%motion%at(0.0_rp, params%body)
     if (params%thin%is_thin) then
       allocate (self%marker_loads(size(params%wings) + merge(1, 0, params%solid%exists())))
-    else
+    else if (size(params%wings) > 0) then
       call self%mask%init(grid, block, params%half_thickness, params%smoothing)
     end if
     if (params%solid%exists()) call self%body_mask%init(grid, block)
@@ -142,7 +142,7 @@ contains
     end if
     if (self%draws_solids()) then
       call self%draw_solids(penalty)
-    else if (.not. self%params%thin%is_thin) then
+    else if (.not. self%params%thin%is_thin .and. size(self%surfaces) > 0) then
       call self%mask%draw(self%surfaces, penalty, failure, self%has_body())
     end if
     self%seconds = self%seconds + wall_seconds() - begun

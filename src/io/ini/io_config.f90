@@ -14,7 +14,7 @@ module io_config
   use io_include, only: add_included, INCLUDE_SECTION
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
                     KEY_TEXT, KEY_WORD
-  use io_peek, only: find_spacing
+  use io_peek, only: find_spacing, key_counts
   use io_registry, only: registry_t
   use io_shared_text, only: add_named_files, content_note, read_text_file
   use io_units, only: unit_scales_t, unit_value
@@ -109,7 +109,8 @@ contains
     end do
     do i = 1, registry%n_keys
       associate (key => self%registry%keys(i)%key)
-        if (key%is_required .and. .not. (self%values(i)%is_given .or. self%values(i)%is_excused)) &
+        if (key%is_required .and. key_counts(registry, document, i) .and. &
+            .not. (self%values(i)%is_given .or. self%values(i)%is_excused)) &
           call self%complain(errors, key%section, key%name, 'is missing; valid: '//key%choices_text())
       end associate
     end do

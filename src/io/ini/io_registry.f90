@@ -257,7 +257,7 @@ contains
     self%sections(s)%conditions = [self%sections(s)%conditions, condition_t(k, words)]
   end subroutine registry_only_if
 
-  !> A wrong value of [section] key is a mistake only if [deciding_section] deciding_key has one of the values `words`.
+  !> A wrong or missing value of [section] key is a mistake only if [deciding_section] deciding_key has one of the values `words`.
   subroutine registry_key_only_if(self, section, key, deciding_section, deciding_key, words)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, deciding_section, deciding_key, words

@@ -57,6 +57,7 @@ contains
     logical :: has_left(size(flight%wings)), have_touched
     real(rp) :: time
     integer :: i, k
+    if (size(flight%wings) == 0) return
     if (.not. flight%thin%is_thin .and. 2*flight%half_thickness < (CELLS - ROUNDING)*grid%max_spacing()) &
       call notices%add('the wings are '//rounded(2*flight%half_thickness/grid%max_spacing())// &
                        ' cells thick: with less than 4 the mask resolves them badly and more of the flow leaks through')

@@ -89,9 +89,9 @@ contains
     type(registry_t) :: registry
     call register_all_keys(registry)
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
-    call translate_words(settings%config, notices)
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
+    call translate_words(settings%config, notices)
     call read_fluid_params(settings%config, settings%fluid, errors, draws_solids(settings%config), &
                            notices)
     if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)

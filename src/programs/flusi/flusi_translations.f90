@@ -18,8 +18,14 @@ contains
   subroutine translate_words(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
-    call translate_flexible_wing(config, notices)
+    logical :: has_wings
     call translate_scheme(config, notices)
+    has_wings = config%get_switch('Penalization', 'iPenalization') .and. &
+                any(config%get_word('Penalization', 'iMask') == [character(13) :: 'Insect', 'insect', F])
+    if (.not. has_wings) return
+    call translate_flexible_wing(config, notices)
+    if (.not. config%is_given('Insects', 'x0')) &
+      call config%settle('Insects', 'x0', numbers(box_of(config)/2), 'the centre of the box')
     call translate_pose(config, notices)
     if (config%get_switch('DryRun', 'dry_run_without_fluid') .and. config%get_word('Insects', 'surface') == 'auto') &
       call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
@@ -45,7 +51,8 @@ contains
     type(message_list_t), intent(inout) :: notices
     character(:), allocatable :: word, coupling
     word = config%get_word('Time', 'iTimeMethodFluid')
-    if (word == 'AB2_rigid_solid') call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
+    if (word == 'AB2_rigid_solid' .and. config%get_word('Insects', 'BodyMotion') == 'free_flight') &
+      call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
     if (index(word, 'FSI_') /= 1) return
     coupling = 'weak'
     if (word == 'FSI_AB2_iteration') coupling = 'strong'
@@ -64,7 +71,7 @@ contains
     real(rp) :: place(3), attitude(3), eta, box(3)
     word = config%get_word('Insects', 'BodyMotion')
     if (word == 'tethered') return
-    box = [config%get_real('Geometry', 'xl'), config%get_real('Geometry', 'yl'), config%get_real('Geometry', 'zl')]
+    box = box_of(config)
     place = box/2
     attitude = 0 ! yaw, pitch, roll
     eta = 0
@@ -114,6 +121,14 @@ contains
       if (config%is_given('Geometry', KEYS(i))) place(i) = config%get_real('Geometry', KEYS(i))
     end do
   end function geometry_centre
+
+  !> Lengths of the box, L; 0 in x where the flow is plane, at x = 0.
+  function box_of(config) result(box)
+    type(config_t), intent(in) :: config
+    real(rp) :: box(3)
+    box = [config%get_real('Geometry', 'xl'), config%get_real('Geometry', 'yl'), config%get_real('Geometry', 'zl')]
+    if (config%get_integer('Resolution', 'nx') == 1) box(1) = 0
+  end function box_of
 
   function numbers(x) result(text)
     real(rp), intent(in) :: x(3)

@@ -116,6 +116,7 @@ contains
     type(wing_motion_t) :: motion
     type(message_list_t) :: errors, notices
     character(*), parameter :: ALPHA_THETA = 'nfft_alpha=0;'//NL//'nfft_theta=0;'//NL
+    call expect(kit, '10'//NL//'0.3 0.1 0.2'//NL, 'k.ini: has no section [kinematics]; kinematics files from before 2015')
     call expect(kit, '[kinematics]'//NL//SERIES, 'k.ini: [kinematics] type: is missing; valid: fourier')
     call expect(kit, '[kinematics]'//NL//'type=spline;'//NL//SERIES, &
                 'k.ini:2: [kinematics] type: ''spline'' is unknown')

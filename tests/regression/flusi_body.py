@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whole runs with a body beside the wings: ranks, restart to the bit, forces by colour, momentum, the sphere, mistakes.
+
+usage: flusi_body.py <flusi> <h5dump> [tests]
+
+The grids are far too coarse for physics; what is tested is that parts fit together.
+"""
+from flusi_wing import BEAT, SERIES, WING, make, restarted, steps
+from whole_program import EXIT_USER, check, close, main, merged
+
+BODY = merged(WING, {
+    "Insects": {"BodyType": "drosophila_maeda", "BodyMotion": "pitch", "x_pivot_l": "0.05 0.2165 0.0", "WingShape": "bumblebee",
+                "x_pivot_r": "0.05 -0.2165 0.0", "Jxx": None, "Jyy": None, "wing_length": None},
+    "Saving": {"tsave": 9, "tintegral": 1e-9},
+})
+THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
+STILL = {"MeanFlow": {"iMeanFlow_x": "free", "iMeanFlow_y": "free", "iMeanFlow_z": "free"}, "Sponge": {"iVorticitySponge": "no"}}
+
+
+def same_on_ranks(case, ini, ranks):
+    one = make(case.sub("ranks_1"), ini, 1)
+    other = make(case.sub(f"ranks_{ranks}"), ini, ranks)
+    for name in (*SERIES, "forces_part1.t"):
+        a, b = one.series(name).rows, other.series(name).rows
+        check(len(a) == len(b) > 3, f"{name} has the same records on {ranks} ranks")
+        for p, q in zip(zip(*a), zip(*b)):
+            close(p, q, 2e-8, f"a column of {name}")
+    return one
+
+
+def check_parts(run):
+    """Force and power of body and wings are those of all."""
+    for whole, *parts in zip(*(run.series(f"forces{n}.t").rows for n in ("", "_part1", "_part2", "_part3"))):
+        for columns in (range(1, 4), range(4, 7), (13,)):
+            close([whole[c] for c in columns], [sum(p[c] for p in parts) for c in columns], 1e-7, "body and wings are all")
+
+
+def check_momentum(run, lengths):
+    """What the flow loses of its momentum the body and the wings feel: d/dt of the mean flow is -F/volume. The difference of
+    two records is that of Adams-Bashforth, 3/2 of the force of a step minus 1/2 of the one before."""
+    volume = lengths[0] * lengths[1] * lengths[2]
+    flow, forces = run.series("meanflow.t").rows, run.series("forces.t").rows
+    for n in range(2, len(flow) - 1):
+        dt = flow[n + 1][0] - flow[n][0]
+        before = flow[n][0] - flow[n - 1][0]
+        for axis in (1, 2, 3):
+            force = forces[n][axis] + dt / before / 2 * (forces[n][axis] - forces[n - 1][axis])
+            scale = max(abs(f[axis]) for f in forces)
+            check(abs((flow[n + 1][axis] - flow[n][axis]) / dt * volume + force) < 1e-4 * scale,
+                  f"record {n}, axis {axis}: {(flow[n + 1][axis] - flow[n][axis]) / dt * volume} is not {-force}")
+
+
+def test_ranks(case):
+    run = same_on_ranks(case, merged(BODY, STILL), 3)
+    check_parts(run)
+    check_momentum(run, (4, 4, 2))
+    check(any(abs(row[13]) > 1e-6 for row in run.series("forces_part1.t").rows), "a body that pitches gives power to the flow")
+
+
+def test_thin(case):
+    run = same_on_ranks(case, merged(merged(BODY, STILL), THIN), 2)
+    check_parts(run)
+
+
+def test_restart(case):
+    restarted(case, BODY, ranks=2)
+    restarted(case.sub("thin"), merged(BODY, THIN), ranks=2)
+
+
+def test_sphere(case):
+    """The body called sphere without wings is the sphere of iMask, with its smoothing."""
+    flow = merged(WING, {**STILL, "MeanFlow": {"iMeanFlow_x": "fixed", "ux": 1.0}})
+    flow["Insects"] = {}
+    mask = merged(flow, {"Penalization": {"iMask": "sphere", "iMoving": "no"},
+                         "Geometry": {"Size": 0.9, "x0": 2.0, "y0": 2.0, "z0": 1.0}, "Saving": {"tsave": 9, "tintegral": 1e-9}})
+    body = merged(flow, {"Insects": {"BodyType": "sphere", "L_body": 0.9, "LeftWing": "no", "RightWing": "no",
+                                     "x0": "2.0 2.0 1.0", "body_smoothing": "1.5*dx"},
+                         "Saving": {"tsave": 9, "tintegral": 1e-9}})
+    a, b = make(case.sub("mask"), mask, 2), make(case.sub("body"), body, 2)
+    rows = [run.series("forces.t").rows for run in (a, b)]
+    check(len(rows[0]) == len(rows[1]) == 17, "the same number of records")
+    for p, q in zip(*(list(zip(*r))[1:4] for r in rows)):
+        close(p, q, 1e-9, "the force on the sphere")
+
+
+def test_mistakes(case):
+    case.write("beat.ini", BEAT)
+    case.write("open.stl", "solid x\n" + "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+               "endloop\nendfacet\n" * 4 + "endsolid\n")
+    for name, keys, words in (("open", {"BodyType": "from_file::open.stl"}, "open.stl"),
+                              ("missing", {"BodyType": "from_file::gone.stl"}, "does not exist"),
+                              ("profile", {"BodyType": "revolution"}, "body_profile: is missing"),
+                              ("large", {"BodyType": "sphere", "L_body": 5.0}, "larger than the box"),
+                              ("edges", {"WingShape": WING["Insects"]["WingShape"], "wing_length": 1.0,
+                                         "wing_edges": "flusi"}, "wing_edges: is flusi"),
+                              ("nothing", {"BodyType": "nobody", "LeftWing": "no", "RightWing": "no"}, "neither a wing nor a body")):
+        case.write(f"{name}.ini", merged(BODY, {"Insects": keys}))
+        done = case.run(f"{name}.ini", "--check", code=EXIT_USER)
+        check(words in done.err, f"{name}: {words!r} is told, not {done.err}")
+
+
+if __name__ == "__main__":
+    main(globals())
