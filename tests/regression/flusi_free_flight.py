@@ -19,6 +19,18 @@ FREE = merged(WING, {
     "MeanFlow": {"iMeanFlow_x": "free", "iMeanFlow_y": "free", "iMeanFlow_z": "free", "ux": 0.0},
     "Saving": {"tsave": 9, "tintegral": 1e-9},
 })
+SPHERE = {
+    "Resolution": {"nx": 24, "ny": 24, "nz": 24},
+    "Geometry": {"xl": 3.0, "yl": 3.0, "zl": 3.0},
+    "Time": {"nt": 16, "CFL": 0.5},
+    "ReynoldsNumber": {"nu": 2e-3},
+    "InitialCondition": {"inicond": "quiescent"},
+    "Penalization": {"iPenalization": "yes", "iMask": "Insect", "eps": 5e-3},
+    "Insects": {"BodyMotion": "free_flight", "BodyType": "sphere", "L_body": 1.0, "LeftWing": "no", "RightWing": "no",
+                "mass": 1.34, "gravity": -1.0 / 1.34, "J_body_yawpitchroll": "0.134 0.134 0.134", "x0": "1.5 1.5 1.5"},
+    "MeanFlow": {"iMeanFlow": 1, "ux": 0.0, "uy": 0.0, "uz": 0.0},
+    "Saving": {"tsave": 0.02, "tintegral": 1e-9, "iSaveVelocity": "yes"},
+}
 EXAMPLE = (1.98429110, 2.0, 2.49915336, -4.06257288e-2, 0.0, -4.20213464e-3)
 THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
 
@@ -75,6 +87,15 @@ def test_flexible(case):
     run.write("run.ini", merged(ini, {"Flexible_wing": {"gravity": "0 0 -9.81"}}))
     done = run.run("run.ini", "--check", code=EXIT_USER)
     check("is not that of [Insects] gravity" in done.err, f"two weights are refused: {done.err}")
+
+
+def test_sphere(case):
+    """A body without wings falls: restart to the bit, and the first fall is that of its mass with the fluid it carries."""
+    whole, _ = restarted(case, SPHERE, ranks=2)
+    rows = whole.series("rigidsolidsolver.t").rows
+    fall = -rows[-1][6] / rows[-1][0]
+    check(0.5 < fall * 1.34 < 0.85, f"it falls slower than in a vacuum, where it would with 1/1.34: {fall}")
+    check(max(map(abs, rows[-1][4:6])) < 1e-6, "and straight down")
 
 
 def test_repeat(case):

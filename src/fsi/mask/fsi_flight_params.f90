@@ -127,6 +127,7 @@ contains
     is_there = [config%get_switch(SECTION, 'LeftWing'), config%get_switch(SECTION, 'RightWing')]
     if (.not. any(is_there)) then
       allocate (params%wings(0))
+      if (params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, errors, notices)
       params%thin%is_thin = .false.
       if (.not. wants_body(config)) call config%complain(errors, SECTION, 'LeftWing', &
         'there is neither a wing nor a body; valid: yes for LeftWing or RightWing, or a BodyType')
