@@ -26,6 +26,7 @@ program test_bodies
   call test%start(parallel=.false.)
   call check_volumes()
   call check_surface()
+  call check_wedge()
   call check_stl_faults()
   call check_mask()
   call check_wing_volume()
@@ -94,6 +95,25 @@ contains
     call test%check_below('distances near the surface', worst, 1.0e-12_rp)
     call test%check('the sign is right everywhere', signs)
   end subroutine check_surface
+
+  !> A flat tetrahedron: beyond its acute edges the normal of the nearest face alone has the wrong sign.
+  subroutine check_wedge()
+    type(closed_surface_t) :: wedge
+    real(rp), parameter :: CORNERS(3, 4) = reshape([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
+                                                    0.0_rp, 0.0_rp, 0.2_rp], [3, 4])
+    integer, parameter :: FACES(3, 4) = reshape([1, 3, 2, 1, 2, 4, 1, 4, 3, 2, 3, 4], [3, 4])
+    real(rp) :: x(3)
+    integer :: i
+    logical :: signs, is_inside
+    wedge = make_closed_surface(CORNERS, FACES, 0.05_rp)
+    signs = .true.
+    do i = 1, 8000
+      x = [1.4_rp, 1.4_rp, 0.6_rp]*modulo(i*[0.754877666_rp, 0.569840291_rp, 0.438579021_rp], 1.0_rp) - 0.2_rp
+      is_inside = all(x > 0) .and. x(1) + x(2) + 5*x(3) < 1
+      signs = signs .and. (wedge%level_at(x) < 0 .eqv. is_inside)
+    end do
+    call test%check('the sign is right beyond acute edges', signs)
+  end subroutine check_wedge
 
   subroutine check_stl_faults()
     real(rp), allocatable :: points(:, :)
