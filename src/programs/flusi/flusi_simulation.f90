@@ -60,7 +60,7 @@ module flusi_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look_ahead, look, bend, push, fail
   end type simulation_t
 
 contains
@@ -144,8 +144,8 @@ contains
     if (.not. restarts) call self%slots%scan(world, '.', BACKUP_NAME)
     call self%slots%identify(self%files%identity)
     call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, settings%units%note(), self%failure, self%wings, settings%flexible, &
-                          restart_time)
+    call self%series%open(world, self%fluid, settings%units%note(), self%failure, settings%output%spectra, &
+                          self%wings, settings%flexible, restart_time)
     call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), &
                           self%failure, self%wings, restart_time)
     if (self%failure%failed) then
@@ -168,8 +168,7 @@ contains
     if (self%exit_code /= EXIT_OK) return
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
-        call self%output%look_ahead(fluid, .false., request)
-        if (allocated(self%coupler)) call self%coupler%add_request(request)
+        call self%look_ahead(.false., request)
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
@@ -218,8 +217,7 @@ contains
   subroutine write_end(self, request)
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
-    call self%output%look_ahead(self%fluid, .true., request)
-    if (allocated(self%coupler)) call self%coupler%add_request(request)
+    call self%look_ahead(.true., request)
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
@@ -227,6 +225,16 @@ contains
     if (.not. self%failure%failed) call write_all(self)
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
+
+  !> Decides what is due, and takes of the present state what the step that follows would change.
+  subroutine look_ahead(self, is_last, request)
+    class(simulation_t), intent(inout) :: self
+    logical, intent(in) :: is_last
+    type(request_t), intent(out) :: request
+    call self%output%look_ahead(self%fluid, is_last, request)
+    if (self%output%integrals_due) call self%series%look_at_spectra(self%fluid)
+    if (allocated(self%coupler)) call self%coupler%add_request(request)
+  end subroutine look_ahead
 
   !> Takes the load on the flexible wings where they are.
   subroutine look(self)

@@ -7,6 +7,7 @@ module flusi_series
   use fluid_solver, only: fluid_t
   use flusi_coupling_series, only: coupling_series_t
   use flusi_flight_series, only: flight_series_t
+  use flusi_spectra, only: spectra_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
@@ -27,12 +28,14 @@ module flusi_series
     type(series_t) :: forces, mask_volume, residual
     type(series_t) :: part(0:N_COLORS - 1)
     type(flight_series_t) :: flight
+    type(spectra_t) :: spectra
     type(coupling_series_t) :: coupling                   !< every step
     logical :: has_color(0:N_COLORS - 1) = .false.
     logical :: solids = .false., compute_forces = .false., has_wings = .false.
   contains
     procedure :: open => series_open
     procedure :: look => series_look
+    procedure :: look_at_spectra => series_look_at_spectra
     procedure :: write_step => series_write_step
     procedure :: write_integrals => series_write_integrals
     procedure :: write_bending => series_write_bending
@@ -43,12 +46,13 @@ contains
 
   !> Opens all files; with `restart_time` the records before it are kept. Moving wings must be placed.
   !> Collective.
-  subroutine series_open(self, world, fluid, note, failure, wings, flexible, restart_time)
+  subroutine series_open(self, world, fluid, note, failure, with_spectra, wings, flexible, restart_time)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_t), intent(in) :: fluid
     character(*), intent(in) :: note !< second line of every file
     type(failure_t), intent(inout) :: failure
+    logical, intent(in) :: with_spectra
     type(flapping_wings_t), intent(in), optional :: wings
     logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
     real(rp), intent(in), optional :: restart_time
@@ -97,6 +101,7 @@ contains
         end if
       end do
     end if
+    if (with_spectra) call self%spectra%open(world, fluid, note, failure, restart_time)
     self%has_wings = present(wings)
     if (.not. present(wings)) return
     if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
@@ -165,6 +170,14 @@ contains
     call self%coupling%look(wings, coupler, fluid)
   end subroutine series_look
 
+  !> Remembers the energy spectra of the present state, if they are written, for the integrals of the step that follows and
+  !> changes it. Collective.
+  subroutine series_look_at_spectra(self, fluid)
+    class(run_series_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    call self%spectra%look(fluid)
+  end subroutine series_look_at_spectra
+
   !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
   !> `look` must have been called in this step.
   subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
@@ -204,6 +217,7 @@ contains
                               sum(s%power), sum(s%power, 2)])
       call self%divergence%write([t, s%divergence, s%divergence_fluid])
       call self%mean_flow%write([t, s%mean])
+      call self%spectra%write(t)
       if (self%solids) then
         call self%mask_volume%write([t, sum(s%solid_volume), sum(s%solid_momentum, 2)])
         rms = sqrt(s%slip/max(s%solid_volume, tiny(1.0_rp)))
@@ -302,6 +316,7 @@ contains
         if (self%has_color(c)) call self%part(c)%close(failure)
       end do
     end if
+    call self%spectra%close(failure)
     if (self%has_wings) call self%flight%close(failure)
     call self%slip%close(failure)
     call self%coupling%close(failure)
