@@ -13,8 +13,8 @@ import signal
 from whole_program import EXIT_USER, check, close, main, merged, ring, sphere
 
 ALL_FIELDS = {"iSaveVelocity": "yes", "iSaveVorticity": "yes", "iSavePress": "yes", "iSaveMask": "yes",
-              "iSaveMagVorticity": "yes", "iSaveSolidVelocity": "yes"}
-PREFIXES = ["ux", "uy", "uz", "vorx", "vory", "vorz", "vorabs", "p", "mask", "usx", "usy", "usz"]
+              "iSaveMagVorticity": "yes", "iSaveSolidVelocity": "yes", "iSaveQ": "yes", "iSaveSpectrae": "yes"}
+PREFIXES = ["ux", "uy", "uz", "vorx", "vory", "vorz", "vorabs", "p", "mask", "usx", "usy", "usz", "Q"]
 SINGLE = 6e-8  # half a unit in the last place of single precision, relative
 SERIES = 1e-8  # series have nine digits
 
@@ -61,6 +61,19 @@ def test_precision_and_attributes(case):
     last = two.series("energy.t").rows[-1]
     check(abs(last[0] - two.attribute(name["ux"], "time")[0]) <= SERIES * last[0], "the last fields are of the end")
     check(abs(energy - last[9]) <= SERIES * energy, f"the energy of the saved field is that of energy.t: {energy}")
+    spectra = {which: two.series(f"spectrum_{which}.t").rows for which in ("tot", "x", "y", "z")}
+    for row, wanted in zip(spectra["tot"], two.series("energy.t").rows):
+        check(row[0] == wanted[0] and abs(volume * sum(row[1:]) - wanted[9]) <= 3 * SERIES * wanted[9],
+              f"the spectrum at {row[0]} has the energy of the flow")
+    check(len(spectra["tot"]) == len(two.series("energy.t").rows), "spectra come with the other integrals")
+    parts = [sum(values) for values in zip(*(spectra[which][-1][1:] for which in "xyz"))]
+    close(parts, spectra["tot"][-1][1:], SERIES, "the components of the spectrum add up")
+    waves = [2 * math.pi / 2.5 * i for i in range(len(parts))]
+    close([float(word) for word in (two.folder / "spectrum_k.t").read_text().splitlines()[1].split()], waves, SERIES,
+          "wavenumbers of the shells")
+    # Q averages to zero in a periodic box, and is (|vorticity|^2 - 2 S_ij S_ij)/4.
+    q = two.field(name["Q"])
+    check(abs(sum(q)) < 1e-10 * sum(abs(value) for value in q) and max(q) > 0.1, "Q averages to zero")
     mask = two.field(name["mask"])
     check(min(mask) >= 0 and max(mask) == 1, "the mask is between 0 and 1")
     total = two.series("mask_volume.t").rows[-1][1]

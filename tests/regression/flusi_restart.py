@@ -23,7 +23,8 @@ LAST_DIGIT = 2e-8
 RICH = sphere(
     Penalization={"unst_corrections": "yes", "us_fixed": "0.1 0.0 0.0"},
     MeanFlow={"iMeanFlow": None, "iMeanFlow_x": "dynamic", "iMeanFlow_y": "fixed", "m_fluid": 50.0},
-    Saving={"field_precision": "double", "iSaveVorticity": "yes", "iSavePress": "yes", "iSaveMask": "yes"},
+    Saving={"field_precision": "double", "iSaveVorticity": "yes", "iSavePress": "yes", "iSaveMask": "yes",
+            "iSaveQ": "yes", "iSaveSpectrae": "yes"},
     SaveSlices={"use_slicing": "yes", "slice1": 4, "tslice": 0.02})
 
 

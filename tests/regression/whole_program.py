@@ -330,6 +330,8 @@ def same_runs(one, two):
     check(a.keys() == b.keys() and "ekin.t" in a, f"the same series: {sorted(a)}, {sorted(b)}")
     for name in a:
         check(a[name] == b[name], f"{name} is the same line by line")
+        if name == "spectrum_k.t":
+            continue  # one line of wavenumbers, no times
         times = [float(line[0] if isinstance(line, list) else line.split()[0]) for line in b[name]]
         check(len(set(times)) == len(times) > 2, f"{name} has every time once")
     for index in [n for n in one.files() if n.endswith(".xmf")]:

@@ -27,6 +27,7 @@ module io_checkpoint_slots
   contains
     procedure :: scan => slots_scan
     procedure :: newest_valid => slots_newest_valid
+    procedure :: must_find => slots_must_find
     procedure :: choose_oldest_or_invalid => slots_choose_oldest_or_invalid
     procedure :: came_from => slots_came_from
     procedure :: identify => slots_identify
@@ -68,6 +69,16 @@ contains
     found = maxval(self%generation) > 0
     name = slot_name(self, merge(1, 0, self%generation(1) > self%generation(0)))
   end subroutine slots_newest_valid
+
+  !> The name of the newest valid file; fails with the reasons if there is none.
+  subroutine slots_must_find(self, name, failure)
+    class(checkpoint_slots_t), intent(in) :: self
+    character(:), allocatable, intent(out) :: name
+    type(failure_t), intent(inout) :: failure
+    logical :: found
+    call self%newest_valid(name, found)
+    if (.not. found) call failure%raise('there is no valid backup to restart from: '//self%reason(0)//'; '//self%reason(1))
+  end subroutine slots_must_find
 
   !> Name of the file that the next checkpoint replaces, without folder.
   function slots_choose_oldest_or_invalid(self) result(name)

@@ -53,7 +53,7 @@ contains
     type(settings_t), intent(in) :: settings
     type(memory_t) :: m
     m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
-                        settings%looks_at_pressure(), ranks, &
+                        settings%looks_at_pressure(), settings%output%needs_scratch(), ranks, &
                         settings%output%held_fields(settings%fluid%grid%n(1)))
     if (.not. m%possible) return
     if (m%largest_buffer > huge(1)) then
@@ -92,6 +92,7 @@ contains
       if (o%velocity) call add('ux uy uz', 3)
       if (o%vorticity) call add('vorx vory vorz', 3)
       if (o%vorticity_magnitude) call add('vorabs', 1)
+      if (o%q_criterion) call add('Q', 1)
       if (o%pressure) call add('p', 1)
       if (o%mask) call add('mask', 1)
       if (o%solid_velocity) call add('usx usy usz', 3)
@@ -100,6 +101,7 @@ contains
       if (o%averages%is_on .and. o%averages%enstrophy) call add('zavg', 1)
       write (unit, '(a)') 'files that would be written'
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
+      if (o%spectra) write (unit, '(a)') '            spectrum_tot.t spectrum_x.t spectrum_y.t spectrum_z.t spectrum_k.t'
       if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
       if ((p%penalized .or. p%moving) .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
       if (p%moving .and. settings%flight%thin%is_thin) write (unit, '(a)') '            slip.t'

@@ -95,7 +95,9 @@ contains
     call r%add_switch('Saving', 'iSaveSolidVelocity', .false., 'save usx usy usz')
     call r%add_switch('Saving', 'iSaveWingSides', .false., 'save pressure and traction on both sides of the wings with '// &
                       'their surfaces')
-    call r%add_switch('Saving', 'iSaveSpectrae', .false., 'save spectra', unbuilt='writing of energy spectra')
+    call r%add_switch('Saving', 'iSaveQ', .false., 'save Q, the Q criterion -1/2 A_ij A_ji of the velocity gradient A')
+    call r%add_switch('Saving', 'iSaveSpectrae', .false., 'with the integrals, energy spectra: spectrum_tot.t, _x.t, '// &
+                      '_y.t, _z.t have the mean of u^2/2 in each shell of wavenumbers of spectrum_k.t')
     call r%add_word('Saving', 'field_precision', 'single', 'single|double', 'of the saved fields')
     call r%add_integer('Saving', 'striding', 1, 'save every so many-th point in each direction', min=1)
     call r%add_word('Saving', 'naming', 'time', 'time|step', 'number in the file names: 1000 t, or the time step')

@@ -19,10 +19,11 @@ module flusi_memory
 contains
 
   !> The largest need of any of `ranks` ranks.
-  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, couples, ranks, held_fields) result(m)
+  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, couples, makes_fields, ranks, held_fields) result(m)
     type(fluid_params_t), intent(in) :: p
     logical, intent(in) :: keeps_fields, keeps_pressure, keeps_rhs
     logical, intent(in) :: couples !< flexible wings, which look at the pressure
+    logical, intent(in) :: makes_fields !< any field is written that is not one of those kept
     integer, intent(in) :: ranks
     real(rp), intent(in) :: held_fields !< by the output, one is as large as a component of the velocity
     type(memory_t) :: m
@@ -69,7 +70,7 @@ contains
     end if
     m%running = state + buffers
     if (keeps_fields) m%running = m%running + 8*points*6
-    if (keeps_fields .or. keeps_pressure) m%running = m%running + 8*points ! scratch to write one field
+    if (keeps_fields .or. keeps_pressure .or. makes_fields) m%running = m%running + 8*points ! scratch to write one field
     if (keeps_pressure) m%running = m%running + 16*sticks*s%nkz
     if (couples) m%running = m%running + 8*points
     m%running = m%running + 8*points*held_fields

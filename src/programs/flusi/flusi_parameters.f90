@@ -58,7 +58,7 @@ contains
     type(memory_t) :: m
     character(140) :: text
     m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), &
-                        settings%needs_trials(), settings%flexible, world%size, &
+                        settings%needs_trials(), settings%flexible, settings%output%needs_scratch(), world%size, &
                         settings%output%held_fields(settings%fluid%grid%n(1)))
     if (m%possible .and. m%largest_buffer <= huge(1)) return
     if (m%possible) then

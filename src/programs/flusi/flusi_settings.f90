@@ -42,7 +42,8 @@ module flusi_settings
     real(rp) :: t_save = 0, t_save_first = 0, t_integral = 0
     integer :: it_integral = 0
     logical :: velocity = .false., pressure = .false., vorticity = .false., vorticity_magnitude = .false., &
-               mask = .false., solid_velocity = .false., wing_sides = .false.
+               mask = .false., solid_velocity = .false., wing_sides = .false., q_criterion = .false.
+    logical :: spectra = .false.
     logical :: single_precision = .true.
     integer :: stride = 1
     character(:), allocatable :: naming
@@ -59,6 +60,7 @@ module flusi_settings
   contains
     procedure :: needs_fields => output_needs_fields
     procedure :: held_fields => output_held_fields
+    procedure :: needs_scratch => output_needs_scratch
   end type output_params_t
 
   type :: settings_t
@@ -123,6 +125,8 @@ contains
     p%pressure = c%get_switch('Saving', 'iSavePress')
     p%vorticity = c%get_switch('Saving', 'iSaveVorticity')
     p%vorticity_magnitude = c%get_switch('Saving', 'iSaveMagVorticity')
+    p%q_criterion = c%get_switch('Saving', 'iSaveQ')
+    p%spectra = c%get_switch('Saving', 'iSaveSpectrae')
     p%mask = c%get_switch('Saving', 'iSaveMask') .and. fluid%penalized
     p%solid_velocity = c%get_switch('Saving', 'iSaveSolidVelocity') .and. fluid%penalized
     p%wing_sides = c%get_switch('Saving', 'iSaveWingSides') .and. fluid%moving
@@ -288,6 +292,12 @@ contains
     n = self%averages%n_fields()
     if (self%slices .and. self%stack > 1) n = n + 3*count(self%slice >= 0)*real(self%stack, rp)/nx
   end function output_held_fields
+
+  !> Whether any output needs room to make a field.
+  pure logical function output_needs_scratch(self) result(needs)
+    class(output_params_t), intent(in) :: self
+    needs = self%needs_fields() .or. self%pressure .or. self%mask .or. self%solid_velocity .or. self%q_criterion
+  end function output_needs_scratch
 
   !> Whether any pass will be asked for velocity or vorticity in physical space.
   pure logical function settings_needs_fields(self) result(needs)

@@ -64,7 +64,7 @@ module flusi_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look, bend, push, move_wings, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look_ahead, look, bend, push, move_wings, fail
   end type simulation_t
 
 contains
@@ -149,8 +149,8 @@ contains
     if (.not. restarts) call self%slots%scan(world, '.', BACKUP_NAME)
     call self%slots%identify(self%files%identity)
     call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, settings%units%note(), self%failure, self%wings, settings%flexible, &
-                          restart_time)
+    call self%series%open(world, self%fluid, settings%units%note(), self%failure, settings%output%spectra, &
+                          self%wings, settings%flexible, restart_time)
     call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), &
                           self%failure, self%wings, restart_time)
     if (self%failure%failed) then
@@ -178,8 +178,7 @@ contains
     end if
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
-        call self%output%look_ahead(fluid, .false., request, self%averages)
-        if (allocated(self%coupler)) call self%coupler%add_request(request)
+        call self%look_ahead(.false., request)
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
@@ -225,8 +224,7 @@ contains
   subroutine write_end(self, request)
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
-    call self%output%look_ahead(self%fluid, .true., request, self%averages)
-    if (allocated(self%coupler)) call self%coupler%add_request(request)
+    call self%look_ahead(.true., request)
     call self%fluid%evaluate(request, self%failure, self%wings)
     self%blown_up = self%failure%failed
     if (self%failure%failed) return
@@ -235,6 +233,16 @@ contains
     call self%output%flush(self%fluid, self%failure)
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
+
+  !> Decides what is due, and takes of the present state what the step that follows would change.
+  subroutine look_ahead(self, is_last, request)
+    class(simulation_t), intent(inout) :: self
+    logical, intent(in) :: is_last
+    type(request_t), intent(out) :: request
+    call self%output%look_ahead(self%fluid, is_last, request, self%averages)
+    if (self%output%integrals_due) call self%series%look_at_spectra(self%fluid)
+    if (allocated(self%coupler)) call self%coupler%add_request(request)
+  end subroutine look_ahead
 
   !> Takes the load on the flexible wings where they are.
   subroutine look(self)
@@ -326,19 +334,12 @@ contains
     type(command_t), intent(in) :: command
     type(message_list_t), intent(inout) :: remarks
     character(:), allocatable :: path
-    logical :: found
     path = command%restart_file
     ! --restart goes on from the newest backup, also where the run once began from a named one.
     if (.not. command%restart .and. index(self%settings%fluid%inicond, 'backup::') == 1) &
       path = self%settings%fluid%inicond(9:)
-    if (path == '') then
-      call self%slots%newest_valid(path, found)
-      if (.not. found) then
-        call self%failure%raise('there is no valid backup to restart from: '//self%slots%reason(0)//'; '// &
-                                self%slots%reason(1))
-        return
-      end if
-    end if
+    if (path == '') call self%slots%must_find(path, self%failure)
+    if (self%failure%failed) return
     call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%failure, &
                        self%wings, self%coupler, self%thin, self%averages)
     call self%slots%came_from(path)

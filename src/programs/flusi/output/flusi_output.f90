@@ -8,6 +8,7 @@ module flusi_output
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use fluid_fields, only: mask_field, solid_velocity_field
+  use fluid_q_criterion, only: q_criterion
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use fluid_timestep, only: is_due
@@ -62,8 +63,7 @@ contains
     if (present(wings) .and. params%wing_sides) call self%sides%init(world, fluid, wings)
     self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
-      if (params%needs_fields() .or. params%pressure .or. params%mask .or. params%solid_velocity) &
-        allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
+      if (params%needs_scratch()) allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
     end associate
     if (params%slices .and. params%stack > 1) then
       allocate (self%stack)
@@ -73,10 +73,11 @@ contains
     call self%index%open(world, name//'.xmf', failure, restart_time)
   end subroutine output_init
 
-  !> Decides what has to be written for the state of `fluid`, and what its next pass must provide.
+  !> Decides what has to be written for the state of `fluid`, and what its next pass must provide. Takes what the step
+  !> that follows would change: Q, which stays in the scratch until `write`. Collective.
   subroutine output_look_ahead(self, fluid, is_last, request, averages)
-    class(output_t), intent(inout) :: self
-    type(fluid_t), intent(in) :: fluid
+    class(output_t), target, intent(inout) :: self
+    type(fluid_t), target, intent(inout) :: fluid
     logical, intent(in) :: is_last !< the end of the run: everything is due
     type(request_t), intent(out) :: request
     type(averages_t), intent(in), optional :: averages
@@ -93,6 +94,8 @@ contains
       if (present(averages)) request%fields = request%fields .or. averages%wants(t)
       request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
     end associate
+    if (self%fields_due .and. self%params%q_criterion) &
+      call q_criterion(fluid%transform, fluid%rhs%state%u, self%scratch(:, :, :, 1))
   end subroutine output_look_ahead
 
   !> Writes what `look_ahead` found due, from the pass that has run since. Collective.
@@ -115,6 +118,7 @@ contains
       label = label_of(p, fluid%sums_time, step, p%t_save)
       if (self%fields_due) then
         n_saved = 0
+        if (p%q_criterion) call save('Q', self%scratch(:, :, :, 1)) ! before the scratch is used for others
         do c = 1, 3
           if (p%velocity) call save('u'//AXES(c:c), rhs%fields(:, :, :, c))
         end do

@@ -8,6 +8,7 @@ module flusi_series
   use flusi_body_series, only: body_series_t
   use flusi_coupling_series, only: coupling_series_t
   use flusi_flight_series, only: flight_series_t
+  use flusi_spectra, only: spectra_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_surface_load, only: surface_load_t
@@ -29,6 +30,7 @@ module flusi_series
     type(series_t) :: part(0:N_COLORS - 1)
     type(flight_series_t) :: flight
     type(body_series_t) :: body                           !< every step of a free flight
+    type(spectra_t) :: spectra
     type(coupling_series_t) :: coupling                   !< every step
     logical :: has_color(0:N_COLORS - 1) = .false.
     logical :: solids = .false., compute_forces = .false., has_wings = .false.
@@ -36,6 +38,7 @@ module flusi_series
     procedure :: open => series_open
     procedure :: look => series_look
     procedure :: write_flight => series_write_flight
+    procedure :: look_at_spectra => series_look_at_spectra
     procedure :: write_step => series_write_step
     procedure :: write_integrals => series_write_integrals
     procedure :: write_bending => series_write_bending
@@ -46,12 +49,13 @@ contains
 
   !> Opens all files; with `restart_time` the records before it are kept. Moving wings must be placed.
   !> Collective.
-  subroutine series_open(self, world, fluid, note, failure, wings, flexible, restart_time)
+  subroutine series_open(self, world, fluid, note, failure, with_spectra, wings, flexible, restart_time)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_t), intent(in) :: fluid
     character(*), intent(in) :: note !< second line of every file
     type(failure_t), intent(inout) :: failure
+    logical, intent(in) :: with_spectra
     type(flapping_wings_t), intent(in), optional :: wings
     logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
     real(rp), intent(in), optional :: restart_time
@@ -100,6 +104,7 @@ contains
         end if
       end do
     end if
+    if (with_spectra) call self%spectra%open(world, fluid, note, failure, restart_time)
     self%has_wings = present(wings)
     if (.not. present(wings)) return
     if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
@@ -177,6 +182,14 @@ contains
     if (allocated(wings%flyer)) call self%body%write(wings%time, wings%flyer)
   end subroutine series_write_flight
 
+  !> Remembers the energy spectra of the present state, if they are written, for the integrals of the step that follows and
+  !> changes it. Collective.
+  subroutine series_look_at_spectra(self, fluid)
+    class(run_series_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    call self%spectra%look(fluid)
+  end subroutine series_look_at_spectra
+
   !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
   !> `look` must have been called in this step.
   subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
@@ -218,6 +231,7 @@ contains
                               sum(s%power), sum(s%power, 2)])
       call self%divergence%write([t, s%divergence, s%divergence_fluid])
       call self%mean_flow%write([t, s%mean])
+      call self%spectra%write(t)
       if (self%solids) then
         call self%mask_volume%write([t, sum(s%solid_volume), sum(s%solid_momentum, 2)])
         rms = sqrt(s%slip/max(s%solid_volume, tiny(1.0_rp)))
@@ -333,6 +347,7 @@ contains
         if (self%has_color(c)) call self%part(c)%close(failure)
       end do
     end if
+    call self%spectra%close(failure)
     if (self%has_wings) call self%flight%close(failure)
     call self%slip%close(failure)
     call self%body%close(failure)

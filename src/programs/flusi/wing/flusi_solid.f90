@@ -224,15 +224,10 @@ contains
     type(identity_t) :: was
     type(message_list_t) :: none
     character(:), allocatable :: path
-    logical :: found
     path = command%restart_file
     if (path == '') then
-      call self%slots%newest_valid(path, found)
-      if (.not. found) then
-        call problem%raise('there is no valid backup to restart from: '//self%slots%reason(0)//'; '// &
-                           self%slots%reason(1))
-        return
-      end if
+      call self%slots%must_find(path, problem)
+      if (problem%failed) return
       path = join_path(folder_of(self%settings%name), path)
     end if
     call reader%open(self%world, path, problem)

@@ -1,0 +1,98 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Energy spectra over time, with FLUSI's file names: spectrum_tot.t, and spectrum_x.t, ..._y.t and ..._z.t of the components
+!> of the velocity have a column for each shell of wavenumbers, spectrum_k.t has these wavenumbers.
+module flusi_spectra
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text_file, only: write_text
+  use fluid_shells, only: count_shells, shell_energies, shell_width
+  use fluid_solver, only: fluid_t
+  use io_series, only: series_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: spectra_t
+
+  character(*), parameter :: NAMES(4) = ['tot', 'x  ', 'y  ', 'z  ']
+
+  type :: spectra_t
+    private
+    type(series_t) :: series(size(NAMES))
+    real(rp), allocatable :: energies(:, :) !< (0:shells-1, 3) of the last look, L^2/T^2; not allocated: no spectra
+  contains
+    procedure :: open => spectra_open
+    procedure :: look => spectra_look
+    procedure :: write => spectra_write
+    procedure :: close => spectra_close
+  end type spectra_t
+
+contains
+
+  !> Opens all files; with `restart_time` the records before it are kept. Without this call all others do nothing.
+  !> Collective.
+  subroutine spectra_open(self, world, fluid, note, failure, restart_time)
+    class(spectra_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(fluid_t), intent(in) :: fluid
+    character(*), intent(in) :: note !< second line of every series
+    type(failure_t), intent(inout) :: failure
+    real(rp), intent(in), optional :: restart_time
+    character(40), allocatable :: columns(:)
+    character(16) :: number
+    character(:), allocatable :: numbers
+    real(rp) :: width
+    integer :: i, n
+    logical :: ok
+    width = shell_width(fluid%rhs%params%grid)
+    n = count_shells(world, fluid%rhs%params%grid, fluid%transform%sticks)
+    allocate (self%energies(0:n - 1, 3), columns(0:n))
+    columns(0) = 'time [T]'
+    numbers = ''
+    do i = 0, n - 1
+      write (number, '(es16.8)') i*width
+      numbers = numbers//number
+      write (number, '(es10.3)') i*width
+      columns(i + 1) = 'E('//trim(adjustl(number))//') [L^2/T^2]'
+    end do
+    do i = 1, size(NAMES)
+      call self%series(i)%open(world, 'spectrum_'//trim(NAMES(i))//'.t', columns, failure, restart_time=restart_time, &
+                               note=note)
+    end do
+    if (failure%failed) return
+    ok = .true.
+    if (world%is_root) call write_text('spectrum_k.t', '% wavenumbers [1/L] of the columns behind the time'// &
+                                       new_line('a')//numbers//new_line('a'), ok)
+    if (world%max_integer(merge(0, 1, ok)) > 0) call failure%raise('spectrum_k.t: cannot be written; is the disk full?')
+  end subroutine spectra_open
+
+  !> Remembers the spectra of the present state, which a step changes. Collective.
+  subroutine spectra_look(self, fluid)
+    class(spectra_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    if (.not. allocated(self%energies)) return
+    call shell_energies(fluid%rhs%world, fluid%rhs%params%grid, fluid%transform%sticks, fluid%rhs%state%u, self%energies)
+  end subroutine spectra_look
+
+  !> Writes what the last `look` has seen, which was at `time`.
+  subroutine spectra_write(self, time)
+    class(spectra_t), intent(inout) :: self
+    real(rp), intent(in) :: time
+    integer :: c
+    if (.not. allocated(self%energies)) return
+    call self%series(1)%write([time, sum(self%energies, 2)])
+    do c = 1, 3
+      call self%series(1 + c)%write([time, self%energies(:, c)])
+    end do
+  end subroutine spectra_write
+
+  !> Closes all files; fails if one of them could not be written completely. Collective.
+  subroutine spectra_close(self, failure)
+    class(spectra_t), intent(inout) :: self
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    if (.not. allocated(self%energies)) return
+    do i = 1, size(self%series)
+      call self%series(i)%close(failure)
+    end do
+  end subroutine spectra_close
+end module flusi_spectra
