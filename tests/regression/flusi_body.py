@@ -63,6 +63,17 @@ def test_thin(case):
     check_parts(run)
 
 
+def test_covered(case):
+    """Wings without thickness inside a body at rest, where the mask is 1, are part of it."""
+    ini = merged(merged(BODY, STILL), THIN)
+    ini = merged(ini, {"Insects": {"BodyType": "sphere", "L_body": 1.9, "BodyMotion": "tethered", "wing_length": 0.4,
+                                   "WingShape": WING["Insects"]["WingShape"]}})
+    run = make(case, ini, 1)
+    for side in ("2", "3"):
+        rows = run.series(f"forces_part{side}.t").rows
+        check(len(rows) > 3 and not any(any(row[1:14]) for row in rows), "a wing inside the body has no force, moment and power")
+
+
 def test_restart(case):
     restarted(case, BODY, ranks=2)
     restarted(case.sub("thin"), merged(BODY, THIN), ranks=2)

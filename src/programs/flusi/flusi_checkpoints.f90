@@ -24,10 +24,10 @@ module flusi_checkpoints
 
   !> Inputs that a state belongs to: the size and place of what is in the flow, and SI values of its units, in which wings
   !> count their time. Kinematics are judged by what they do (fsi_pose_restart).
-  character(28), parameter :: STATE_KEYS(12) = [character(28) :: '[units] length', '[units] frequency', &
+  character(28), parameter :: STATE_KEYS(15) = [character(28) :: '[units] length', '[units] frequency', &
     '[units] density', '[Geometry] *', '[Penalization] iMask', '[Penalization] iPenalization', &
     '[Penalization] iMoving', '[Penalization] iChannel', '[Insects] LeftWing', '[Insects] RightWing', &
-    '[Insects] WingShape', '[Insects] wing_length']
+    '[Insects] WingShape', '[Insects] wing_length', '[Insects] BodyType', '[Insects] body_profile', '[Insects] body_scale']
 
 contains
 

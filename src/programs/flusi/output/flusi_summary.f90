@@ -53,6 +53,7 @@ contains
       end do
     end do
     text = summary_text(settings, name, beats)
+    call add_body(settings, period, n, text, failure)
     if (settings%flight%flyer%is_free) text = text//free_flight_text(settings%flight, settings%fluid, beats(LIFT, n)%mean, &
                                                                      (n - 1)*period, n*period, failure)
     if (failure%failed) return
@@ -80,6 +81,32 @@ contains
     call write_text('summary.txt', text, ok)
     if (.not. ok) call failure%raise('summary.txt: cannot be written; is the disk full?')
   end subroutine write_summary
+
+  !> Adds to `text` what the body has of lift, drag and power in the last of n beats, if there is one.
+  subroutine add_body(settings, period, n, text, failure)
+    type(settings_t), intent(in) :: settings
+    real(rp), intent(in) :: period
+    integer, intent(in) :: n
+    character(:), allocatable, intent(inout) :: text
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: series(:, :), values(:, :)
+    type(beat_t) :: beats(3)
+    character(140) :: line
+    real(rp) :: r, f
+    integer :: i
+    if (.not. settings%flight%solid%exists()) return
+    call read_series('forces_part1.t', FORCE_COLUMNS, series, failure)
+    if (failure%failed) return
+    call quantities(settings, series, values)
+    do i = 1, 3
+      beats(i) = beat_statistics(series(1, :), values(merge(POWER, i, i == 3), :), period, n)
+    end do
+    r = settings%flight%wings(1)%length()
+    f = settings%flight%frequency()
+    write (line, '(a,3f12.5,a)') 'body', beats%mean/[r**4*f**2, r**4*f**2, r**5*f**3], &
+      '               of these in the last beat'
+    text = text//trim(line)//NL
+  end subroutine add_body
 
   !> Lift, drag and so on (quantity, record) from the records of forces.t. Lift is along z; drag is along the
   !> horizontal mean flow, or along x if there is none.
