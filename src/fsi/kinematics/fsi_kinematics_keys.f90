@@ -8,7 +8,6 @@ module fsi_kinematics_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use fsi_body_keys, only: body_pivot
   use fsi_body_motion_keys, only: register_body_motion_keys
   use fsi_kinematics, only: body_rotation, body_t, wing_mount_t
   use fsi_named_motions, only: NAMED_MOTIONS, set_named_motion
@@ -86,14 +85,15 @@ contains
 
   !> Left and right wing: how they hang on the body, and what all motions share. With `errors` complains if
   !> both hang at the same point or the left one is not on the left.
-  subroutine read_mounts(config, mounts, motions, errors)
+  subroutine read_mounts(config, pivot, mounts, motions, errors)
     type(config_t), intent(in) :: config
+    real(rp), intent(in) :: pivot(3) !< L, hinge of the left wing in the body frame, where the user gives none
     type(wing_mount_t), intent(out) :: mounts(2)
     type(wing_motion_t), intent(out) :: motions(2)
     type(message_list_t), intent(inout), optional :: errors
     mounts%eta = config%get_real(SECTION, 'eta0')*(PI/180)
-    mounts(1)%hinge = body_pivot(config)
-    mounts(2)%hinge = mounts(1)%hinge*[1, -1, 1]
+    mounts(1)%hinge = pivot
+    mounts(2)%hinge = pivot*[1, -1, 1]
     if (config%is_given(SECTION, 'x_pivot_l')) mounts(1)%hinge = config%get_reals(SECTION, 'x_pivot_l')
     if (config%is_given(SECTION, 'x_pivot_r')) mounts(2)%hinge = config%get_reals(SECTION, 'x_pivot_r')
     mounts(2)%is_right = .true.

@@ -4,7 +4,7 @@ module fsi_flight_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use fsi_body_keys, only: read_body_shape, register_body_keys, wants_body
+  use fsi_body_keys, only: body_pivot, read_body_shape, register_body_keys, wants_body
   use fsi_body_motion, only: body_motion_t
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_flyer, only: flyer_params_t
@@ -134,9 +134,9 @@ contains
       return
     end if
     if (all(is_there)) then
-      call read_mounts(config, mounts, motions, errors)
+      call read_mounts(config, body_pivot(config), mounts, motions, errors)
     else
-      call read_mounts(config, mounts, motions) ! the other hinge does not matter
+      call read_mounts(config, body_pivot(config), mounts, motions) ! the other hinge does not matter
     end if
     edges = draws_to_outline(config, params%thin%is_thin)
     call read_wing_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, solid, &

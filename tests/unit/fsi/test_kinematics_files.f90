@@ -220,7 +220,7 @@ contains
                  'FlappingMotion_left=from_file::a/k.ini;'//NL//'FlappingMotion_right=kinematics_loader::t.dat;'//NL// &
                           'wing_frequency=158;'//NL, 'run.ini', registry, errors, notices)
     call read_body(config, body)
-    call read_mounts(config, mounts, motions, errors)
+    call read_mounts(config, [0.0_rp, 0.0_rp, 0.0_rp], mounts, motions, errors)
     call kit%check('[Insects] without mistakes', errors%count() == 0)
     call kit%check('the files of both wings', motion_file(config, 1) == 'a/k.ini' .and. &
                    motion_file(config, 2) == 't.dat')
@@ -249,7 +249,7 @@ contains
                          maxval(abs(degrees(motions(1), 0.0_rp) - [80.0_rp, 0.0_rp, 0.0_rp])), 1.0e-12_rp)
     call config%load_text('[Insects]'//NL//'x_pivot_l=1 2 3;'//NL//'x_pivot_r=1 2 3;'//NL, 'run.ini', registry, &
                           errors, notices)
-    call read_mounts(config, mounts, motions, errors)
+    call read_mounts(config, [0.0_rp, 0.0_rp, 0.0_rp], mounts, motions, errors)
     call report(kit, errors, 'run.ini:3: [Insects] x_pivot_r: is the same point as x_pivot_l')
     call read_motion(config, 1, '', '', motions(1), errors, notices)
     call kit%check_below('none: at rest with alpha = 45 degrees', &

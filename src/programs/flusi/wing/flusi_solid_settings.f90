@@ -199,13 +199,14 @@ contains
     type(wing_mount_t) :: mounts(2)
     type(wing_motion_t) :: motions(2)
     type(message_list_t) :: both
+    real(rp), parameter :: AT_CENTRE(3) = 0.0_rp
     character(:), allocatable :: file, text, problem, key
     integer :: wing
     associate (c => s%config)
       wing = merge(1, 2, c%get_word('Motion', 'wing') == 'left')
       key = 'FlappingMotion_'//c%get_word('Motion', 'wing')
       call read_body(c, flapping%body)
-      call read_mounts(c, mounts, motions, both) ! it complains of wings in one place; here is one wing only
+      call read_mounts(c, AT_CENTRE, mounts, motions, both) ! it complains of wings in one place; here is one wing only
       flapping%mount = mounts(wing)
       flapping%motion = motions(wing)
       flapping%length = c%get_real('units', 'length')
