@@ -28,7 +28,6 @@ contains
   !> Declares the keys.
   subroutine register_body_keys(registry)
     type(registry_t), intent(inout) :: registry
-    real(rp), parameter :: ZERO(3) = 0.0_rp
     call registry%add_word(SECTION, 'BodyType', 'nobody', 'nobody|'//NAMED_BODIES//'|revolution|'//FILE_WORD//'*', &
                            'body in the flow: one of FLUSI''s by name, a body of revolution (body_profile), or a '// &
                            'closed surface from an STL file', unbuilt=UNBUILT)

@@ -149,7 +149,7 @@ contains
         do i = 1, self%n(1)
           c = cell(self, i, j, k)
           if (self%first(c + 1) > self%first(c)) then
-            d = nearest(self, c, middle(self, i, j, k))
+            d = nearest_level(self, c, middle(self, i, j, k))
             side = merge(-1, 1, d < 0)
             if (abs(d) > HALF_DIAGONAL*self%edge) self%sides(c) = side
           else
@@ -174,7 +174,7 @@ contains
   end function middle
 
   !> Signed distance from the nearest triangle of a cell that has some.
-  pure real(rp) function nearest(self, c, x) result(level)
+  pure real(rp) function nearest_level(self, c, x) result(level)
     type(closed_surface_t), intent(in) :: self
     integer, intent(in) :: c
     real(rp), intent(in) :: x(3)
@@ -196,7 +196,7 @@ contains
       arm = x - shape%a - best_v*shape%ab - best_w*shape%ac
     end associate
     level = sign(sqrt(best), dot_product(arm, self%normals(:, feature(best_v, best_w), t)))
-  end function nearest
+  end function nearest_level
 
   !> Which normal counts at the place (v, w) of a triangle.
   pure integer function feature(v, w)
@@ -223,7 +223,7 @@ contains
     if (self%first(c + 1) == self%first(c)) then
       level = sign(huge(level), real(self%sides(c), rp))
     else
-      level = nearest(self, c, x)
+      level = nearest_level(self, c, x)
       if (self%sides(c) /= 0) level = sign(level, real(self%sides(c), rp))
     end if
   end function surface_level

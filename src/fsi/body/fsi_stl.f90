@@ -66,13 +66,16 @@ contains
   subroutine read_binary(text, corners)
     character(*), intent(in) :: text
     real(rp), allocatable, intent(out) :: corners(:, :)
-    integer :: i, k, m, at
+    integer :: i, j, axis, m, at
     m = (len(text) - HEAD_BYTES)/FACET_BYTES
     allocate (corners(3, 3*m))
     do i = 1, m
-      do k = 1, 9
-        at = HEAD_BYTES + FACET_BYTES*(i - 1) + 12 + 4*(k - 1)
-        corners(mod(k - 1, 3) + 1, 3*(i - 1) + (k - 1)/3 + 1) = transfer(text(at + 1:at + 4), 0.0_real32)
+      at = HEAD_BYTES + FACET_BYTES*(i - 1) + 12 ! beyond the normal
+      do j = 3*i - 2, 3*i
+        do axis = 1, 3
+          corners(axis, j) = transfer(text(at + 1:at + 4), 0.0_real32)
+          at = at + 4
+        end do
       end do
     end do
   end subroutine read_binary
