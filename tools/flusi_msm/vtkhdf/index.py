@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The XDMF indices that a run writes: which dataset of which file is what at which time."""
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Optional, Tuple
+
+import h5py
+
+from flusi_msm.errors import InputError, Problems
+
+
+class Source(NamedTuple):
+    """A dataset of a file beside the index, with the shape and the bytes per number that the index states."""
+
+    file: str
+    dataset: str
+    shape: Tuple[int, ...]
+    precision: int
+
+
+class Quantity(NamedTuple):
+    """What is known on the points or, if not `on_points`, on the cells; a vector of the flow has a source for each component."""
+
+    sources: Tuple[Source, ...]
+    on_points: bool
+
+
+class Step(NamedTuple):
+    """One time. `triangles` and `points` are those of a surface; a flow has `origin` and `spacing` (x, y, z) and `shape` (z, y, x)."""
+
+    time: float
+    quantities: Dict[str, Quantity]
+    points: Optional[Source] = None
+    triangles: Optional[Source] = None
+    origin: Tuple[float, ...] = ()
+    spacing: Tuple[float, ...] = ()
+    shape: Tuple[int, ...] = ()
+
+
+def _numbers(element: ElementTree.Element) -> Tuple[float, ...]:
+    return tuple(float(word) for word in element.text.split())
+
+
+def _source(item: ElementTree.Element) -> Source:
+    file, dataset = item.text.strip().split(":/")
+    return Source(file, dataset, tuple(int(n) for n in item.get("Dimensions").split()), int(item.get("Precision")))
+
+
+def _quantity(attribute: ElementTree.Element) -> Quantity:
+    item = attribute.find("DataItem")
+    parts = item.findall("DataItem") if item.get("ItemType") == "Function" else [item]
+    return Quantity(tuple(map(_source, parts)), attribute.get("Center") == "Node")
+
+
+def _step(grid: ElementTree.Element) -> Optional[Step]:
+    topology, geometry = grid.find("Topology"), grid.find("Geometry")
+    if grid.get("GridType") != "Uniform" or topology is None or geometry is None:
+        return None
+    time = float(grid.find("Time").get("Value"))
+    quantities = {attribute.get("Name"): _quantity(attribute) for attribute in grid.findall("Attribute")}
+    if topology.get("TopologyType") == "3DCoRectMesh":
+        origin, spacing = (_numbers(item)[::-1] for item in geometry.findall("DataItem"))
+        shape = tuple(int(n) for n in topology.get("Dimensions").split())
+        return Step(time, quantities, origin=origin, spacing=spacing, shape=shape)
+    if topology.get("TopologyType") == "Triangle":
+        return Step(time, quantities, _source(geometry.find("DataItem")), _source(topology.find("DataItem")))
+    return None
+
+
+def read_index(path: Path) -> List[Step]:
+    """The steps of an index in the order of time; none if it is of another kind (the shapes of `flusi --solid` and `--static`).
+    InputError where it cannot be read."""
+    try:
+        series = ElementTree.parse(path).getroot().findall("Domain/Grid")
+        if len(series) != 1 or series[0].get("CollectionType") != "Temporal":
+            return []
+        steps = [_step(grid) for grid in series[0].findall("Grid")]
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    except (ElementTree.ParseError, AttributeError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: not an index of this program: {error}") from None
+    return [] if None in steps else sorted(steps, key=lambda step: step.time)
+
+
+def check_sources(folder: Path, steps: List[Step], problems: Problems) -> None:
+    """Tells every file and dataset that is not there or not as the index states."""
+    for step in steps:
+        wanted = [source for quantity in step.quantities.values() for source in quantity.sources]
+        wanted += [source for source in (step.points, step.triangles) if source]
+        for source in dict.fromkeys(wanted):
+            path = folder / source.file
+            try:
+                with h5py.File(path, "r") as file:
+                    if source.dataset not in file:
+                        problems.error(f"{path}: no dataset '{source.dataset}'")
+                    elif file[source.dataset].shape != source.shape:
+                        problems.error(f"{path}: '{source.dataset}' has the shape {file[source.dataset].shape}, the index of the run "
+                                       f"says {source.shape}")
+            except OSError:
+                problems.error(f"{path}: " + ("not a readable HDF5 file" if path.exists() else "no such file"))
