@@ -90,7 +90,8 @@ contains
     case (ACTION_COMPARE_KEYS)
       if (n_files < 2) call errors%add('--compare-keys needs the names of two key files')
     case default
-      if (command%postprocess) call errors%add('--postprocess knows --keyvalues and --compare-keys')
+      if (command%postprocess) call errors%add('--postprocess knows --keyvalues and --compare-keys; '// &
+        'FLUSI''s other tools are in tools/flusi-post: docs/post-processing.md')
       if (n_files < 1) call errors%add('the name of a parameter file is missing')
       command%ini = command%file
     end select

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a tool of flusi-post is: its words, its options, what it keeps in memory, and the function that does it."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from flusi_msm.errors import InputError
+from flusi_msm.postprocess.fields import Field, Output, dataset_name, open_fields, refuse_to_overwrite
+
+PRECISIONS = ("single-precision", "double-precision")
+ORDERS = ("second-order", "fourth-order", "second-order-nonper")
+
+
+@dataclass
+class Call:
+    """A tool that is being run: its words and its options."""
+    tool: "Tool"
+    words: List[str]
+    options: Dict[str, List[str]]
+
+    def has(self, option: str) -> bool:
+        return option in self.options
+
+    def number(self, option: str, default: Optional[float] = None) -> Optional[float]:
+        return as_number(self.options[option][0], f"--{option}") if option in self.options else default
+
+    def fields(self, paths: Sequence[str], outputs: Sequence[str] = (), same_time: bool = False) -> List[Field]:
+        """Opens the inputs, which must fit together, after a look at what would be overwritten."""
+        refuse_to_overwrite(paths, outputs)
+        for path in outputs:
+            if Path(path).suffix != ".h5" and self.tool.writes_fields:
+                raise InputError(f"{path}: files of fields end in .h5, like vorx_000500.h5")
+        return open_fields(paths, same_time)
+
+    def output(self, path: str, like: Field, shape: Optional[Sequence[int]] = None, **attributes: object) -> Output:
+        """A field file to write, in the precision of the input or the one that the user wants."""
+        kind = np.dtype("f4") if self.has(PRECISIONS[0]) else np.dtype("f8") if self.has(PRECISIONS[1]) else like.precision
+        return Output(path, like, kind, self.tool.name, shape, **attributes)
+
+    def save(self, path: str, like: Field, values: np.ndarray, **attributes: object) -> None:
+        with self.output(path, like, values.shape, **attributes) as out:
+            out.write(values)
+        print(f"{path}: {dataset_name(Path(path))}, {' x '.join(map(str, values.shape[::-1]))} points, "
+              f"from {values.min():.6g} to {values.max():.6g}")
+
+
+@dataclass
+class Tool:
+    """A tool: `words` are names of its arguments ('...' behind one that may stand several times)."""
+    name: str
+    words: Tuple[str, ...]
+    about: str
+    memory: str
+    run: Callable[[Call], None]
+    options: Dict[str, Tuple[int, str]] = field(default_factory=dict)
+    other_names: Tuple[str, ...] = ()
+    optional: int = 0  # how many of the last words may be missing
+    writes_fields: bool = True
+
+    def usage(self) -> str:
+        last = len(self.words) - self.optional
+        words = " ".join(word if i < last else f"[{word}]" for i, word in enumerate(self.words))
+        return f"flusi-post {self.name} {words}" + "".join(
+            f" [--{name}{' VALUE' * count}]" for name, (count, _) in self.options.items())
+
+
+TOOLS: Dict[str, Tool] = {}
+
+
+def tool(name: str, words: str, about: str, memory: str = "slabs", options: Optional[Dict[str, Tuple[int, str]]] = None,
+         other_names: Sequence[str] = (), optional: int = 0, writes_fields: bool = True) -> Callable:
+    """Puts the decorated function into the list of tools."""
+    def enter(run: Callable[[Call], None]) -> Callable[[Call], None]:
+        entry = Tool(name, tuple(words.split()), about, memory, run, options or {}, tuple(other_names), optional, writes_fields)
+        for key in (name, *other_names):
+            TOOLS[key] = entry
+        return run
+    return enter
+
+
+def as_number(text: str, what: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(f"{what}: '{text}' is not a number") from None
+    if not np.isfinite(value):
+        raise InputError(f"{what}: '{text}' is not a finite number")
+    return value
+
+
+def as_count(text: str, what: str, least: int = 0) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        raise InputError(f"{what}: '{text}' is not a whole number") from None
+    if value < least:
+        raise InputError(f"{what}: {value} must be at least {least}")
+    return value
+
+
+def write_text(path: str, lines: Sequence[str], inputs: Sequence[str], show: bool = True) -> None:
+    """Writes a text file, and with `show` the same on the screen."""
+    refuse_to_overwrite(inputs, [path])
+    text = "\n".join(lines) + "\n"
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError:
+        raise InputError(f"{path}: cannot be written: is there such a folder, and may you write into it?") from None
+    if show:
+        print(text, end="")
