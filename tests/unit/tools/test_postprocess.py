@@ -235,6 +235,17 @@ class Postprocess(unittest.TestCase):
         call("pdf", "h_01.h5", "pdf.txt", "--bins", 4)
         self.near(np.loadtxt("pdf.txt", comments="%")[:, 1], np.full(4, 1 / 23))
 
+    def test_series(self):
+        Path("a.t").write_text("% t a b\n0.0 1.0 0.0\n0.5 -4.0 0.0\n")
+        Path("b.t").write_text("% t a b\n0.0 1.0 0.0\n0.5 -4.5 0.0\n")
+        row = call("compare-timeseries", "b.t", "a.t").splitlines()[1].split()
+        self.assertEqual([float(v) for v in row], [2, 0.5, 0.125])
+        Path("b.t").write_text("0.0 1.0 0.0\n0.6 -4.5 0.0\n")
+        self.refused("different times", "compare-timeseries", "b.t", "a.t")
+        Path("b.t").write_text("0.0 1.0 0.0\n")
+        self.refused("1 records", "compare-timeseries", "b.t", "a.t")
+        self.refused("no such file", "compare-timeseries", "c.t", "a.t")
+
     def test_files(self):
         """Names and attributes are FLUSI's, precision stays, and a failed tool leaves nothing behind."""
         save("ux_09.h5", flow()[0].astype("f4"))

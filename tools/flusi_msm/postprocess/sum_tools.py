@@ -130,3 +130,30 @@ def turbulence(call: Call) -> None:
             ("turnover time, integral length over rms", integral / rms), ("largest wavenumber kept, kmax", kmax),
             ("kmax times Kolmogorov's length", kmax * eta)]
     write_text(call.words[4], [f"{value:24.16e}  {name}" for name, value in rows], call.words[:3])
+
+
+@tool("compare-timeseries", "SERIES REFERENCE", "largest difference of each column of two *.t files, and over the largest value of the reference; "
+      "they must have the same times", writes_fields=False)
+def compare_series(call: Call) -> None:
+    one, two = (_read_series(path) for path in call.words)
+    if one.shape != two.shape:
+        raise InputError(f"{call.words[0]} has {one.shape[0]} records of {one.shape[1]} numbers, {call.words[1]} has {two.shape[0]} of "
+                         f"{two.shape[1]}: only series with the same times can be compared")
+    if np.abs(one[:, 0] - two[:, 0]).max() > 1e-6 * np.abs(two[:, 0]).max():
+        raise InputError(f"{call.words[0]} and {call.words[1]} are of different times (first column)")
+    print(f"{'column':>6}{'difference':>24}{'relative':>24}")
+    for c in range(1, one.shape[1]):
+        error, scale = np.abs(one[:, c] - two[:, c]).max(), np.abs(two[:, c]).max()
+        print(f"{c + 1:6}{error:24.16e}" + (f"{error / scale:24.16e}" if scale > 0 else f"{'(reference is 0)':>24}"))
+
+
+def _read_series(path: str) -> np.ndarray:
+    try:
+        values = np.loadtxt(path, comments="%", ndmin=2)
+    except OSError:
+        raise InputError(f"{path}: there is no such file") from None
+    except ValueError:
+        raise InputError(f"{path}: is not a series: rows of numbers, all of the same length") from None
+    if values.size == 0:
+        raise InputError(f"{path}: has no records")
+    return values
