@@ -4,7 +4,7 @@ import json
 from html import escape
 
 from _flusi_io import InputError
-from _paper_cases import FLEXIBLE, RIGID
+from _paper_cases import FLEXIBLE
 from _paper_flights import in_hours
 from _paper_numbers import COLUMNS, KINDS, PAPER, SHAPES, TABLE_2, collect
 from _paper_pictures import all_pictures

@@ -6,7 +6,7 @@ usage: flusi_body.py <flusi> <h5dump> [tests]
 
 The grids are far too coarse for physics; what is tested is that parts fit together.
 """
-from flusi_wing import BEAT, SERIES, WING, make, restarted, steps
+from flusi_wing import BEAT, SERIES, WING, make, restarted
 from whole_program import EXIT_USER, check, close, main, merged
 
 BODY = merged(WING, {

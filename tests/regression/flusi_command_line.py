@@ -153,7 +153,7 @@ def test_checked_is_equivalent(case):
     first = quiet_run(case, "--check", "run.ini").out
     for c in "xyz":
         check(re.search(rf"^  {c}0 = ; .* {c}l/2, worked out by the program", first, re.M), f"{c}0 is a formula")
-    lines = [l for l in first.splitlines() if l[:1] in ("[", " ") and " = ; " not in l]
+    lines = [line for line in first.splitlines() if line[:1] in ("[", " ") and " = ; " not in line]
     case.write("printed.ini", re.sub(r";.*", ";", "\n".join(lines)))
     second = quiet_run(case, "--check", "printed.ini").out
 

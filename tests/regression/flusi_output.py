@@ -10,7 +10,7 @@ import re
 import shutil
 import signal
 
-from whole_program import EXIT_USER, check, close, main, merged, ring, sphere
+from whole_program import EXIT_USER, check, close, main, ring, sphere
 
 ALL_FIELDS = {"iSaveVelocity": "yes", "iSaveVorticity": "yes", "iSavePress": "yes", "iSaveMask": "yes",
               "iSaveMagVorticity": "yes", "iSaveSolidVelocity": "yes", "iSaveQ": "yes", "iSaveSpectrae": "yes"}

@@ -9,7 +9,7 @@ import re
 import struct
 import xml.etree.ElementTree as ET
 
-from whole_program import (EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_OK, EXIT_USER, SOURCE, check, live_keys, main, merged,
+from whole_program import (EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_USER, SOURCE, check, live_keys, main, merged,
                            SOLID_REFERENCE, STATIC_REFERENCE)
 
 NO_MPI = {"OMPI_MCA_pml": "no_such_component"}

@@ -14,7 +14,7 @@ import sys
 
 import h5py
 import numpy as np
-from whole_program import EXIT_OK, EXIT_USER, SOURCE, Case, check, main, no_crash
+from whole_program import EXIT_USER, SOURCE, Case, check, main, no_crash
 
 sys.path.insert(0, str(SOURCE / "tools"))
 from _measurement_scan import scan  # noqa: E402

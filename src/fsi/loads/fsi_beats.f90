@@ -25,21 +25,25 @@ contains
   end function complete_beats
 
   !> Statistics of period k = 1, 2, .. that begins at (k-1) period. The mean is the integral of the polygon
-  !> through the records, cut at both ends of the period, over its length.
-  pure type(beat_t) function beat_statistics(times, values, period, k) result(beat)
+  !> through the records, cut at both ends of the period, over its length. Extremes are those after the first `start` of
+  !> the period.
+  pure type(beat_t) function beat_statistics(times, values, period, k, start) result(beat)
     real(rp), intent(in) :: times(:), values(:) !< of the same size, times strictly ascending
     real(rp), intent(in) :: period
     integer, intent(in) :: k
-    real(rp) :: from, upto, a, b, integral, span, slope
+    real(rp), intent(in), optional :: start !< of the same unit as times
+    real(rp) :: from, upto, a, b, integral, span, slope, settled
     integer :: i
     from = (k - 1)*period
     upto = k*period
     integral = 0
     span = 0
+    settled = from
+    if (present(start)) settled = from + start
     beat%smallest = huge(1.0_rp)
     beat%largest = -huge(1.0_rp)
     do i = 1, size(times)
-      if (times(i) < from .or. times(i) > upto) cycle
+      if (times(i) < settled .or. times(i) > upto) cycle
       beat%smallest = min(beat%smallest, values(i))
       beat%largest = max(beat%largest, values(i))
     end do

@@ -39,6 +39,11 @@ contains
     call kit%check_close('here only one', beat%smallest, 4.4_rp, rtol=1.0e-15_rp)
     beat = beat_statistics(TIMES, 2*TIMES + 1, 1.55_rp, 2)
     call kit%check_close('with another period too', beat%mean, 2*2.325_rp + 1, rtol=1.0e-15_rp)
+    beat = beat_statistics(TIMES, [9.0_rp, 8.0_rp, 5.0_rp, 1.0_rp, 0.0_rp, 0.0_rp], 1.7_rp, 1, start=0.3_rp)
+    call kit%check('extremes after the start', abs(beat%largest - 8) <= 0 .and. abs(beat%smallest - 1) <= 0)
+    beat = beat_statistics(TIMES, [9.0_rp, 8.0_rp, 5.0_rp, 1.0_rp, 0.0_rp, 0.0_rp], 1.7_rp, 1, start=0.4_rp)
+    call kit%check('a record before it has no part', abs(beat%largest - 5) <= 0)
+    call kit%check_close('the mean is that of the whole beat', beat%mean, (2.55_rp + 3.9_rp + 2.4_rp)/1.7_rp, rtol=1.0e-14_rp)
     ! The last record misses the end: the mean is that of what is covered.
     beat = beat_statistics([0.0_rp, 0.5_rp, 0.9995_rp], [0.0_rp, 0.5_rp, 0.9995_rp], 1.0_rp, 1)
     call kit%check_close('what a last record does not reach is left out', beat%mean, 0.9995_rp/2, rtol=1.0e-14_rp)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """tools/quickstart on pretended machines: every program it calls is a stub that records its call."""
-import os
 import shutil
 import subprocess
 import tempfile

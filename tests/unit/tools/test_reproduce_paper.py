@@ -92,9 +92,9 @@ class Stored(unittest.TestCase):
         fine = found["grids"][1]
         lift, drag, power = (CYCLE_MEANS[q] for q in ("lift", "drag", "aerodynamic power"))
         # The ramp of the flexible wings adds 0.5 n to the lift of beat n, 1.75 to the mean of the beats 3 and 4.
-        for kind, l in ((RIGID, lift), (FLEXIBLE, lift + 1.75)):
-            for key, value in (("lift_mN", l * FORCE), ("drag_mN", drag * FORCE), ("power_mW", power * POWER),
-                               ("lift_to_drag", l / drag), ("lift_to_power", l * FORCE / (power * POWER))):
+        for kind, force in ((RIGID, lift), (FLEXIBLE, lift + 1.75)):
+            for key, value in (("lift_mN", force * FORCE), ("drag_mN", drag * FORCE), ("power_mW", power * POWER),
+                               ("lift_to_drag", force / drag), ("lift_to_power", force * FORCE / (power * POWER))):
                 self.assertAlmostEqual(fine[kind][key], value, delta=1e-4 * value, msg=f"{kind} {key}")
         self.assertAlmostEqual(fine[FLEXIBLE]["half_range"]["lift_mN"], 0.25 * FORCE, delta=1e-3)
         self.assertAlmostEqual(fine["change_percent"]["lift_to_drag"], 50, delta=0.02)

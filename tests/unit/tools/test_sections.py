@@ -13,7 +13,7 @@ from synthetic import (axes_of, grid, picture, rectangle, run_tool, write_ball, 
                        write_velocity, write_wing)
 import _flow  # noqa: E402
 import _section  # noqa: E402
-from _flusi_io import InputError, Snapshot, load_field  # noqa: E402
+from _flusi_io import InputError, Snapshot  # noqa: E402
 from _wing_surface import load_surface  # noqa: E402
 
 N, LENGTH, LABEL = (40, 32, 24), (4.0, 4.0, 2.0), "000500"

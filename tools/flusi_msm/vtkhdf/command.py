@@ -15,7 +15,8 @@ from flusi_msm.vtkhdf.surfaces import write_surface
 
 
 def convert(folder: Path, vectors: bool = True) -> None:
-    """Writes NAME.vtkhdf for every NAME.xmf of a run, with or without the vectors of the flow, and says what is in it. All mistakes are told at once, before any is written."""
+    """Writes NAME.vtkhdf for every NAME.xmf of a run, with or without the vectors of the flow, and says what is in it.
+    All mistakes are told at once, before any is written."""
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder")
     indices = sorted(folder.glob("*.xmf"))

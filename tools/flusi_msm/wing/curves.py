@@ -3,7 +3,6 @@
 
 Wing frame: x from root to tip, y toward the leading edge, z their right-handed normal. Lengths in mm.
 """
-from math import sqrt
 
 from flusi_msm.wing.triangulate import Triangulation, distance
 

@@ -21,6 +21,7 @@ module flusi_summary
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 5, &
                         COUPLING_COLUMNS = 11
+  real(rp), parameter :: START = 0.1_rp !< of the first beat: the flow meets wings at once, with large forces
   integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
   character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
                                                                                                    'inertial power']
@@ -49,7 +50,7 @@ contains
     allocate (beats(size(NAMES), n))
     do k = 1, n
       do q = 1, size(NAMES)
-        beats(q, k) = beat_statistics(series(1, :), values(q, :), period, k)
+        beats(q, k) = beat_statistics(series(1, :), values(q, :), period, k, merge(START*period, 0.0_rp, k == 1))
       end do
     end do
     text = summary_text(settings, name, beats)
@@ -148,7 +149,9 @@ contains
     text = 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//name//NL//NL
     write (line, '(a,i0,a,i0,a,i0,2(a,es11.4))') 'wing beats ', first, ' to ', n, ' of ', n, '; R =', r, ' L, f =', f
     text = text//trim(line)//' 1/T; lift along z, drag along the mean flow'//NL
-    text = text//'peak: the largest value of a beat; spread: half the range over these beats'//NL//NL
+    text = text//'peak: the largest value of a beat; spread: half the range over these beats'//NL
+    if (first == 1) text = text//'peaks leave out the first tenth of the beat, in which the flow starts'//NL
+    text = text//NL
     text = text//repeat(' ', 23)//'normalised by rho R^4 f^2, rho R^5 f^3'
     if (settings%units%given) text = text//repeat(' ', 12)//'SI [mN, mW]'
     text = text//NL//'                   '//repeat('        mean      spread        peak      spread', &
