@@ -97,14 +97,14 @@ def test_series(case):
     total, power = case.series("forces.t").rows, case.series("aero_power.t").rows
     left, right = case.series("wing_left.t").rows, case.series("wing_right.t").rows
     check(len(total) == len(power) == len(left) == len(right) > 5, "records at the same times")
-    for t, p, wing, r in zip(total, power, left, right):
-        check(t[0] == p[0] == wing[0] == r[0], "the same time")
-        close([a + b for a, b in zip(wing[1:4], r[1:4])], [a + b for a, b in zip(t[1:4], t[4:7])], 1e-7,
+    for t, p, one, other in zip(total, power, left, right):
+        check(t[0] == p[0] == one[0] == other[0], "the same time")
+        close([a + b for a, b in zip(one[1:4], other[1:4])], [a + b for a, b in zip(t[1:4], t[4:7])], 1e-7,
               "the force on both wings")
-        close([wing[13] + r[13]], p[1:2], 1e-7, "their power")
-        close([wing[15] + r[15]], p[2:3], 1e-7, "their inertial power")
+        close([one[13] + other[13]], p[1:2], 1e-7, "their power")
+        close([one[15] + other[15]], p[2:3], 1e-7, "their inertial power")
         close(t[13:15], p[1:3], 1e-7, "power in forces.t")
-        for wing in (l, r):
+        for wing in (one, other):
             for lab, own in ((wing[1:4], wing[4:7]), (wing[7:10], wing[10:13])):
                 close([sum(x * x for x in lab)], [sum(x * x for x in own)], 1e-7, "a length in both frames")
 
