@@ -31,7 +31,7 @@ SPHERE = {
     "MeanFlow": {"iMeanFlow": 1, "ux": 0.0, "uy": 0.0, "uz": 0.0},
     "Saving": {"tsave": 0.02, "tintegral": 1e-9, "iSaveVelocity": "yes"},
 }
-EXAMPLE = (1.98429110, 2.0, 2.49915336, -4.06257288e-2, 0.0, -4.20213464e-3)
+EXAMPLE = (1.98340912, 1.97500181, 2.49945266, -4.22964940e-2, 1.51016555e-5, -3.17224540e-3)
 THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
 
 
