@@ -5,8 +5,10 @@ up to the rounding of double precision, 1e-12 of the largest value."""
 import contextlib
 import io
 import os
+import resource
 import sys
 import tempfile
+import tracemalloc
 import unittest
 from pathlib import Path
 
@@ -145,6 +147,18 @@ class Postprocess(unittest.TestCase):
         call("pressure", *self.u, "p_02.h5")
         self.assertAlmostEqual(load("p_02.h5").mean(), -0.5 * sum(np.mean(u**2) for u in flow()), places=12)
 
+    def test_pressure_of_solids(self):
+        """A fluid at rest in a solid that moves with a gradient everywhere, mask = epsi: -laplace p = -div us, p is its potential."""
+        x, y, z, a, b, c = axes()
+        p = np.sin(a * x) * np.cos(2 * b * y) * np.sin(c * z)
+        save("mask_01.h5", np.full(p.shape, 0.01), epsi=0.01)
+        save("p_00.h5", p)
+        call("gradient", "p_00.h5", "usx_01.h5", "usy_01.h5", "usz_01.h5", "--double-precision")
+        for c in "xyz":
+            save(f"u{c}_02.h5", np.zeros(p.shape))
+        call("pressure", "ux_02.h5", "uy_02.h5", "uz_02.h5", "p_01.h5", "mask_01.h5", "usx_01.h5", "usy_01.h5", "usz_01.h5", "--all-modes")
+        self.near(load("p_01.h5"), p)
+
     def test_spectrum(self):
         call("spectrum", *self.u, "E.txt")
         k, total, ux, uy, uz = np.loadtxt("E.txt", comments="%").T
@@ -156,6 +170,9 @@ class Postprocess(unittest.TestCase):
         for row, edge, number in ((0, L[2], 1), (0, L[1], 1), (1, L[0], 1), (2, L[0], 2)):
             expected[row, round(2 * np.pi / edge * number / dk)] += 0.25  # a mode of amplitude 1 has the mean square 1/2
         self.near(np.array([ux, uy, uz]), expected)
+        call("spectrum", "ux_01.h5", "Ex.txt")
+        self.near(np.loadtxt("Ex.txt", comments="%"), np.array([k, ux]).T)
+        self.refused("UX UY UZ OUT.txt, or FIELD OUT.txt", "spectrum", "ux_01.h5", "uy_01.h5", "E.txt")
         # The highest mode of an even number of points stands alone.
         save("ux_02.h5", (-1.0)**np.arange(16) * np.ones((N[2], N[1], N[0])))
         call("spectrum", "ux_02.h5", "uy_01.h5", "uz_01.h5", "E.txt")
@@ -197,7 +214,12 @@ class Postprocess(unittest.TestCase):
         self.near(load("uy_03.h5"), flow()[1][:, :, 3:4], 1e-300)
         call("mean-over", "ux_01.h5", "ux_04.h5", "z")
         self.near(load("ux_04.h5"), flow()[0].mean(axis=0, keepdims=True))
-        x, _, _, a, _, _ = axes()
+        call("mean-2D", "all", "ux_01.h5", "profile")
+        call("-p", "--max-over-x", "uy_01.h5", "largest.txt")
+        x, y, z, a, b, c = axes()
+        for name, mean, place in (("profile_x", 0 * x, x), ("profile_y", np.cos(b * y), y), ("profile_z", np.sin(c * z), z),
+                                  ("largest.txt", np.sin(a * x), x)):
+            self.near(np.loadtxt(name, comments="%"), np.array([mean.ravel(), place.ravel()]).T)
         call("shift", "uy_01.h5", "uy_05.h5", 0.3, L[1] / 20, 0)
         self.near(load("uy_05.h5"), np.sin(a * (x - 0.3)) * np.ones((N[2], N[1], N[0])))
 
@@ -221,6 +243,25 @@ class Postprocess(unittest.TestCase):
         self.near(load("mean_01.h5"), (0.5 * u[0] - 1.5 * 2 * u[0] + u[1]) / 3)
         call("max-over-time", "list.txt", "largest_00.h5")
         self.near(load("largest_00.h5"), np.maximum(np.abs(2 * u[0]), np.abs(u[1])))
+
+    def test_many_files(self):
+        """Means over time hold two slabs and one open file, however many files there are."""
+        names, field = [f"f_{i:02}.h5" for i in range(60)], 8 * np.prod(N)
+        for i, name in enumerate(names):
+            save(name, np.full((N[2], N[1], N[0]), i - 40.0))
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (40, hard))
+        tracemalloc.start()
+        try:
+            call("time-avg", *names, "mean_00.h5")
+            call("max-over-time", *names, "largest_00.h5")
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+            resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        self.near(load("mean_00.h5"), np.full((N[2], N[1], N[0]), -10.5))
+        self.near(load("largest_00.h5"), np.full((N[2], N[1], N[0]), 40.0))
+        self.assertLess(peak, 10 * field)
 
     def test_numbers(self):
         save("g_01.h5", flow()[0] + 1e-3)

@@ -78,6 +78,8 @@ def run(arguments: List[str]) -> None:
     if not arguments or arguments[0] in ("--help", "-h", "help"):
         print(overview())
         return
+    if arguments[0] in ("-p", "--postprocess") and len(arguments) > 1:
+        arguments = arguments[1:]  # as a line for FLUSI begins
     entry = find(arguments[0])
     if any(word in ("--help", "-h") for word in arguments[1:]):
         print(page(entry))

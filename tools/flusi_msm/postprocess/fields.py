@@ -26,25 +26,27 @@ def dataset_name(path: Path) -> str:
 
 
 class Field:
-    """A field in a file; opened for reading."""
+    """A field in a file, which is open only while it is read: a mean over time may be of thousands of files."""
 
     def __init__(self, path: str) -> None:
         self.path = Path(path)
         if not self.path.is_file():
             raise InputError(f"{path}: there is no such file")
         try:
-            self._file = h5py.File(self.path, "r")
+            file = h5py.File(self.path, "r")
         except OSError:
             raise InputError(f"{path}: is not an HDF5 file, or it is damaged") from None
-        self._data = self._find()
-        stored = tuple(self._data.shape)
-        self.shape: Tuple[int, int, int] = (stored + (1, 1))[:3]  # slices have no x
+        with file:
+            data = self._find(file)
+            self.dataset: str = data.name
+            self._rank = data.ndim
+            self.shape: Tuple[int, int, int] = (tuple(data.shape) + (1, 1))[:3]  # slices have no x
+            self.precision = np.dtype("f8") if data.dtype.itemsize == 8 else np.dtype("f4")
+            self.attributes: Dict[str, object] = dict(data.attrs)
         self.n = tuple(self.shape[::-1])  # points along x, y, z
-        self.precision = np.dtype("f8") if self._data.dtype.itemsize == 8 else np.dtype("f4")
-        self.attributes: Dict[str, object] = dict(self._data.attrs)
 
-    def _find(self) -> h5py.Dataset:
-        sets = {name: item for name, item in self._file.items() if isinstance(item, h5py.Dataset)}
+    def _find(self, file: h5py.File) -> h5py.Dataset:
+        sets = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
         name = dataset_name(self.path)
         if name not in sets and len(sets) == 1:
             name = next(iter(sets))
@@ -53,13 +55,6 @@ class Field:
         if sets[name].dtype.kind not in "fiu" or not 2 <= sets[name].ndim <= 3 or sets[name].size == 0:
             raise InputError(f"{self.path}: dataset '{name}' is not a field in two or three dimensions")
         return sets[name]
-
-    @property
-    def dataset(self) -> str:
-        return self._data.name
-
-    def close(self) -> None:
-        self._file.close()
 
     @property
     def time(self) -> Optional[float]:
@@ -92,7 +87,11 @@ class Field:
     def read(self, box: Optional[Box] = None) -> np.ndarray:
         """Values of a box of indices (z, y, x), or all of them, in double precision."""
         box = box or (slice(None),) * 3
-        values = np.asarray(self._data[box[:self._data.ndim]], dtype="f8")
+        try:
+            with h5py.File(self.path, "r") as file:
+                values = np.asarray(file[self.dataset][box[:self._rank]], dtype="f8")
+        except (OSError, KeyError):
+            raise InputError(f"{self.path}: cannot be read any more: it has been moved or changed, or is damaged") from None
         if values.ndim == 2:
             values = values[:, :, None][:, :, box[2]]
         if not np.isfinite(values).all():

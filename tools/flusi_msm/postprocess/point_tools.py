@@ -89,17 +89,27 @@ def time_average(call: Call) -> None:
         if steps.min() <= 0:
             raise InputError("time-avg: --trapezoidal needs files of different times")
         weights = 0.5 * (np.r_[0, steps] + np.r_[steps, 0]) / steps.sum()
-    by_points(call, call.words[-1], fields, _weighted(weights), time=call.number("time", 0.0))
+    weight_of = dict(zip((id(f) for f in fields), weights))
+    _over_time(call, fields, lambda total, f, values: total + weight_of[id(f)] * values, time=call.number("time", 0.0))
     print(f"mean of {len(fields)} fields")
-
-
-def _weighted(weights: np.ndarray) -> Callable[..., np.ndarray]:
-    return lambda *values: sum(w * v for w, v in zip(weights, values))
 
 
 @tool("max-over-time", "LIST... OUT", "largest |f| of fields at each point: their names, or a text file with one name in each line")
 def largest(call: Call) -> None:
-    by_points(call, call.words[-1], _series(call), lambda *values: np.max(np.abs(values), axis=0))
+    _over_time(call, _series(call), lambda total, f, values: np.maximum(total, np.abs(values)))
+
+
+def _over_time(call: Call, fields: List[Field], add: Callable[[np.ndarray, Field, np.ndarray], np.ndarray], **attributes: object) -> None:
+    """Writes what `add(so far, field, its values)` makes of 0, one field after the other: two slabs, however many fields there are."""
+    low, high, path = np.inf, -np.inf, call.words[-1]
+    with call.output(path, fields[0], **attributes) as out:
+        for box in fields[0].slabs():
+            values = np.zeros_like(fields[0].read(box))
+            for f in fields:
+                values = add(values, f, f.read(box))
+            low, high = min(low, values.min()), max(high, values.max())
+            out.write(values, box)
+    print(f"{path}: {' x '.join(map(str, fields[0].n))} points, from {low:.6g} to {high:.6g}")
 
 
 def _series(call: Call) -> List[Field]:

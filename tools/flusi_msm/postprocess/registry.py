@@ -58,11 +58,11 @@ class Tool:
     run: Callable[[Call], None]
     options: Dict[str, Tuple[int, str]] = field(default_factory=dict)
     other_names: Tuple[str, ...] = ()
-    optional: int = 0  # how many of the last words may be missing
+    optional: int = 0  # how many words may be missing: those in brackets, or else the last ones
     writes_fields: bool = True
 
     def usage(self) -> str:
-        last = len(self.words) - self.optional
+        last = len(self.words) - (0 if any(word.startswith("[") for word in self.words) else self.optional)
         words = " ".join(word if i < last else f"[{word}]" for i, word in enumerate(self.words))
         return f"flusi-post {self.name} {words}" + "".join(
             f" [--{name}{' VALUE' * count}]" for name, (count, _) in self.options.items())

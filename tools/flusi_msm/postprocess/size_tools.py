@@ -44,12 +44,13 @@ def subset(call: Call, ranges: List[str]) -> None:
     call.save(call.words[1], f, f.read(box), domain_size=np.array(length), origin=np.array(origin))
 
 
-@tool("extract-subset", "FIELD OUT X Y Z", "points FIRST:STEP:LAST of each direction, counted from 0, both ends included")
+@tool("extract-subset", "FIELD OUT X Y Z", "points FIRST:STEP:LAST of each direction, counted from 0, both ends included",
+      "what is kept")
 def extract_subset(call: Call) -> None:
     subset(call, call.words[2:])
 
 
-@tool("crop", "FIELD OUT X Y Z", "points FIRST:LAST of each direction, counted from 0, both ends included")
+@tool("crop", "FIELD OUT X Y Z", "points FIRST:LAST of each direction, counted from 0, both ends included", "what is kept")
 def crop(call: Call) -> None:
     subset(call, call.words[2:])
 
@@ -114,18 +115,10 @@ def set_attribute(call: Call) -> None:
     values = [as_number(word, "set-hdf5-attribute VALUES") for word in text.split(",")]
     if len(values) != number:
         raise InputError(f"set-hdf5-attribute: N is {number}, but {len(values)} values are given: separate them with commas, no blanks")
-    dataset = _dataset(Field(path))
+    dataset = Field(path).dataset
     try:
         with h5py.File(path, "r+") as file:
             file[dataset].attrs[name] = np.array(values)
     except OSError:
         raise InputError(f"{path}: cannot be written to: may you write to it, and does no program use it?") from None
     print(f"{path}: {name} = {', '.join(f'{v:g}' for v in values)}")
-
-
-def _dataset(f: Field) -> str:
-    name = f.dataset
-    f.close()
-    return name
-
-

@@ -2,12 +2,12 @@
 """Tools that make numbers or tables of fields: norms, spectra, distributions, scales of a turbulent flow."""
 from __future__ import annotations
 
-from typing import List, Sequence
+from typing import Callable, List, Sequence
 
 import numpy as np
 
 from flusi_msm.errors import InputError
-from flusi_msm.postprocess.fields import Field
+from flusi_msm.postprocess.fields import XYZ, Field
 from flusi_msm.postprocess.registry import Call, as_count, as_number, tool, write_text
 from flusi_msm.postprocess.spectral import curl_component, shell_energies, shell_width
 
@@ -72,16 +72,50 @@ def density(call: Call) -> None:
     print(f"{call.words[1]}: {bins} bins from {low:.6g} to {high:.6g}, {100 * counts.sum() / np.prod(f.n, dtype=float):.4g} % of the points")
 
 
-@tool("spectrum", "UX UY UZ OUT.txt", "energy spectrum: what the shells of wavenumbers have of the mean of |u|^2/2, as iSaveSpectrae "
-      "writes it (all modes of the grid)", "2 fields", writes_fields=False)
+@tool("spectrum", "UX [UY UZ] OUT.txt", "energy spectrum: what the shells of wavenumbers have of the mean of |u|^2/2, as iSaveSpectrae "
+      "writes it (all modes of the grid); of one field alone: of the mean of f^2/2", "2 fields", optional=2, writes_fields=False)
 def spectrum(call: Call) -> None:
-    u = call.fields(call.words[:3], call.words[3:], same_time=True)
+    *inputs, path = call.words
+    if len(inputs) not in (1, 3):
+        raise InputError("spectrum: needs UX UY UZ OUT.txt, or FIELD OUT.txt")
+    u = call.fields(inputs, [path], same_time=True)
     parts = [shell_energies(f) for f in u]
-    lines = ["% k [1/L]  of u  of ux  of uy  of uz"]
+    lines = ["% k [1/L]  of u  of ux  of uy  of uz" if len(u) == 3 else f"% k [1/L]  of {u[0].dataset.lstrip('/')}"]
     for i, row in enumerate(zip(*parts)):
-        lines.append("".join(f"{value:24.16e}" for value in (i * shell_width(u[0]), sum(row), *row)))
-    write_text(call.words[3], lines, call.words[:3], show=False)
-    print(f"{call.words[3]}: {len(parts[0])} shells, mean kinetic energy {sum(map(np.sum, parts)):.8g}")
+        values = (sum(row), *row) if len(u) == 3 else row
+        lines.append("".join(f"{value:24.16e}" for value in (i * shell_width(u[0]), *values)))
+    write_text(path, lines, inputs, show=False)
+    print(f"{path}: {len(parts[0])} shells, mean {'kinetic energy' if len(u) == 3 else 'of f^2/2'} {sum(map(np.sum, parts)):.8g}")
+
+
+@tool("mean-2D", "AXIS FIELD OUT.txt", "means over the planes across AXIS (x, y, z), one for each point along it; all: three files "
+      "OUT.txt_x, OUT.txt_y, OUT.txt_z", writes_fields=False)
+def mean_profile(call: Call) -> None:
+    word, source, path = call.words
+    if word not in ("x", "y", "z", "all"):
+        raise InputError(f"mean-2D AXIS: '{word}' is not x, y, z or all")
+    outputs = {c: f"{path}_{c}" if word == "all" else path for c in (XYZ if word == "all" else word)}
+    f, = call.fields([source], list(outputs.values()))
+    for c, name in outputs.items():
+        _write_profile(name, f, c, np.mean, "mean")
+
+
+@tool("max-over-x", "FIELD OUT.txt", "largest value on each plane across x", writes_fields=False)
+def max_profile(call: Call) -> None:
+    f, = call.fields(call.words[:1], call.words[1:])
+    _write_profile(call.words[1], f, "x", np.max, "largest value")
+
+
+def _write_profile(path: str, f: Field, c: str, reduce: Callable[..., np.ndarray], what: str) -> None:
+    """`reduce` of the values on each plane across an axis, and the coordinate of the plane; slabs hold whole planes."""
+    direction = XYZ.index(c)
+    axis = 2 - direction
+    others = tuple(a for a in range(3) if a != axis)
+    values = np.concatenate([reduce(f.read(box), axis=others) for box in f.slabs(axis)])
+    place = f.origin[direction] + f.spacing[direction] * np.arange(len(values))
+    lines = [f"% {what} of {f.dataset.lstrip('/')} on the plane  {c}"]
+    write_text(path, lines + [f"{value:24.16e}{x:24.16e}" for value, x in zip(values, place)], [str(f.path)], show=False)
+    print(f"{path}: {len(values)} planes, from {values.min():.6g} to {values.max():.6g}")
 
 
 def _energy_and_enstrophy(u: List[Field]) -> tuple:
