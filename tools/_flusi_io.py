@@ -178,6 +178,7 @@ def read_series(path):
 # ---- fields --------------------------------------------------------------------------------------
 
 _FIELD_FILE = re.compile(r"(?P<prefix>[A-Za-z][A-Za-z0-9]*)_(?P<label>\d+)\.h5")
+_SURFACES = ("body", "solid", "static")  # files with such names that hold no field
 
 Snapshot = namedtuple("Snapshot", "folder label")
 
@@ -228,7 +229,7 @@ def fields_in(folder):
     labels = {}
     for path in folder.glob("*_*.h5"):
         match = _FIELD_FILE.fullmatch(path.name)
-        if match:
+        if match and match["prefix"] not in _SURFACES:
             labels.setdefault(match["label"], set()).add(match["prefix"])
     if not labels:
         raise InputError(f"{folder}: no field files like ux_000500.h5 in this folder")

@@ -113,6 +113,14 @@ class Fields(InFolder):
         with self.assertRaisesRegex(flusi.InputError, "no field files"):
             flusi.fields_in(self.folder)
 
+    def test_surfaces_are_not_fields(self):
+        """The surface of a body, and wings without a flow, have names like fields: they stand beside them."""
+        write_field(self.folder, "ux", "000", np.zeros((2, 2, 2)), self.length, 0.25)
+        for name in ("body_000.h5", "body_001.h5", "solid_00000.h5", "static_1.h5"):
+            (self.folder / name).touch()
+        self.assertEqual(flusi.fields_in(self.folder), {"000": {"ux"}})
+        self.assertEqual(flusi.snapshot_times(self.folder), {"000": 0.25})
+
 
 if __name__ == "__main__":
     unittest.main()
