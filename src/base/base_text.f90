@@ -9,7 +9,7 @@ module base_text
   implicit none
   private
   public :: to_lower, next_word, count_words, printable, quoted, edit_distance
-  public :: parse_integer, parse_real, number_text
+  public :: parse_integer, parse_real, parse_reals, number_text
 
   character(*), parameter, public :: BLANKS = ' '//achar(9) !< what separates words: blank and tab
 
@@ -198,6 +198,27 @@ contains
     read (normal, '(e84.0)', iostat=status) value
     if (status /= 0) problem = quoted(text)//' is not a number'
   end subroutine parse_real
+
+  !> Reads one number from each of the first words of `text`, which has as many; `problem` tells the first column that
+  !> holds none.
+  pure subroutine parse_reals(text, separators, values, problem)
+    character(*), intent(in) :: text
+    character(*), intent(in) :: separators
+    real(rp), intent(out) :: values(:)
+    character(:), allocatable, intent(out) :: problem
+    integer :: i, position, first, last
+    logical :: found
+    values = 0
+    position = 1
+    do i = 1, size(values)
+      call next_word(text, separators, position, first, last, found)
+      call parse_real(text(first:last), values(i), problem)
+      if (allocated(problem)) then
+        problem = 'column '//number_text(i)//': '//problem
+        return
+      end if
+    end do
+  end subroutine parse_reals
 
   pure subroutine read_sign(text, start, negative)
     character(*), intent(in) :: text

@@ -34,7 +34,7 @@ module fluid_params
     ! Solids
     logical :: penalized = .false.
     character(:), allocatable :: mask, channel
-    logical :: moving = .false. !< the body is drawn by a layer above, anew in every step
+    logical :: moving = .false. !< a layer above draws the body in every step
     logical :: cavity = .false.
     integer :: cavity_size = 0
     real(rp) :: time_share = 1 !< of the largest step of the explicit penalization that solids which react allow
@@ -264,7 +264,8 @@ contains
     end do
     p%cylinder = p%centre(2:3)
     if (.not. p%penalized) return
-    ! A mask that is wrong is reported already; FLUSI draws bodies at rest anew with iMoving, which changes nothing.
+    ! The reader of iMask has already reported a wrong mask. With iMoving FLUSI redraws bodies at rest in every step; the result
+    ! is the same mask, so that the key has no effect here.
     if (p%moving .and. c%is_given('Penalization', 'iMoving')) then
       if (.not. c%get_switch('Penalization', 'iMoving')) call c%complain(errors, 'Penalization', 'iMoving', &
         'would hold the wings of Insect where they are at t = 0; valid: 1, and FlappingMotion_left and _right none')

@@ -10,7 +10,7 @@ import math
 import re
 
 from flusi_flexible import FLIGHT
-from flusi_wing import BEAT, SERIES, WING, make, restarted, steps
+from flusi_wing import BEAT, WING, make, restarted, same_on_ranks, steps
 from whole_program import EXIT_USER, SOURCE, check, close, main, merged, same_runs
 
 FREE = merged(WING, {
@@ -35,17 +35,6 @@ EXAMPLE = (1.98340912, 1.97500181, 2.49945266, -4.22964940e-2, 1.51016555e-5, -3
 THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
 
 
-def same_on_ranks(case, ini, ranks):
-    one = make(case.sub("ranks_1"), ini, 1)
-    other = make(case.sub(f"ranks_{ranks}"), ini, ranks)
-    for name in (*SERIES, "rigidsolidsolver.t", "free_flight.t"):
-        a, b = one.series(name).rows, other.series(name).rows
-        check(len(a) == len(b) > 3, f"{name} has the same records on {ranks} ranks")
-        for p, q in zip(zip(*a), zip(*b)):
-            close(p, q, 2e-8, f"a column of {name}")
-    return one
-
-
 def test_restart(case):
     """Thick rigid wings on a free body."""
     whole, parts = restarted(case, FREE, ranks=1)
@@ -62,10 +51,10 @@ def test_restart_thin(case):
 
 
 def test_ranks(case):
-    one = same_on_ranks(case, FREE, 3)
+    one = same_on_ranks(case, FREE, 3, "rigidsolidsolver.t", "free_flight.t")
     first, last = one.series("rigidsolidsolver.t").rows[0], one.series("rigidsolidsolver.t").rows[-1]
     check(max(abs(a - b) for a, b in zip(first[4:7], last[4:7])) > 1e-4, f"the insect gets faster: {first} {last}")
-    same_on_ranks(case.sub("thin"), merged(FREE, THIN), 2)
+    same_on_ranks(case.sub("thin"), merged(FREE, THIN), 2, "rigidsolidsolver.t", "free_flight.t")
 
 
 def test_flexible(case):

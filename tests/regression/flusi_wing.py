@@ -51,6 +51,18 @@ def restarted(case, ini, ranks=2):
     return whole, parts
 
 
+def same_on_ranks(case, ini, ranks, *further):
+    """The series of wings and `further` ones are the same on one and on `ranks` ranks, to their last digit. Returns the run on one."""
+    one = make(case.sub("ranks_1"), ini, 1)
+    other = make(case.sub(f"ranks_{ranks}"), ini, ranks)
+    for name in (*SERIES, *further):
+        a, b = one.series(name).rows, other.series(name).rows
+        check(len(a) == len(b) > 3, f"{name} has the same records on {ranks} ranks")
+        for p, q in zip(zip(*a), zip(*b)):
+            close(p, q, 2e-8, f"a column of {name}")
+    return one
+
+
 def test_restart(case):
     whole, parts = restarted(case, WING)
     check(set(SERIES) <= set(whole.all_series()), f"all series of wings are there: {sorted(whole.all_series())}")

@@ -3,7 +3,7 @@
 module fsi_body_motion_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_text, only: BLANKS, count_words, next_word, number_text, parse_real
+  use base_text, only: BLANKS, count_words, number_text, parse_reals
   use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
   use fsi_kinematics, only: body_t
   use io_config, only: config_t
@@ -130,18 +130,11 @@ contains
     character(*), intent(in) :: content
     real(rp), intent(out) :: row(COLUMNS)
     character(:), allocatable, intent(out) :: problem
-    integer :: i, position, first, last
-    logical :: found
     row = 0
     if (count_words(content, BLANKS) < COLUMNS) then
       problem = number_text(count_words(content, BLANKS))//' numbers in a row; valid: '//number_text(COLUMNS)
       return
     end if
-    position = 1
-    do i = 1, COLUMNS
-      call next_word(content, BLANKS, position, first, last, found)
-      call parse_real(content(first:last), row(i), problem)
-      if (allocated(problem)) return
-    end do
+    call parse_reals(content, BLANKS, row, problem)
   end subroutine read_row
 end module fsi_body_motion_keys

@@ -68,7 +68,8 @@ contains
     real(rp) :: unit, upward
     integer :: i
     if (index(text, '['//SECTION//']') == 0 .and. index(text, '=') == 0) then
-      call errors%add(name//': has no section ['//SECTION//']; kinematics files from before 2015 must be written anew')
+      call errors%add(name//': has no section ['//SECTION//']; kinematics files from before 2015 cannot be read: '// &
+                      'put the coefficients into a [kinematics] section (docs/kinematics.md)')
       return
     end if
     call register_motion_keys(registry)

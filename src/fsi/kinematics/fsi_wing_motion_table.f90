@@ -13,7 +13,7 @@ module fsi_wing_motion_table
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_text, only: BLANKS, count_words, next_word, number_text, parse_integer, parse_real
+  use base_text, only: BLANKS, count_words, number_text, parse_integer, parse_real, parse_reals
   use fsi_wing_motion, only: wing_motion_t
   implicit none
   private
@@ -106,8 +106,7 @@ contains
     character(*), intent(in) :: content
     real(rp), intent(out) :: row(COLUMNS)
     character(:), allocatable, intent(out) :: problem
-    integer :: i, n, position, first, last
-    logical :: found
+    integer :: n
     row = 0
     n = count_words(content, BLANKS)
     if (n /= COLUMNS) then
@@ -115,15 +114,7 @@ contains
                 ': t phi alpha theta pitch vert horz and their derivatives'
       return
     end if
-    position = 1
-    do i = 1, COLUMNS
-      call next_word(content, BLANKS, position, first, last, found)
-      call parse_real(content(first:last), row(i), problem)
-      if (allocated(problem)) then
-        problem = 'column '//number_text(i)//': '//problem
-        return
-      end if
-    end do
+    call parse_reals(content, BLANKS, row, problem)
   end subroutine read_row
 
   !> Times begin at 0 and increase.

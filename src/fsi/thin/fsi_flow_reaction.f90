@@ -60,7 +60,7 @@ contains
     allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
   end subroutine reaction_init
 
-  !> To be called when the response has been made anew; does nothing before `init`. What all points feel when all have
+  !> The caller calls this after every change of the response; it does nothing before `init`. What all points feel when all have
   !> the same velocity stands for
   !> the tangent in the preconditioner of the wing's equations: it is exact for the smoothest motion.
   subroutine reaction_renew(self)

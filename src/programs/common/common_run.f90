@@ -106,7 +106,7 @@ contains
     if (what == '' .or. overwrite) return
     self%code = EXIT_USER
     call failure%raise('here are the results of '//what//'--overwrite moves its files into a folder earlier_1 '// &
-                       '(or 2, ...) and begins anew; or begin in another folder')
+                       '(or 2, ...) and starts from the beginning; or start in another folder')
   end subroutine run_check_new
 
   !> What the files tell of an earlier run, and what can be done with it; empty if there was none.

@@ -23,7 +23,8 @@ module flusi_checkpoints
   public :: put_state, restore_state, result_names
 
   !> Inputs that a state belongs to: the size and place of what is in the flow, and SI values of its units, in which wings
-  !> count their time. Kinematics are judged by what they do (fsi_pose_restart).
+  !> count their time. fsi_pose_restart compares the motions themselves: where the wings
+  !> are and how they move at the time of the checkpoint.
   character(28), parameter :: STATE_KEYS(15) = [character(28) :: '[units] length', '[units] frequency', &
     '[units] density', '[Geometry] *', '[Penalization] iMask', '[Penalization] iPenalization', &
     '[Penalization] iMoving', '[Penalization] iChannel', '[Insects] LeftWing', '[Insects] RightWing', &

@@ -111,7 +111,7 @@ contains
                                  '  --dry-run           print memory, time step, steps and output files; run nothing', &
                                             '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
                                          '  --accept-changes    and with inputs that do not fit the backup', &
-                                         '  --overwrite         begin anew; results of an earlier run move aside', &
+                                         '  --overwrite         start from the beginning; move an earlier run aside', &
                                         '  --flusi-compat      where a key stands twice, the first wins, as in FLUSI', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &

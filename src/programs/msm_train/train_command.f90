@@ -55,7 +55,7 @@ contains
                                   '  --screen            rank veins and joints by their effect on the measured loads', &
                                             '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
                                          '  --accept-changes    and with inputs that do not fit the backup', &
-                                         '  --overwrite         begin anew; results of an earlier run move aside', &
+                                         '  --overwrite         start from the beginning; move an earlier run aside', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &

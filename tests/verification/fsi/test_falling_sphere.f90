@@ -17,6 +17,7 @@ program test_falling_sphere
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use support_fluid, only: make_fluid, NL
+  use support_momentum, only: flow_momentum
   use support_sphere, only: sphere_t
   use support_walls, only: wall_shift
   use testkit, only: testkit_t
@@ -85,12 +86,7 @@ contains
     type(fluid_t), intent(in) :: fluid
     type(sphere_t), intent(in) :: sphere
     real(rp) :: momentum(3)
-    momentum = 0
-    associate (zero => fluid%transform%sticks%zero)
-      if (zero > 0) momentum = real(fluid%rhs%state%u(1, zero, :))*fluid%rhs%params%grid%volume()
-    end associate
-    call test%world%sum_reals(momentum)
-    momentum = momentum + sphere%flyer%state%momentum
+    momentum = flow_momentum(test%world, fluid) + sphere%flyer%state%momentum
   end function total
 
   !> A sphere that is let go in a fluid at rest: its weight accelerates its mass, half the fluid that its hydrodynamic radius

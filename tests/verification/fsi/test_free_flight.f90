@@ -9,6 +9,7 @@ program test_free_flight
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_free_flight, only: begin_flight, launch, prepare_flight, settle
   use fsi_thin_wings, only: thin_wings_t
+  use support_momentum, only: flow_momentum
   use support_wings, only: make_wings, wings_text, write_lines, NL
   use testkit, only: testkit_t
   implicit none
@@ -76,12 +77,7 @@ contains
     type(fluid_t), intent(in) :: fluid
     type(flapping_wings_t), intent(in) :: wings
     real(rp) :: momentum(3)
-    momentum = 0
-    associate (zero => fluid%transform%sticks%zero)
-      if (zero > 0) momentum = real(fluid%rhs%state%u(1, zero, :))*fluid%rhs%params%grid%volume()
-    end associate
-    call test%world%sum_reals(momentum)
-    momentum = momentum + wings%flyer%state%momentum
+    momentum = flow_momentum(test%world, fluid) + wings%flyer%state%momentum
   end function total
 
   !> All degrees of freedom held: the insect moves on with v0, to round-off, as a prescribed one; released it does not.

@@ -178,7 +178,7 @@ contains
     end do
   end subroutine averages_save
 
-  !> Takes the sums from an open checkpoint; if it has not all of them, the means begin anew. Collective.
+  !> Reads the sums from an open checkpoint. If the checkpoint lacks one of them, all means start at its time. Collective.
   subroutine averages_load(self, reader, failure)
     class(averages_t), intent(inout) :: self
     type(checkpoint_reader_t), intent(inout) :: reader
