@@ -60,9 +60,9 @@ contains
     allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
   end subroutine reaction_init
 
-  !> The caller calls this after every change of the response; it does nothing before `init`. What all points feel when all have
-  !> the same velocity stands for
-  !> the tangent in the preconditioner of the wing's equations: it is exact for the smoothest motion.
+  !> Takes over a changed response. The caller calls it after every change; before `init` it does nothing. In the
+  !> preconditioner of the wing's equations the tangent is replaced by what all points feel when all have the same
+  !> velocity: this is exact for the smoothest motion.
   subroutine reaction_renew(self)
     class(flow_reaction_t), intent(inout) :: self
     integer :: c, p

@@ -14,8 +14,8 @@
 !> marker asks for (1 - chi) U + chi U_body, and the share chi of its force is the body's, not the wing's.
 !>
 !> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `meet` the flow, find the forces,
-!> `push` the flow. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and anew
-!> for one that has deformed by a part of the spacing of its markers.
+!> `push` the flow. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and again
+!> whenever a wing has deformed by a part of the spacing of its markers.
 module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
