@@ -226,6 +226,7 @@ contains
     call world%max_reals(busy)
     sums = [wings%seconds, wings%cells]
     call world%sum_reals(sums)
+    if (sums(2) <= 0) return ! nothing that moves is in the mask
     if (world%is_root) write (output_unit, '(2(a,f0.2),a)') 'drawing the wings took at most ', busy(1), &
       ' s on a rank, ', 1.0e9_rp*sums(1)/max(1.0_rp, sums(2)), ' ns per cell of the band around them'
   end subroutine print_time_table
