@@ -25,16 +25,19 @@ program test_free_flight
                    'convention=flusi'//NL//'nfft_phi=1'//NL//'a0_phi=20'//NL//'ai_phi=0'//NL//'bi_phi=50'//NL// &
                    'nfft_alpha=1'//NL//'a0_alpha=0'//NL//'ai_alpha=45'//NL//'bi_alpha=0'//NL//'nfft_theta=0'//NL// &
                    'a0_theta=0')
-  call exchange('penalized', 'with thick wings')
-  call exchange('thin', 'with wings without thickness')
+  call exchange('penalized', 'with thick wings', '')
+  call exchange('thin', 'with wings without thickness', '')
+  ! The roots of its wings are inside the body, which has their share of the forces of the markers there.
+  call exchange('thin', 'with wings without thickness and a body', 'BodyType=sphere'//NL//'L_body=0.8'//NL)
   call hold()
   call test%finish()
 
 contains
 
   !> 30 steps with free mean flow: the momentum of insect and fluid changes by the weight alone.
-  subroutine exchange(surface, words)
+  subroutine exchange(surface, words, body)
     character(*), intent(in) :: surface, words
+    character(*), intent(in) :: body !< keys of [Insects]
     type(fluid_t) :: fluid
     type(flapping_wings_t) :: wings
     type(thin_wings_t) :: thin
@@ -42,7 +45,7 @@ contains
     type(failure_t) :: failure
     real(rp) :: before(3), now(3), start(3), change
     integer :: i
-    call make_wings(test%world, wings_text(surface)//FLIGHT//still_air(), fluid, wings)
+    call make_wings(test%world, wings_text(surface)//FLIGHT//body//still_air(), fluid, wings)
     if (surface == 'thin') call thin%init(test%world, wings, fluid, failure)
     call prepare_flight(wings)
     call begin_flight(test%world, wings, fluid, failure)
