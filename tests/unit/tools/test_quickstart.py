@@ -148,7 +148,7 @@ class Quickstart(unittest.TestCase):
     def test_ctest_gets_the_rest_and_has_the_last_word(self):
         done = self.quickstart("test", "--preset", "dev", "-L", "unit", "--native")
         self.assert_exit(done, 0)
-        self.assertEqual(self.calls("ctest"), ["--preset dev --output-on-failure --no-tests=error -j 6 -L unit"])
+        self.assertEqual(self.calls("ctest"), ["--preset dev --output-on-failure --no-tests=error -j 9 -L unit"])
         self.assertIn("-DFLUSI_NATIVE=ON", self.calls("cmake")[0])
         self.assertTrue(done.stdout.endswith("100% tests passed\n"))
         self.assert_exit(self.quickstart("test", CTEST_EXIT="8"), 8)
