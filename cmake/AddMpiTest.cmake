@@ -77,6 +77,7 @@ endfunction()
 # driven by a script; they get the same environment and a working directory of their own. PROCESSORS: what they keep busy on
 # average. It is 1 for scripts that start short runs of two ranks: these wait for their start, for each other and for what
 # looks at their files.
+set(FLUSI_PYTHONPATH "${CMAKE_SOURCE_DIR}/tools:${CMAKE_SOURCE_DIR}/tests/support:${CMAKE_SOURCE_DIR}/tests/verification")
 function(add_script_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;PROCESSORS;COST" "COMMAND" ${ARGN})
   if(NOT ARG_TIMEOUT)
@@ -92,5 +93,5 @@ function(add_script_test name)
   file(MAKE_DIRECTORY ${workdir})
   add_test(NAME ${name} COMMAND ${ARG_COMMAND} WORKING_DIRECTORY ${workdir})
   set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
-    PROCESSORS ${ARG_PROCESSORS} COST ${ARG_COST} ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT};MPIEXEC=${MPIEXEC_EXECUTABLE}")
+    PROCESSORS ${ARG_PROCESSORS} COST ${ARG_COST} ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT};MPIEXEC=${MPIEXEC_EXECUTABLE};PYTHONPATH=${FLUSI_PYTHONPATH}")
 endfunction()

@@ -18,12 +18,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools"))
-import _project_python  # noqa: F401, E402
-
-import numpy as np  # noqa: E402
-
 SPARS = 2 * math.pi * 0.1**4 / 64  # moment of area of the spars of wings/filament.h5, m^4 per metre of width
 MASS, RIGIDITY, TILT = 1.5, 0.00225, 18.0
 THIN = {"thin-24-normal": "no thickness, no friction", "thin-40": "no thickness, with friction"}
@@ -171,7 +168,8 @@ def plot(root, picture):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    from _style import COLOURS, save, use_style
+
+    from flusi_msm.style import COLOURS, save, use_style
     use_style()
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), width_ratios=(2.2, 1))
     names = [name for name in CASES if (name.isdigit() or name in THIN) and (root / name / "done").exists()]

@@ -2,7 +2,7 @@
 !> Fits the bending stiffness of a cantilever, and the unknown zero of every loading, to readings of its tip
 !> (docs/prepazy.md), and prints them with 90 % intervals and every reading beside what the beam shows.
 !>
-!> usage: bench_prepazy WING.h5 MEASUREMENT.h5, as tools/import_prepazy.py makes them
+!> usage: bench_prepazy WING.h5 MEASUREMENT.h5, as tools/import_prepazy makes them
 program prepazy
   use base_constants, only: EXIT_NUMERICAL, EXIT_USER, PI
   use base_errors, only: failure_t, message_list_t

@@ -22,19 +22,17 @@ from pathlib import Path
 
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ[variable] = "1"
-SOURCE = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(SOURCE / "tools"), str(SOURCE / "bench/training")]
-import _project_python  # noqa: F401, E402
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
+import h5py
+import numpy as np
+from training_program import write_input
 
-from _bending_statics import NoEquilibrium  # noqa: E402
-from _measurement_case import read_case  # noqa: E402
-from _measurement_file import write_test  # noqa: E402
-from training_program import write_input  # noqa: E402
-from _measurement_synthesis import Bench, joint_truth, synthesise  # noqa: E402
+from flusi_msm.bending.statics import NoEquilibrium
+from flusi_msm.measurement.case import read_case
+from flusi_msm.measurement.file import write_test
+from flusi_msm.measurement.synthesis import Bench, joint_truth, synthesise
 
+SOURCE = Path(__file__).resolve().parents[2]
 SEED = 20261122
 DESCRIPTION = SOURCE / "ini/train.json"
 # The program as it is shipped, in a box that holds every truth. (With fewer candidates, such as CMAES.max_evaluations=11, it

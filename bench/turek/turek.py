@@ -18,11 +18,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools"))
-import _project_python  # noqa: F401, E402
+import numpy as np
 
-import numpy as np  # noqa: E402
+ROOT = Path(__file__).resolve().parents[2]
 
 LENGTH, HEIGHT, DENSITY, NU = 2.56, 0.48, 1000.0, 1e-3  # of the box and of the fluid, SI units
 # A mask whose step is 2 h wide has its wall where it is drawn if sqrt(nu C_eta) is this part of h = dx: the zero of
@@ -182,7 +180,8 @@ def plot(root, picture):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    from _style import COLOURS, save, use_style
+
+    from flusi_msm.style import COLOURS, save, use_style
     use_style()
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), width_ratios=(2.2, 1))
     names = [name for n in GRIDS for name in (f"fsi2-{n}", f"fsi2-{n}-short")

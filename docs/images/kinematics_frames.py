@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws kinematics_frames.png of docs/kinematics.md with the matrices of tools/plot_kinematics.py."""
-import sys
+"""Draws kinematics_frames.png of docs/kinematics.md with the matrices of tools/plot_kinematics."""
 from pathlib import Path
 
 import numpy as np
 
+from flusi_msm.plots import kinematics
+from flusi_msm.plots.kinematics import COLOURS, plt, save, use_style
+
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parents[1] / "tools"))
-import plot_kinematics as kinematics  # noqa: E402
-from plot_kinematics import COLOURS, plt, save, use_style  # noqa: E402
 
 ETA, PHI, ALPHA, THETA = -70.0, 12.0, 55.0, 0.0
 BODY, LEFT, RIGHT, GREY = "0.25", COLOURS[0], COLOURS[1], "0.6"

@@ -23,11 +23,9 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import h5py
-
 from whole_program import SOURCE, check, main
 
-sys.path.insert(0, str(SOURCE / "tests" / "support"))
-from json_schema import validate  # noqa: E402
+from json_schema import validate
 
 ADEQUATE, NAMED, SET, UNKNOWN = 0, 10, 11, 12
 ALLOWED = {

@@ -23,8 +23,7 @@ import h5py
 import numpy as np
 from whole_program import EXIT_OK, SOURCE, Case, check, main
 
-sys.path.insert(0, str(SOURCE / "tools"))
-from _measurement_scan import scan  # noqa: E402
+from flusi_msm.measurement.scan import scan
 
 MSM_TRAIN, FLUSI = sys.argv.pop(3), sys.argv.pop(3)
 FITS, PROGRAMS = 0.1, 3e-5

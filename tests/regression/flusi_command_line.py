@@ -8,8 +8,7 @@ import os
 import re
 import shutil
 
-from whole_program import (EXIT_FAILURE, EXIT_OK, EXIT_USER, SOURCE, STATIC_REFERENCE, check, live_keys, main, merged,
-                           no_crash, sphere)
+from whole_program import EXIT_FAILURE, EXIT_OK, EXIT_USER, SOURCE, STATIC_REFERENCE, check, live_keys, main, merged, no_crash, sphere
 
 # With this in the environment MPI cannot start.
 NO_MPI = {"OMPI_MCA_pml": "no_such_component", "OMPI_MCA_mpi_show_mca_params": ""}

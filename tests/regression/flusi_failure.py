@@ -8,7 +8,7 @@ usage: flusi_failure.py <flusi> <h5dump> [tests]
 import math
 import shutil
 
-from whole_program import EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_OK, check, main, merged, ring
+from whole_program import EXIT_NUMERICAL, EXIT_OK, EXIT_UNWRITABLE, check, main, merged, ring
 
 TIMEOUT = 30  # seconds, for runs of less than one
 

@@ -12,8 +12,7 @@ import shutil
 import struct
 from pathlib import Path
 
-from whole_program import (EXIT_NUMERICAL, EXIT_USER, SOURCE, check, ini_text, main, merged,
-                           same_checkpoints)
+from whole_program import EXIT_NUMERICAL, EXIT_USER, SOURCE, check, ini_text, main, merged, same_checkpoints
 
 LAST_DIGIT = 2e-8  # series hold nine digits: a number may be rounded to its neighbour
 

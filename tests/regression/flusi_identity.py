@@ -9,7 +9,7 @@ import shutil
 import signal
 import subprocess
 
-from whole_program import (EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, SOURCE, check, main, merged, no_crash, sphere)
+from whole_program import EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, SOURCE, check, main, merged, no_crash, sphere
 
 A = sphere(8, Time={"nt": 6, "CFL": None, "dt_fixed": 0.004}, Saving={"tintegral": 0.004})
 B = merged(A, {"ReynoldsNumber": {"nu": 2e-2}, "Time": {"nt": 999999}, "Saving": {"tsave": 1e9}})  # ends by a signal alone

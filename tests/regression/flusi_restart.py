@@ -12,8 +12,7 @@ import shutil
 import signal
 import time
 
-from whole_program import (EXIT_STOPPED, EXIT_USER, check, close, main, merged, ring, same_checkpoints, same_runs,
-                           sphere)
+from whole_program import EXIT_STOPPED, EXIT_USER, check, close, main, merged, ring, same_checkpoints, same_runs, sphere
 
 ROUND_OFF = 1e-12
 # Series hold nine digits: a number may be rounded to its neighbour.

@@ -8,8 +8,21 @@ import math
 import re
 import shutil
 
-from whole_program import (EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_USER, SOLID_REFERENCE, SOURCE,
-                           TRAIN_REFERENCE, check, live_keys, main, merged, same_checkpoints)
+from whole_program import (
+    EXIT_NUMERICAL,
+    EXIT_OK,
+    EXIT_STOPPED,
+    EXIT_UNWRITABLE,
+    EXIT_USER,
+    SOLID_REFERENCE,
+    SOURCE,
+    TRAIN_REFERENCE,
+    check,
+    live_keys,
+    main,
+    merged,
+    same_checkpoints,
+)
 
 WING = SOURCE / "wings/calliphora_small.h5"
 COLUMNS = ("time tip_x tip_y tip_z largest E_kin E_kin_rel E_elastic W_loads W_weight W_frame Q_damping imbalance "

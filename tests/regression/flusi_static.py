@@ -9,8 +9,7 @@ import re
 import struct
 import xml.etree.ElementTree as ET
 
-from whole_program import (EXIT_UNWRITABLE, EXIT_NUMERICAL, EXIT_USER, SOURCE, check, live_keys, main, merged,
-                           SOLID_REFERENCE, STATIC_REFERENCE)
+from whole_program import EXIT_NUMERICAL, EXIT_UNWRITABLE, EXIT_USER, SOLID_REFERENCE, SOURCE, STATIC_REFERENCE, check, live_keys, main, merged
 
 NO_MPI = {"OMPI_MCA_pml": "no_such_component"}
 WING = SOURCE / "wings/calliphora_small.h5"

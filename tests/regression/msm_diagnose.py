@@ -17,8 +17,7 @@ import h5py
 import numpy as np
 from whole_program import EXIT_OK, SOURCE, Case, check, main
 
-sys.path.insert(0, str(SOURCE / "tests" / "support"))
-from json_schema import validate  # noqa: E402
+from json_schema import validate
 
 CASE = {
     "wing": str(SOURCE / "wings/calliphora_small.h5"), "seed": 3, "spacing": 3e-4,
@@ -235,7 +234,7 @@ def fly(case):
         run.run("flight.ini", timeout=300)
         lift, drag = (mean(run, "forces.t", f"F{axis}") + mean(run, "forces.t", f"F{axis} unsteady") for axis in "zx")
         means[name] = lift, drag, mean(run, "aero_power.t", "aerodynamic power")
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_diagnosis.py", "diagnosis.json", "--flight", "baseline",
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_diagnosis", "diagnosis.json", "--flight", "baseline",
                     "extended"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
     told = re.search(r"mean lift by ([-+.\d]+) %, the mean drag by ([-+.\d]+) % and the mean aerodynamic power by ([-+.\d]+) %",
                      (case.folder / "report.html").read_text())

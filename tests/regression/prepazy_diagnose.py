@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+import elastica
+from flusi_msm.importers.prepazy import GRAVITY, LENGTH, read_loadings, repeatability
+
 SOURCE = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(SOURCE / "tools"), str(SOURCE / "tests/verification")]
-import elastica  # noqa: E402
-from import_prepazy import GRAVITY, LENGTH, read_loadings, repeatability  # noqa: E402
 
 SKIPPED, ADEQUATE, NAMED = 77, 0, 10
 SYNTHETIC_SD = 1e-3  # [m]
@@ -36,7 +36,7 @@ def diagnose(program, folder, sd, baselines):
     found = []
     with tempfile.TemporaryDirectory() as place:
         place = Path(place)
-        subprocess.run([sys.executable, "-B", SOURCE / "tools/import_prepazy.py", folder, "--wing", place / "prepazy.h5",
+        subprocess.run([sys.executable, "-B", SOURCE / "tools/import_prepazy", folder, "--wing", place / "prepazy.h5",
                         "-o", place / "prepazy-readings.h5", "--sd", repr(1e3 * sd)], check=True)
         text = (SOURCE / "ini/prepazy-diagnose.ini").read_text()
         check("nonlinearity 0" in text, "the shipped input has the baseline of small deflections")

@@ -16,8 +16,7 @@ import h5py
 import numpy as np
 from whole_program import EXIT_USER, SOURCE, Case, check, main, no_crash
 
-sys.path.insert(0, str(SOURCE / "tools"))
-from _measurement_scan import scan  # noqa: E402
+from flusi_msm.measurement.scan import scan
 
 FLUSI, MSM_DIAGNOSE = sys.argv.pop(3), sys.argv.pop(3)
 WING = SOURCE / "wings/calliphora_small.h5"

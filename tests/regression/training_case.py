@@ -6,7 +6,6 @@ import sys
 
 from whole_program import SOURCE, check, merged
 
-
 TWIN = sys.argv.pop(3)
 WING = SOURCE / "wings/calliphora_small.h5"
 TRUTH = {"E": 8e9, "joint:R4+5_base": 3e-5, "joint:R1_Rs": 2e-4}

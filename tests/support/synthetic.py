@@ -21,7 +21,6 @@ def run_tool(name, *arguments):
     """Runs a Python tool with its command line, in this process (importing matplotlib once saves time)."""
     out, err, code = io.StringIO(), io.StringIO(), 0
     with mock.patch.object(sys, "argv", [name, *map(str, arguments)]), \
-            mock.patch.object(sys, "path", [str(TOOLS), *sys.path]), \
             contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             runpy.run_path(str(TOOLS / name), run_name="__main__")

@@ -5,24 +5,22 @@ forms.
 
 usage: bending_mechanics.py
 """
-import sys
 import unittest
 from dataclasses import replace
 from math import pi
 from pathlib import Path
 
+import numpy as np
+from scipy.integrate import solve_bvp
+
+from flusi_msm.bending.jets import Jet, squared_angle
+from flusi_msm.bending.mesh import locate, plan_hinges, refine
+from flusi_msm.bending.model import Model, Stiffness
+from flusi_msm.bending.statics import Path as LoadingPath
+from flusi_msm.measurement.synthesis import rest_on_clamp, rotation
+from flusi_msm.wing.file import Wing, read_wing
+
 SOURCE = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / "tools"))
-import numpy as np  # noqa: E402
-from scipy.integrate import solve_bvp  # noqa: E402
-
-from _bending_jets import Jet, squared_angle  # noqa: E402
-from _bending_mesh import locate, plan_hinges, refine  # noqa: E402
-from _bending_model import Model, Stiffness  # noqa: E402
-from _bending_statics import Path as LoadingPath  # noqa: E402
-from _measurement_synthesis import rest_on_clamp, rotation  # noqa: E402
-from _wing_file import Wing, read_wing  # noqa: E402
-
 SMALL = SOURCE / "wings/calliphora_small.h5"
 LENGTH, WIDTH, YOUNG = 9e-3, 60e-6, 12.58e9
 EI = YOUNG * pi * WIDTH**4 / 64

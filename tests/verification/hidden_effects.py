@@ -11,12 +11,11 @@ import tempfile
 import unittest
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(SOURCE / "tools"), str(SOURCE / "tests/support")]
-from _bending_model import Model, Stiffness  # noqa: E402
-from _wing_file import read_wing  # noqa: E402
-from synthetic import run_tool  # noqa: E402
+from flusi_msm.bending.model import Model, Stiffness
+from flusi_msm.wing.file import read_wing
+from synthetic import run_tool
 
+SOURCE = Path(__file__).resolve().parents[2]
 WING = SOURCE / "wings/calliphora_small.h5"
 JOINT = 2e-6  # [N m/rad] of all joints: they bend as much as the veins beside them
 LOADS = [[0.00721, -0.00032, 2.8e-4], [0.00496, -0.00228, -1.4e-4], [0.00856, -0.00078, 1.6e-4]]
@@ -124,8 +123,9 @@ class HiddenEffects(unittest.TestCase):
     @staticmethod
     def stiffness_at(vein, share):
         """Of the hinge inside a vein nearest to a share of its length."""
-        from _measurement_synthesis import with_soft_places
         from types import SimpleNamespace
+
+        from flusi_msm.measurement.synthesis import with_soft_places
         case = SimpleNamespace(hidden=SimpleNamespace(soft_places=[(vein, share, 1.0)]))
         model = Model(with_soft_places(read_wing(WING), case), Stiffness(E=9e9, plate="edges"))
         return next(model.hinge_stiffness(h, with_joint=False) for h in model.hinge_plan if h.joint == "soft1")

@@ -11,15 +11,14 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import h5py
+import numpy as np
+
+from flusi_msm.bending.model import Model, Stiffness
+from flusi_msm.bending.statics import Path as LoadingPath
+from flusi_msm.wing.file import read_wing
+
 SOURCE = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / "tools"))
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-
-from _bending_model import Model, Stiffness  # noqa: E402
-from _bending_statics import Path as LoadingPath  # noqa: E402
-from _wing_file import read_wing  # noqa: E402
-
 WING = SOURCE / "wings/calliphora_small.h5"
 PLACES = [(0.00405, 0.00066, 2.0e-3), (0.00721, -0.00032, 5.5e-4), (0.00496, -0.00228, -2.7e-4)]
 # Both end within 1e-8 of the load; soft directions turn that into some 1e-7 of the movement.

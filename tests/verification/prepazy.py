@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stiffness of a beam from readings of its tip, as tools/import_prepazy.py with bench_prepazy and msm_train find it.
+"""The stiffness of a beam from readings of its tip, as tools/import_prepazy with bench_prepazy and msm_train find it.
 
 usage: prepazy.py BENCH_PREPAZY MSM_TRAIN synthetic    exact readings of the elastica with known stiffness and zeros
        prepazy.py BENCH_PREPAZY MSM_TRAIN measured     the Pre-Pazy wing; exit code 77 where its readings are not
@@ -16,12 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(SOURCE / "tools"), str(Path(__file__).resolve().parent)]
-import elastica  # noqa: E402
-from import_prepazy import GRAVITY, LENGTH, read_loadings, repeatability  # noqa: E402
-from plot_prepazy import read_fit  # noqa: E402
+import elastica
+from flusi_msm.importers.prepazy import GRAVITY, LENGTH, read_loadings, repeatability
+from flusi_msm.plots.prepazy import read_fit
 
+SOURCE = Path(__file__).resolve().parents[2]
 SKIPPED = 77
 # Chain for beam: 1/110^2 of the compliance; springs that grow 0.1 mm longer under loads that move the tip 290 mm.
 MODEL = 5e-4
@@ -50,10 +49,10 @@ def run(programs, folder, sd_mm):
     """What bench_prepazy finds; what msm_train finds must be the same."""
     with tempfile.TemporaryDirectory() as place:
         wing, measurement, fit, picture = (Path(place) / name for name in ("w.h5", "m.h5", "fit.txt", "fit.png"))
-        subprocess.run([sys.executable, "-B", SOURCE / "tools/import_prepazy.py", folder, "--wing", wing,
+        subprocess.run([sys.executable, "-B", SOURCE / "tools/import_prepazy", folder, "--wing", wing,
                         "-o", measurement, "--sd", repr(sd_mm)], check=True)
         fit.write_text(subprocess.run([programs[0], wing, measurement], check=True, capture_output=True, text=True).stdout)
-        subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_prepazy.py", fit, "-o", picture], check=True)
+        subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_prepazy", fit, "-o", picture], check=True)
         check(picture.stat().st_size > 10000, "the picture is drawn")
         unknowns, found = read_fit(fit)
         check_training(programs[1], Path(place), unknowns)
@@ -72,7 +71,7 @@ def check_training(program, place, unknowns):
     # Ends are sought to 1 % of the threshold's root; six and four digits are printed.
     check(abs(value / best - 1) < 1e-4, f"the stiffness is the same: {value} and {best}")
     check(max(abs(low - lower), abs(high - upper)) < 0.015 * (upper - lower), f"so is the interval: {low} to {high}")
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_training.py", place], check=True)
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_training", place], check=True)
     page = (place / "report.html").read_text()
     check("zero" in page and page.count("<img") + page.count("<svg") >= 3, "the report has pictures and zeros")
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from typing import Callable, List
 
+from flusi_msm.project_python import PACKAGES, stop_without
+
 
 class InputError(Exception):
     """A mistake in what the user gave; its text is all the user needs to see."""
@@ -32,9 +34,13 @@ class Problems:
 
 
 def run_command(name: str, main: Callable[[], None]) -> None:
-    """Runs main(). An InputError becomes a message for each of its lines and exit code 2."""
+    """Runs main(). An InputError, or a package that is not there, becomes a message for each of its lines and exit code 2."""
     try:
         main()
+    except ModuleNotFoundError as error:
+        if error.name not in PACKAGES:
+            raise
+        stop_without(name, [error.name])
     except InputError as error:
         for line in str(error).split("\n"):
             print(f"{name}: {line}", file=sys.stderr)

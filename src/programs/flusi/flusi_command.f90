@@ -91,7 +91,7 @@ contains
       if (n_files < 2) call errors%add('--compare-keys needs the names of two key files')
     case default
       if (command%postprocess) call errors%add('--postprocess knows --keyvalues and --compare-keys; '// &
-        'FLUSI''s other tools are in tools/flusi-post: docs/post-processing.md')
+        'FLUSI''s other tools are in tools/postprocess: docs/post-processing.md')
       if (n_files < 1) call errors%add('the name of a parameter file is missing')
       command%ini = command%file
     end select

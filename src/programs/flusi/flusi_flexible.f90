@@ -98,7 +98,7 @@ contains
                                             'contradicts wings = flexible, whose file is in metres; set [units] length')
       if (.not. config%is_given('Wing', 'file')) then
         call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file '// &
-                             '(tools/import_flusi_mesh.py makes one of FLUSI''s *.dat files)')
+                             '(tools/import_flusi_mesh makes one of FLUSI''s *.dat files)')
         return
       end if
     end if

@@ -73,7 +73,7 @@ contains
     extended = ''
     if (d%extended%is_found) extended = ', _extended.ini'
     write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini'//extended//', _next_measurements.csv; '// &
-      'tools/plot_diagnosis.py '//s%name//'.json makes the report'
+      'tools/plot_diagnosis '//s%name//'.json makes the report'
     flush (unit)
   end subroutine print_verdict
 

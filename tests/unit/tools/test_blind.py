@@ -10,21 +10,21 @@ import unittest
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from flusi_msm.blind.batch import read_design
+from flusi_msm.blind.cases import KINDS, Individual, Options, draw_head, make_strong
+from flusi_msm.blind.effects import KNOWN, OUTSIDE, E_gradient
+from flusi_msm.blind.ledger import Ledger, digest
+from flusi_msm.blind.oracle import MEMBRANE_SD, STEP, Base, Oracle
+from flusi_msm.blind.scores import Case, calibration_error, clopper_pearson, confusion_of, scores_of, wilson
+from flusi_msm.measurement.noise import Noise
+from flusi_msm.measurement.scan import grid_lines
+from flusi_msm.measurement.synthesis import Bench
+from flusi_msm.results.files import InputError
+
 SOURCE = Path(__file__).resolve().parents[3]
 TOOLS = SOURCE / "tools"
-sys.path.insert(0, str(TOOLS))
-import numpy as np  # noqa: E402
-
-from _blind_batch import read_design  # noqa: E402
-from _blind_cases import KINDS, Individual, Options, draw_head, make_strong  # noqa: E402
-from _blind_effects import KNOWN, OUTSIDE, E_gradient  # noqa: E402
-from _blind_ledger import Ledger, digest  # noqa: E402
-from _blind_oracle import MEMBRANE_SD, STEP, Base, Oracle  # noqa: E402
-from _blind_scores import Case, calibration_error, clopper_pearson, confusion_of, scores_of, wilson  # noqa: E402
-from _flusi_io import InputError  # noqa: E402
-from _measurement_noise import Noise  # noqa: E402
-from _measurement_scan import grid_lines  # noqa: E402
-from _measurement_synthesis import Bench  # noqa: E402
 
 DESIGN = {"wing": str(SOURCE / "wings/calliphora_small.h5"), "loads": [[0.00676, -0.00150, 2.0e-4]], "spacing": 6e-4,
           "protocol": {"levels": [1, -1], "random_order": True}, "stiffness": {"plate": "edges"},

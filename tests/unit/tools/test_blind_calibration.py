@@ -2,15 +2,15 @@
 """The map from stated probabilities to how often verdicts are right: against another formula of isotonic regression, and on
 verdicts that are too sure of themselves by a known law."""
 import re
-import sys
 import unittest
 from pathlib import Path
 
+import numpy as np
+
+from flusi_msm.blind.calibration import LEAST, apply, fortran_of, knots_of, learn, pool, table_of, try_on_even
+from flusi_msm.blind.scores import Case
+
 SOURCE = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(SOURCE / "tools"))
-import numpy as np  # noqa: E402
-from _blind_calibration import LEAST, apply, fortran_of, knots_of, learn, pool, table_of, try_on_even  # noqa: E402
-from _blind_scores import Case  # noqa: E402
 
 
 def case(number, word, probability, is_right):

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""compare_individuals.py: the spread of runs whose means are known."""
+"""compare_individuals: the spread of runs whose means are known."""
 import csv
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import CYCLE_MEANS, picture, run_tool, write_flapping_run  # noqa: E402
+from synthetic import CYCLE_MEANS, picture, run_tool, write_flapping_run
 
 
 class Individuals(unittest.TestCase):
@@ -20,7 +17,7 @@ class Individuals(unittest.TestCase):
             write_flapping_run(self.folder / f"fly{n}", factor=factor, drift=0.1 * n)
 
     def compare(self, *arguments):
-        return run_tool("compare_individuals.py", *(self.folder / f"fly{n}" for n in range(3)), "-o",
+        return run_tool("compare_individuals", *(self.folder / f"fly{n}" for n in range(3)), "-o",
                         self.folder / "all", *arguments)
 
     def test_table(self):
@@ -51,7 +48,7 @@ class Individuals(unittest.TestCase):
         self.assertAlmostEqual(float(rows["b"]["lift"]), 1.1 * CYCLE_MEANS["lift"] + 0.1, delta=2e-3)
 
     def test_mistakes(self):
-        self.assertIn("two runs or more", run_tool("compare_individuals.py", self.folder / "fly0").stderr)
+        self.assertIn("two runs or more", run_tool("compare_individuals", self.folder / "fly0").stderr)
         self.assertIn("2 names for 3 runs", self.compare("--labels", "a,b").stderr)
         (self.folder / "fly1/aero_power.t").unlink()
         self.assertIn("fly1: aerodynamic power is not", self.compare().stderr)

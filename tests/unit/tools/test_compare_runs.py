@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""compare_runs.py: the table of two runs whose means are known."""
+"""compare_runs: the table of two runs whose means are known."""
 import csv
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import CYCLE_MEANS, picture, run_tool, write_flapping_run  # noqa: E402
+from synthetic import CYCLE_MEANS, picture, run_tool, write_flapping_run
 
 
 class Comparison(unittest.TestCase):
@@ -20,7 +17,7 @@ class Comparison(unittest.TestCase):
         write_flapping_run(self.folder / "flexible", drift=0.5)
 
     def test_table(self):
-        done = run_tool("compare_runs.py", self.folder / "rigid", self.folder / "flexible", "--cycles", "3-4",
+        done = run_tool("compare_runs", self.folder / "rigid", self.folder / "flexible", "--cycles", "3-4",
                         "-o", self.folder / "both")
         self.assertEqual(done.returncode, 0, done.stderr)
         with open(self.folder / "both.csv", encoding="utf-8") as file:
@@ -40,10 +37,10 @@ class Comparison(unittest.TestCase):
 
     def test_mistakes(self):
         (self.folder / "empty").mkdir()
-        done = run_tool("compare_runs.py", self.folder / "rigid", self.folder / "empty")
+        done = run_tool("compare_runs", self.folder / "rigid", self.folder / "empty")
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("forces.t", done.stderr)
-        done = run_tool("compare_runs.py", self.folder / "rigid", self.folder / "flexible", "--labels", "one")
+        done = run_tool("compare_runs", self.folder / "rigid", self.folder / "flexible", "--labels", "one")
         self.assertIn("two names", done.stderr)
 
 

@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The readers of the Python tools: headers of several kinds, restarts, damage, spectral derivatives."""
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
-from synthetic import TOOLS, grid, write_field, write_velocity  # noqa: E402
-
-sys.path.insert(0, str(TOOLS))
-import _flusi_io as flusi  # noqa: E402
+from flusi_msm.results import files as flusi
+from synthetic import grid, write_field, write_velocity
 
 
 class InFolder(unittest.TestCase):

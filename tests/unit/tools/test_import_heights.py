@@ -13,8 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
-from synthetic import SOURCE, run_tool  # noqa: E402
+from synthetic import SOURCE, run_tool
 
 READER = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
 WING = SOURCE / "wings/calliphora_small.h5"
@@ -43,7 +42,7 @@ class Import(unittest.TestCase):
 
     def run_import(self, rows, *more, options=UNITS):
         (self.folder / "list.csv").write_text(HEAD + rows)
-        return run_tool("import_heights.py", self.folder / "list.csv", "-o", self.folder / "m.h5", *options, *more)
+        return run_tool("import_heights", self.folder / "list.csv", "-o", self.folder / "m.h5", *options, *more)
 
     def refused(self, text, rows, options=UNITS):
         run = self.run_import(rows, options=options)

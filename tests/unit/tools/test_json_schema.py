@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The validator of the tests finds what breaks a schema, and the schema of msm_diagnose uses only what it knows."""
 import json
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(SOURCE / "tests" / "support"))
-from json_schema import CHECKS, NOTES, validate  # noqa: E402
+from json_schema import CHECKS, NOTES, validate
 
+SOURCE = Path(__file__).resolve().parents[3]
 ONE = {"type": "object", "properties": {"kind": {"enum": ["a", "b"]}, "n": {"type": "integer", "minimum": 1, "maximum": 5},
                                         "x": {"type": ["number", "null"]}, "list": {"$ref": "#/$defs/list"}},
        "required": ["kind"], "additionalProperties": False,

@@ -14,20 +14,20 @@ import unittest
 from dataclasses import fields
 from pathlib import Path
 
+import h5py
+import numpy as np
+
+from flusi_msm.bending.mesh import locate
+from flusi_msm.bending.model import Stiffness
+from flusi_msm.measurement.case import Case, Hidden, Protocol, read_case
+from flusi_msm.measurement.noise import HeightErrors, Noise, Streams
+from flusi_msm.measurement.scan import grid_lines, scan
+from flusi_msm.measurement.synthesis import Bench, synthesise
+from flusi_msm.results.files import InputError
+from flusi_msm.wing.file import read_wing
+
 SOURCE = Path(__file__).resolve().parents[3]
 TOOLS = SOURCE / "tools"
-sys.path.insert(0, str(TOOLS))
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-
-from _bending_mesh import locate  # noqa: E402
-from _bending_model import Stiffness  # noqa: E402
-from _flusi_io import InputError  # noqa: E402
-from _measurement_case import Case, Hidden, Protocol, read_case  # noqa: E402
-from _measurement_noise import HeightErrors, Noise, Streams  # noqa: E402
-from _measurement_scan import grid_lines, scan  # noqa: E402
-from _measurement_synthesis import Bench, synthesise  # noqa: E402
-from _wing_file import read_wing  # noqa: E402
 
 WING = SOURCE / "wings/calliphora_small.h5"
 # One light load on the stiff front; everything that can go wrong does.
@@ -320,35 +320,46 @@ class Documentation(WithFolder):
                 self.assertIn(f"`{item.name}`", self.text.replace("` ", "` ").replace("**", ""), item.name)
 
 
+def imported(text):
+    """Dotted names of what a module imports; `from a import b` counts as a.b."""
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
 class Independence(unittest.TestCase):
     def test_imports(self):
         """The generator imports its own modules, the reader of wing files, the choice of a Python and public libraries;
         nothing it runs is the solver, and nothing of the fitter imports it."""
-        own = {"_bending_camber", "_bending_elements", "_bending_jets", "_bending_membrane", "_bending_mesh", "_bending_model",
-               "_bending_statics", "_measurement_case", "_measurement_noise", "_measurement_scan",
-               "_measurement_synthesis", "_measurement_file", "_blind_batch", "_blind_cases", "_blind_effects",
-               "_blind_ledger", "_blind_oracle", "_blind_study"}
-        allowed = own | {"_flusi_io", "_project_python", "_wing_file", "numpy", "scipy", "h5py"} \
-            | set(getattr(sys, "stdlib_module_names", ()))
-        for path in [TOOLS / f"{name}.py" for name in own] + [TOOLS / "make_measurement", TOOLS / "blindgen"]:
+        package = TOOLS / "flusi_msm"
+        own = {f"flusi_msm.{folder}.{path.stem}" for folder in ("bending", "measurement") for path in (package / folder).glob("*.py")}
+        own |= {f"flusi_msm.blind.{name}" for name in ("batch", "cases", "effects", "generate", "ledger", "oracle", "study")}
+        own -= {f"flusi_msm.{folder}.__init__" for folder in ("bending", "measurement")}
+        libraries = {"numpy", "scipy", "h5py"} | set(getattr(sys, "stdlib_module_names", ()))
+        allowed = own | {f"flusi_msm.{name}" for name in ("errors", "one_thread", "project_python", "results.files", "wing.file")}
+        self.assertGreater(len(own), 15)
+        for name in own:
+            path = TOOLS / (name.replace(".", "/") + ".py")
             text = path.read_text()
-            found = set()
-            for node in ast.walk(ast.parse(text)):
-                if isinstance(node, ast.Import):
-                    found |= {alias.name.split(".")[0] for alias in node.names}
-                elif isinstance(node, ast.ImportFrom):
-                    found.add(node.module.split(".")[0])
-            if hasattr(sys, "stdlib_module_names"):
-                self.assertLessEqual(found, allowed, path)
-            self.assertFalse(found & {"subprocess", "ctypes", "f2py", "importlib"}, path)
+            for module in imported(text):
+                if module.split(".")[0] == "flusi_msm":
+                    self.assertTrue(module in allowed or module.rpartition(".")[0] in allowed, f"{path}: {module}")
+                elif hasattr(sys, "stdlib_module_names"):
+                    self.assertIn(module.split(".")[0], libraries, path)
+                self.assertNotIn(module.split(".")[0], {"subprocess", "ctypes", "f2py", "importlib"}, path)
             self.assertNotRegex(text, r"msm_train|os\.system|popen", path)
-        for path in TOOLS.glob("*.py"):
-            if path.stem not in own:
-                text = path.read_text()
-                self.assertNotRegex(text, r"(import|from) _(bending|measurement_(synthesis|scan|noise)|blind_(cases|oracle))",
-                                    path)
+        mechanics = {name for name in own if ".bending." in name} | {"flusi_msm.blind.cases", "flusi_msm.blind.oracle"} \
+            | {f"flusi_msm.measurement.{name}" for name in ("noise", "scan", "synthesis")}
+        for path in package.rglob("*.py"):
+            if ".".join(path.relative_to(TOOLS).with_suffix("").parts) not in own:
+                taken = {name for module in imported(path.read_text()) for name in (module, module.rpartition(".")[0])}
+                self.assertFalse(taken & mechanics, path)
         for path in (SOURCE / "src").rglob("*.f90"):
-            self.assertFalse(re.search("make_measurement|_bending_model|blindgen|sealed", path.read_text()), path)
+            self.assertFalse(re.search("make_measurement|bending/model|blindgen|sealed", path.read_text()), path)
 
 
 if __name__ == "__main__":

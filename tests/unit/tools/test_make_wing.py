@@ -12,9 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawings import PARTS, make, mistakes, sound, svg, vein_length, write
-from synthetic import SOURCE, run_tool
 
+from drawings import PARTS, make, mistakes, sound, svg, vein_length, write
 from flusi_msm.errors import InputError, Problems
 from flusi_msm.wing.command import traced_wing
 from flusi_msm.wing.file import WingMass, read_wing, write_wing
@@ -25,6 +24,7 @@ from flusi_msm.wing.svg import read_svg
 from flusi_msm.wing.svg_tree import read_svg_shapes
 from flusi_msm.wing.toml_file import read_ini, read_toml
 from flusi_msm.wing.trace import parse_diameters
+from synthetic import SOURCE, run_tool
 
 MM, UM = 1e-3, 1e-6
 DRAWN = ("calliphora", "bee", "fly", "rectangle")

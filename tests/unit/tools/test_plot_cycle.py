@@ -1,18 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""plot_cycle.py: cycle means, strokes, units and mistakes, from series whose means are known."""
+"""plot_cycle: cycle means, strokes, units and mistakes, from series whose means are known."""
 import csv
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import CYCLE_MEANS, picture, run_tool, write_flapping_run, write_table  # noqa: E402
-import _cycles  # noqa: E402
-from _flusi_io import InputError, read_series  # noqa: E402
+from flusi_msm.results import cycles as beats
+from flusi_msm.results.files import InputError, read_series
+from synthetic import CYCLE_MEANS, picture, run_tool, write_flapping_run, write_table
 
 
 class Cycle(unittest.TestCase):
@@ -26,7 +23,7 @@ class Cycle(unittest.TestCase):
 
 class Numbers(Cycle):
     def test_means_of_every_cycle(self):
-        run = _cycles.FlappingRun(self.run_folder)
+        run = beats.FlappingRun(self.run_folder)
         self.assertEqual(run.cycles(), [1, 2, 3, 4])
         # The trapezoidal rule is exact for these sums of sines and for the ramp. Only cycle 1 is not sampled at
         # its beginning, where a constant continues the record over one interval.
@@ -37,17 +34,17 @@ class Numbers(Cycle):
                     self.assertAlmostEqual(run.means(quantity, [n])[0], wanted, delta=2e-3 if n == 1 else 1e-7)
 
     def test_several_cycles(self):
-        run = _cycles.FlappingRun(self.run_folder)
+        run = beats.FlappingRun(self.run_folder)
         mean, half_range = run.means("lift", [2, 4])
         self.assertAlmostEqual(mean, 3.5 + 0.5 * 3, places=6)
         self.assertAlmostEqual(half_range, 0.5, places=6)
         curve = run.phase_average("lift", [3, 4])
-        exact = 3.5 + 5 * np.sin(2 * np.pi * _cycles.PHASES) + 0.5 * (_cycles.PHASES + 3.0)
+        exact = 3.5 + 5 * np.sin(2 * np.pi * beats.PHASES) + 0.5 * (beats.PHASES + 3.0)
         # linear interpolation: curvature times interval squared over 8
         np.testing.assert_allclose(curve, exact, atol=5 * (2 * np.pi / 200)**2 / 8 + 1e-7)
 
     def test_choice_of_cycles(self):
-        run = _cycles.FlappingRun(self.run_folder)
+        run = beats.FlappingRun(self.run_folder)
         for text, cycles in (("last", [4]), ("all", [1, 2, 3, 4]), ("2", [2]), ("3-4", [3, 4]), ("1,3", [1, 3])):
             self.assertEqual(run.choose(text), cycles)
         for text, reason in (("5", "cycle 5 is not complete; there is 1, 2, 3, 4"), ("x", "--cycles takes"),
@@ -57,16 +54,16 @@ class Numbers(Cycle):
 
     def test_a_cycle_that_is_not_complete_is_left_out(self):
         write_flapping_run(self.folder / "short", cycles=2.9)
-        self.assertEqual(_cycles.FlappingRun(self.folder / "short").cycles(), [1, 2])
+        self.assertEqual(beats.FlappingRun(self.folder / "short").cycles(), [1, 2])
 
     def test_frequency_and_wind(self):
-        run = _cycles.FlappingRun(self.run_folder, frequency=0.5, wind="-x")
+        run = beats.FlappingRun(self.run_folder, frequency=0.5, wind="-x")
         self.assertEqual(run.cycles(), [1, 2])
         self.assertAlmostEqual(run.means("drag", [2])[0], -CYCLE_MEANS["drag"], places=6)
 
     def test_downstroke_is_where_phi_falls(self):
-        down = _cycles.FlappingRun(self.run_folder).downstroke(3)
-        np.testing.assert_array_equal(down, _cycles.PHASES < 0.5)
+        down = beats.FlappingRun(self.run_folder).downstroke(3)
+        np.testing.assert_array_equal(down, beats.PHASES < 0.5)
 
     def test_power_of_the_wings_if_there_is_no_total(self):
         (self.run_folder / "aero_power.t").unlink()
@@ -76,12 +73,12 @@ class Numbers(Cycle):
                                                                "inertial power"]
             write_table(self.run_folder / f"wing_{side}.t", [f"{name} [-]" for name in names],
                         np.column_stack([t] + 12 * [0 * t] + [0 * t + power, 0 * t + 0.1, np.sin(2 * np.pi * t)]))
-        run = _cycles.FlappingRun(self.run_folder)
+        run = beats.FlappingRun(self.run_folder)
         self.assertAlmostEqual(run.means("aerodynamic power", [2])[0], 7.0, places=9)
         self.assertAlmostEqual(run.means("inertial power", [2])[0], 0.0, places=9)
 
     def test_units(self):
-        run = _cycles.FlappingRun(self.run_folder)
+        run = beats.FlappingRun(self.run_folder)
         self.assertEqual(read_series(self.run_folder / "forces.t").scales, {
             "length": 0.009, "frequency": 158, "density": 1.225, "force": 2.006e-4, "power": 2.853e-4})
         self.assertAlmostEqual(run.si_factor("lift")[0], 0.2006)
@@ -95,14 +92,14 @@ class Numbers(Cycle):
     def test_columns_of_flusi_without_names(self):
         write_table(self.run_folder / "forces.t", [], np.column_stack(
             [np.arange(401) / 100] + [np.full(401, float(i)) for i in range(1, 13)]), units="")
-        run = _cycles.FlappingRun(self.run_folder)
+        run = beats.FlappingRun(self.run_folder)
         self.assertAlmostEqual(run.means("lift", [1])[0], 3 + 6)
         self.assertAlmostEqual(run.means("drag", [1])[0], 1 + 4)
 
 
 class Pictures(Cycle):
     def assert_picture(self, *arguments, out):
-        done = run_tool("plot_cycle.py", *arguments)
+        done = run_tool("plot_cycle", *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         height, width, colours = picture(out)
         self.assertGreater(height, 500)
@@ -124,7 +121,7 @@ class Pictures(Cycle):
         notes = [line for line in lines if line.startswith("#")]
         self.assertIn("# soft, cycle 4, mean drag: 0.4 = 0.08024 mN\n", notes)
         rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
-        self.assertEqual(len(rows), len(_cycles.PHASES))
+        self.assertEqual(len(rows), len(beats.PHASES))
         self.assertEqual(len(rows[0]), 1 + 2 * 2 * 4)
         mean = np.mean([float(row["lift soft [mN]"]) for row in rows])
         self.assertAlmostEqual(mean, 0.5 * 3.5 * 0.2006, places=4)
@@ -133,22 +130,22 @@ class Pictures(Cycle):
         (self.run_folder / "aero_power.t").unlink()
         (self.run_folder / "kinematics.t").unlink()
         write_flapping_run(self.folder / "plain", units="")
-        done = run_tool("plot_cycle.py", self.run_folder, self.folder / "plain")
+        done = run_tool("plot_cycle", self.run_folder, self.folder / "plain")
         self.assertEqual(done.returncode, 0, done.stderr)
         (self.folder / "plain" / "kinematics.t").unlink()
-        done = run_tool("plot_cycle.py", self.folder / "plain")
+        done = run_tool("plot_cycle", self.folder / "plain")
         self.assertIn("not shaded", done.stderr)
 
     def test_start_of_the_flow(self):
         """One first record far above all others does not set the scale; one that is not does."""
-        import plot_cycle
+        from flusi_msm.plots import cycle as plot_cycle
         curve = np.array([70.0, 1.0, -2.0, 3.0])
         self.assertEqual(plot_cycle.settled(curve).max(), 3)
         self.assertEqual(plot_cycle.settled(curve / [20, 1, 1, 1]).max(), 3.5)
 
     def test_refusals(self):
         def refused(*arguments, because):
-            done = run_tool("plot_cycle.py", *arguments)
+            done = run_tool("plot_cycle", *arguments)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(because, done.stderr)
         short = self.folder / "short"

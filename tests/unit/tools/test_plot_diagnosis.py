@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""plot_diagnosis.py: one page with the verdict first, all pictures inside, and what a cause changes in flight."""
+"""plot_diagnosis: one page with the verdict first, all pictures inside, and what a cause changes in flight."""
 import json
 import re
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-from synthetic import CYCLE_MEANS, run_tool, write_flapping_run  # noqa: E402
+import h5py
+import numpy as np
 
+from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
+
+SOURCE = Path(__file__).resolve().parents[3]
 EFFECT = {"name": "drift", "title": "a wing that changed", "sentence": "It dried.", "is_measurement": True, "variants": 1,
           "status": "tested", "missing": "", "variant": "", "place": [0.0, 0.0], "local_p": 1e-9, "p": 1e-8,
           "retained": 0.4, "log_evidence": 20.0, "posterior": 0.9999, "parameters": ["drift"],
@@ -54,7 +53,7 @@ class Report(unittest.TestCase):
     def page(self, *arguments, diagnosis=None):
         if diagnosis:
             (self.folder / "diagnosis.json").write_text(json.dumps(diagnosis))
-        done = run_tool("plot_diagnosis.py", self.folder / "diagnosis.json", *arguments)
+        done = run_tool("plot_diagnosis", self.folder / "diagnosis.json", *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         return (self.folder / "report.html").read_text()
 
@@ -81,7 +80,7 @@ class Report(unittest.TestCase):
         self.assertEqual(text.count("data:image/png;base64,"), 5)
         lift = CYCLE_MEANS["lift"]
         self.assertIn(f"mean lift by {100 * 2.0 / lift:+.1f} %, the mean drag by {0:+.1f} %", text)
-        done = run_tool("plot_diagnosis.py", self.folder / "diagnosis.json", "--flight", self.folder, self.folder)
+        done = run_tool("plot_diagnosis", self.folder / "diagnosis.json", "--flight", self.folder, self.folder)
         self.assertIn("forces.t", done.stderr)
 
     def test_adequate(self):

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""plot_kinematics.py: pictures of all kinds of files, angles and directions in numbers, mistakes by name."""
-import sys
+"""plot_kinematics: pictures of all kinds of files, angles and directions in numbers, mistakes by name."""
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import picture, run_tool  # noqa: E402
-import plot_kinematics  # noqa: E402
+from flusi_msm.plots import kinematics as plot_kinematics
+from synthetic import picture, run_tool
 
+SOURCE = Path(__file__).resolve().parents[3]
 BLOWFLY = SOURCE / "ini" / "kinematics" / "calliphora.ini"
 HERMITE = """; a figure of eight
 [Other]
@@ -46,7 +44,7 @@ class PlotKinematics(unittest.TestCase):
         return path
 
     def assert_picture(self, *arguments, out="out.png"):
-        done = run_tool("plot_kinematics.py", *arguments)
+        done = run_tool("plot_kinematics", *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         height, width, colours = picture(self.folder / out)
         self.assertGreater(height, 500)
@@ -54,7 +52,7 @@ class PlotKinematics(unittest.TestCase):
         self.assertGreater(colours, 50)
 
     def assert_refused(self, *arguments, because):
-        done = run_tool("plot_kinematics.py", *arguments)
+        done = run_tool("plot_kinematics", *arguments)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn(because, done.stderr)
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""plot_training.py: the page needs nothing else, its numbers are those of the run, nothing that the measurements do not
+"""plot_training: the page needs nothing else, its numbers are those of the run, nothing that the measurements do not
 determine is printed as a plain number, and mistakes are named."""
 import base64
 import re
-import sys
 import tempfile
 import unittest
 from html.parser import HTMLParser
@@ -11,15 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-import synthetic_training as made  # noqa: E402
-from synthetic import picture, run_tool  # noqa: E402
-import plot_training  # noqa: E402,F401  (chooses the backend)
-from _training_maps import edges_of, grid_of  # noqa: E402
-from _training_plots import draw_parameters, runs_of  # noqa: E402
-from _training_report import page  # noqa: E402
-from _training_run import in_words, read_training, warnings_of  # noqa: E402
+import synthetic_training as made
+from flusi_msm.training import command as plot_training  # noqa: F401  (chooses the backend)
+from flusi_msm.training.maps import edges_of, grid_of
+from flusi_msm.training.plots import draw_parameters, runs_of
+from flusi_msm.training.report import page
+from flusi_msm.training.run import in_words, read_training, warnings_of
+from synthetic import picture, run_tool
 
 
 class Page(HTMLParser):
@@ -60,7 +57,7 @@ class PlotTraining(unittest.TestCase):
 
     def report(self, *arguments, **choices):
         made.write_training(self.folder, **choices)
-        done = run_tool("plot_training.py", self.folder, *arguments)
+        done = run_tool("plot_training", self.folder, *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         made_page = Page((self.folder / "report.html").read_text(encoding="utf-8"))
         self.assertEqual(made_page.open, [])
@@ -71,7 +68,7 @@ class PlotTraining(unittest.TestCase):
         return Page(page(read_training(made.write_training(self.folder, **choices)), []))
 
     def assert_refused(self, *arguments, because):
-        done = run_tool("plot_training.py", *arguments)
+        done = run_tool("plot_training", *arguments)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn(because, done.stderr)
 

@@ -6,7 +6,6 @@ import contextlib
 import io
 import os
 import resource
-import sys
 import tempfile
 import tracemalloc
 import unittest
@@ -15,11 +14,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "tools"))
-from flusi_msm.errors import InputError  # noqa: E402
-from flusi_msm.postprocess import spectral  # noqa: E402
-from flusi_msm.postprocess.command import overview, run  # noqa: E402
-from flusi_msm.postprocess.registry import TOOLS  # noqa: E402
+from flusi_msm.errors import InputError
+from flusi_msm.postprocess import spectral
+from flusi_msm.postprocess.command import overview, run
+from flusi_msm.postprocess.registry import TOOLS
 
 N, L = (16, 20, 24), (2.0, 3.0, 2.5)
 TOLERANCE = 1e-12

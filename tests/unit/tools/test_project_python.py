@@ -32,7 +32,7 @@ class ProjectPython(unittest.TestCase):
         self.assertIn(f"has no {', '.join(packages)}. 'tools/quickstart deps'", done.stderr)
 
     def test_no_packages(self):
-        for tool in ("plot_cycle.py", "make_measurement", "import_prepazy.py"):
+        for tool in ("plot_cycle", "make_measurement", "import_prepazy"):
             done = self.run_tool(tool, "--help")
             self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
             self.assertTrue(done.stderr.startswith(f"{tool}: "), done.stderr)
@@ -52,8 +52,7 @@ class ProjectPython(unittest.TestCase):
         n_tools = 0
         for tool in sorted(path.name for path in (self.root / "tools").iterdir()):
             text = "" if (self.root / "tools" / tool).is_dir() else (self.root / "tools" / tool).read_text()
-            if tool.startswith("_") or "__main__" not in text or not any(name in text for name in ("import numpy", "_flusi_io",
-                                                                                                   "flusi_msm")):
+            if "__main__" not in text or "flusi_msm" not in text:
                 continue
             n_tools += 1
             with self.subTest(tool):
@@ -61,11 +60,11 @@ class ProjectPython(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout),
                                  (7, f"<{self.root}/tools/{tool}><a file><--option>"), done.stderr)
         self.assertGreaterEqual(n_tools, 15)
-        done = self.run_tool("plot_cycle.py", FLUSI_MSM_BEGUN_AGAIN="yes")  # once is enough
+        done = self.run_tool("plot_cycle", FLUSI_MSM_BEGUN_AGAIN="yes")  # once is enough
         self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
-        for words in ["-c", "import _project_python"], ["-"]:  # not a tool
+        for words in ["-c", "import flusi_msm.project_python"], ["-"]:  # not a tool
             done = subprocess.run([sys.executable, "-B", "-S", *words], capture_output=True, text=True, timeout=60,
-                                  cwd=self.root / "tools", input="import _project_python")
+                                  cwd=self.root / "tools", input="import flusi_msm.project_python")
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
 
     def test_own_is_worse(self):
@@ -73,14 +72,14 @@ class ProjectPython(unittest.TestCase):
         for packages in (), ("numpy",), ("scipy",):
             with self.subTest(packages):
                 self.make_own(*packages)
-                self.check_message(self.run_tool("plot_cycle.py"), "numpy", "h5py", "matplotlib", "scipy", "svgelements")
+                self.check_message(self.run_tool("plot_cycle"), "numpy", "h5py", "matplotlib", "scipy", "svgelements")
                 shutil.rmtree(self.root / "environment")
                 (self.root / ".venv").unlink()
 
     def test_own_without_packages(self):
         venv.create(self.root / ".venv", symlinks=True)
         own = self.root / ".venv/bin/python"
-        done = subprocess.run([own, "-B", self.root / "tools/plot_cycle.py"], capture_output=True, text=True, timeout=60,
+        done = subprocess.run([own, "-B", self.root / "tools/plot_cycle"], capture_output=True, text=True, timeout=60,
                               env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"})
         self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
 
@@ -94,7 +93,7 @@ class ProjectPython(unittest.TestCase):
         for name in ("h5py", "matplotlib"):
             (packages / name).mkdir()
         shutil.copy(SOURCE / "ini/diagnose.json", self.root / "case.json")
-        done = self.run_tool("import_heights.py", "--help", PYTHONPATH=str(packages))
+        done = self.run_tool("import_heights", "--help", PYTHONPATH=str(packages))
         self.assertEqual(done.returncode, 0, done.stderr)
         done = self.run_tool("make_measurement", "case.json", "-o", "out.h5", PYTHONPATH=str(packages))
         self.check_message(done, "scipy")

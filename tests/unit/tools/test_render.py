@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""render.py: iso-surfaces with known area and volume, pixels with known colours, pictures, mistakes by name."""
-import sys
+"""render: iso-surfaces with known area and volume, pixels with known colours, pictures, mistakes by name."""
 import tempfile
 import unittest
 from pathlib import Path
@@ -8,17 +7,14 @@ from pathlib import Path
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import (axes_of, grid, picture, rectangle, run_tool, write_ball, write_field,  # noqa: E402
-                       write_velocity, write_wing)
-import _renderers  # noqa: E402
-import render  # noqa: E402
-from _flusi_io import InputError  # noqa: E402
-from _isosurface import area, iso_surface  # noqa: E402
+from flusi_msm.render import command as render
+from flusi_msm.render import renderers
+from flusi_msm.render.isosurface import area, iso_surface
+from flusi_msm.results.files import InputError
+from synthetic import axes_of, grid, picture, rectangle, run_tool, write_ball, write_field, write_velocity, write_wing
 
 
 def sphere(n, radius=0.3):
@@ -62,15 +58,15 @@ class Pixels(unittest.TestCase):
 
     def square(self, x, half, colour, opacity):
         points = np.array([[x, -half, -half], [x, half, -half], [x, half, half], [x, -half, half]], dtype=float)
-        return _renderers.Surface(points, np.array([[0, 1, 2], [0, 2, 3]]), np.zeros((4, 3)), colour, opacity)
+        return renderers.Surface(points, np.array([[0, 1, 2], [0, 2, 3]]), np.zeros((4, 3)), colour, opacity)
 
     def camera(self, surfaces, aspect=1.5):
-        return _renderers.Camera(0, 0, np.concatenate([s.points for s in surfaces]), aspect)
+        return renderers.Camera(0, 0, np.concatenate([s.points for s in surfaces]), aspect)
 
     def test_the_camera_sees_everything_and_not_much_more(self):
         points = np.random.default_rng(3).normal(size=(500, 3)) * (3, 1, 0.5)
         for view in ((0, 0), (-125, 35), (-90, 90), (200, -60)):
-            place, depth = _renderers.Camera(*view, points, 4 / 3).project(points)
+            place, depth = renderers.Camera(*view, points, 4 / 3).project(points)
             self.assertGreater(depth.min(), 0)
             extent = np.maximum(np.abs(place[:, 0]).max() / (4 / 3), np.abs(place[:, 1]).max())
             self.assertTrue(0.8 < extent < 1.0, extent)
@@ -79,22 +75,22 @@ class Pixels(unittest.TestCase):
         # Ambient light only, as the normals are zero; given in an order that is not that of depth.
         surfaces = [self.square(1, 1, (1, 0, 0), 0.25), self.square(-1, 1, (0, 1, 0), 1.0),
                     self.square(0, 1, (0, 0, 1), 0.5), self.square(-2, 3, (1, 1, 1), 1.0)]
-        image = _renderers.render_numpy(surfaces, self.camera(surfaces), 60)
+        image = renderers.render_numpy(surfaces, self.camera(surfaces), 60)
         self.assertEqual(image.shape, (60, 90, 4))
-        np.testing.assert_allclose(image[30, 45], np.append(_renderers.AMBIENT * np.array([0.25, 0.375, 0.375]), 1),
+        np.testing.assert_allclose(image[30, 45], np.append(renderers.AMBIENT * np.array([0.25, 0.375, 0.375]), 1),
                                    atol=1e-12)
         np.testing.assert_array_equal(image[30, 0], 0)
 
     def test_coverage_where_there_is_nothing_behind(self):
         surfaces = [self.square(1, 1, (1, 0, 0), 0.25), self.square(0, 1, (0, 0, 1), 0.5)]
-        image = _renderers.render_numpy(surfaces, self.camera(surfaces), 60)
+        image = renderers.render_numpy(surfaces, self.camera(surfaces), 60)
         alpha = 0.25 + 0.75 * 0.5
         np.testing.assert_allclose(image[30, 45], [0.5 * 0.25 / alpha, 0, 0.5 * 0.375 / alpha, alpha], atol=1e-12)
 
     def test_size_and_seams(self):
         surfaces = [self.square(0, 1, (1, 1, 1), 0.5)]
         camera = self.camera(surfaces)
-        image = _renderers.render_numpy(surfaces, camera, 200)
+        image = renderers.render_numpy(surfaces, camera, 200)
         half = camera.project(surfaces[0].points)[0].max() * 100
         # pixels at the rim are covered in part; on the diagonal no pixel may be drawn twice or left out
         self.assertAlmostEqual(image[..., 3].sum() / 0.5, (2 * half)**2, delta=2 * half)
@@ -111,7 +107,7 @@ class Pixels(unittest.TestCase):
         # corners at the middles of the pixels 1 and 6 of 8
         points = np.array([[-0.625, -0.625, 0], [0.625, -0.625, 0], [0.625, 0.625, 0], [-0.625, 0.625, 0]])
         for triangles in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]):
-            pixel, _, _, weights = _renderers.fragments(points, np.array(triangles), Straight, 8, 8)
+            pixel, _, _, weights = renderers.fragments(points, np.array(triangles), Straight, 8, 8)
             self.assertEqual(len(pixel), 5 * 5)
             self.assertEqual(len(np.unique(pixel)), 5 * 5)
             np.testing.assert_allclose(weights.sum(axis=0), 1)
@@ -120,9 +116,9 @@ class Pixels(unittest.TestCase):
         # A strip that leads away: the points found are those which the camera shows in their pixels.
         points = np.array([[0.0, -1, 0], [0, 1, 0], [0, 1, 0.3], [0, -1, 0.3]])
         points[:, 0] = (-20, 0, 0, -20)
-        camera = _renderers.Camera(0, 0, points, 1.5)
+        camera = renderers.Camera(0, 0, points, 1.5)
         triangles = np.array([[0, 1, 2], [0, 2, 3]])
-        pixel, depth, corners, weights = _renderers.fragments(points, triangles, camera, 100, 150)
+        pixel, depth, corners, weights = renderers.fragments(points, triangles, camera, 100, 150)
         place = sum(weights[c, :, None] * points[corners[c]] for c in range(3))
         self.assertGreater(len(pixel), 50)
         seen, distance = camera.project(place)
@@ -135,7 +131,7 @@ class Pixels(unittest.TestCase):
         tilted.points[:, 0] = 0.9 * tilted.points[:, 1]  # the right half is nearer
         flat = self.square(0, 1, (0, 1, 0), 1.0)
         camera = self.camera([tilted, flat])
-        image = _renderers.render_numpy([tilted, flat], camera, 100)
+        image = renderers.render_numpy([tilted, flat], camera, 100)
         border = int(round((camera.project(np.zeros((1, 3)))[0][0, 0] / camera.aspect + 1) / 2 * 150))
         red = image[50, :, 0] > image[50, :, 1]
         covered = image[50, :, 3] > 0.9
@@ -143,14 +139,14 @@ class Pixels(unittest.TestCase):
         self.assertFalse(red[:border - 2][covered[:border - 2]].any())
 
     def test_pyvista_draws_the_same(self):
-        reason = _renderers.why_no_pyvista()
+        reason = renderers.why_no_pyvista()
         if reason:
             self.skipTest(f"PyVista: {reason}")
         points, triangles, normals = sphere(24)
-        surfaces = [_renderers.Surface(points, triangles, normals, (1, 0.5, 0.2), 0.4),
-                    _renderers.Surface(0.5 * points, triangles, normals, (0.2, 0.5, 1.0), 1.0)]
-        camera = _renderers.Camera(-125, 35, points, 4 / 3)
-        images = [draw(surfaces, camera, 150) for draw in (_renderers.render_pyvista, _renderers.render_numpy)]
+        surfaces = [renderers.Surface(points, triangles, normals, (1, 0.5, 0.2), 0.4),
+                    renderers.Surface(0.5 * points, triangles, normals, (0.2, 0.5, 1.0), 1.0)]
+        camera = renderers.Camera(-125, 35, points, 4 / 3)
+        images = [draw(surfaces, camera, 150) for draw in (renderers.render_pyvista, renderers.render_numpy)]
         images = [image[..., :3] * image[..., 3:] for image in images]
         self.assertLess(np.abs(images[0] - images[1]).mean(), 0.01)
 
@@ -182,7 +178,7 @@ class Pictures(unittest.TestCase):
                            axes_of((0, sign, 0.2), (-1, 0, 0.3)), time)
 
     def assert_picture(self, *arguments, out, says=""):
-        done = run_tool("render.py", self.folder, "--height", 240, *arguments)
+        done = run_tool("render", self.folder, "--height", 240, *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         height, width, colours = picture(self.folder / out)
         self.assertAlmostEqual(height, 240 * 6.35 / 6, delta=20)
@@ -240,7 +236,7 @@ class Pictures(unittest.TestCase):
 
     def test_refusals(self):
         def refused(*arguments, because, folder=self.folder):
-            done = run_tool("render.py", folder, *arguments)
+            done = run_tool("render", folder, *arguments)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(because, done.stderr)
         refused("--view", "below", because="--view takes perspective, top")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/reproduce-paper: tables and sentences of stored series whose means are known, and flights on tiny grids, which are
+"""tools/reproduce_paper: tables and sentences of stored series whose means are known, and flights on tiny grids, which are
 interrupted, go on, are not repeated, and are refused with another input.
 
 usage: test_reproduce_paper.py [FLUSI [TESTS]]
@@ -17,19 +17,17 @@ from pathlib import Path
 
 import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import (CYCLE_MEANS, UNITS, axes_of, picture, rectangle, write_flapping_run, write_table,  # noqa: E402
-                       write_wing)
-from _flusi_io import InputError  # noqa: E402
-from _ini import differences, values_of, with_values  # noqa: E402
-from _paper_cases import FLEXIBLE, INI, RIGID, individual_cases, pair_cases, refuse_changed  # noqa: E402
-from _paper_flights import fly_all, in_hours, mpi_environment, progress_of  # noqa: E402
-from _paper_numbers import SHAPES, collect  # noqa: E402
-from _paper_page import write_page  # noqa: E402
-from _paper_statements import statements_of, verdict_of  # noqa: E402
+from flusi_msm.paper.cases import FLEXIBLE, INI, RIGID, individual_cases, pair_cases, refuse_changed
+from flusi_msm.paper.flights import fly_all, in_hours, mpi_environment, progress_of
+from flusi_msm.paper.numbers import SHAPES, collect
+from flusi_msm.paper.page import write_page
+from flusi_msm.paper.statements import statements_of, verdict_of
+from flusi_msm.results.files import InputError
+from flusi_msm.results.ini import differences, values_of, with_values
+from synthetic import CYCLE_MEANS, UNITS, axes_of, picture, rectangle, write_flapping_run, write_table, write_wing
 
-TOOL = SOURCE / "tools/reproduce-paper"
+SOURCE = Path(__file__).resolve().parents[3]
+TOOL = SOURCE / "tools/reproduce_paper"
 FLUSI = Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and Path(sys.argv[1]).is_file() else None
 FORCE, POWER = 0.200600, 0.285300  # mN and mW of one unit, as UNITS of the synthetic runs says
 

@@ -1,20 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Wing surfaces and the spanwise vorticity on their sections, where both are known."""
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import (axes_of, grid, picture, rectangle, run_tool, write_ball, write_field,  # noqa: E402
-                       write_velocity, write_wing)
-import _flow  # noqa: E402
-import _section  # noqa: E402
-from _flusi_io import InputError, Snapshot  # noqa: E402
-from _wing_surface import load_surface  # noqa: E402
+from flusi_msm.render.wing_surface import load_surface
+from flusi_msm.results import flow
+from flusi_msm.results import section as sections
+from flusi_msm.results.files import InputError, Snapshot
+from synthetic import axes_of, grid, picture, rectangle, run_tool, write_ball, write_field, write_velocity, write_wing
 
 N, LENGTH, LABEL = (40, 32, 24), (4.0, 4.0, 2.0), "000500"
 MATRIX = axes_of((0.2, 1.0, 0.3), (-1.0, 0.1, 0.5))
@@ -101,7 +97,7 @@ class Interpolation(Section):
         values = np.random.default_rng(7).normal(size=N[::-1]).astype("f4")
         write_field(self.folder, "p", LABEL, values, LENGTH, 0.5)
         for points in (self.points, self.points[:2], np.array([[3.95, -0.03, 1.97]])):
-            got = _flow.at_points(self.at, "p", points)
+            got = flow.at_points(self.at, "p", points)
             place = points / (np.array(LENGTH) / N)
             lower = np.floor(place).astype(int)
             wanted = np.zeros(len(points))
@@ -116,29 +112,29 @@ class Interpolation(Section):
         points = np.array([(i * LENGTH[0] / N[0], j * LENGTH[1] / N[1], k * LENGTH[2] / N[2])
                            for i, j, k in ((39, 31, 23), (40, 33, 24), (41, 34, 26))])  # grid points around a corner
         for direction in np.vstack([np.eye(3), [0.6, 0.0, -0.8]]):
-            got = _flow.vorticity_at(self.at, points, direction)
+            got = flow.vorticity_at(self.at, points, direction)
             wanted = [sum(d * c[k % N[2], j % N[1], i % N[0]] for d, c in zip(direction, curl))
                       for i, j, k in ((39, 31, 23), (40, 33, 24), (41, 34, 26))]
             np.testing.assert_allclose(got, wanted, atol=1e-5)  # single precision in the files
         exact = np.sqrt(sum(c**2 for c in curl))
-        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at), exact, atol=2e-5)
-        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=2e-5)
+        np.testing.assert_allclose(flow.vorticity_magnitude(self.at), exact, atol=2e-5)
+        np.testing.assert_allclose(flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=2e-5)
         for c, values in zip("xyz", curl):
             write_field(self.folder, f"vor{c}", LABEL, values, LENGTH, 0.5)
-        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=1e-5)
+        np.testing.assert_allclose(flow.vorticity_magnitude(self.at, 3), exact[::3, ::3, ::3], atol=1e-5)
         write_field(self.folder, "vorabs", LABEL, 2 * exact, LENGTH, 0.5)
-        np.testing.assert_allclose(_flow.vorticity_magnitude(self.at, 2), 2 * exact[::2, ::2, ::2], atol=1e-5)
+        np.testing.assert_allclose(flow.vorticity_magnitude(self.at, 2), 2 * exact[::2, ::2, ::2], atol=1e-5)
 
     def test_files_that_are_missing(self):
         write_field(self.folder, "ux", LABEL, np.zeros(N[::-1]), LENGTH, 0.5)
         with self.assertRaisesRegex(InputError, "missing: uy, uz"):
-            _flow.vorticity_at(self.at, self.points, (1, 0, 0))
+            flow.vorticity_at(self.at, self.points, (1, 0, 0))
 
 
 class SpanwiseVorticity(Section):
     def sections(self, side="left"):
         wing = load_surface(self.at, side)
-        return _section.sections_of(self.at, wing, (0.25, 0.5, 0.75), 0.1)
+        return sections.sections_of(self.at, wing, (0.25, 0.5, 0.75), 0.1)
 
     def test_solid_body_rotation(self):
         vector = np.array([3.0, -5.0, 7.0])
@@ -177,11 +173,11 @@ class Pictures(Section):
         write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
         write_ball(self.folder, LABEL, N, LENGTH, 0.5, 0.6)
         one = self.folder / "section_right_000500.png"
-        done = run_tool("plot_slice.py", self.folder, "--section", "right", 0.5)
+        done = run_tool("plot_slice", self.folder, "--section", "right", 0.5)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("span 0.5: spanwise vorticity", done.stdout)
         three = self.folder / "three.png"
-        done = run_tool("plot_slice.py", self.folder, "--section", "left", "-o", three)
+        done = run_tool("plot_slice", self.folder, "--section", "left", "-o", three)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertGreater(picture(three)[1], 1.8 * picture(one)[1])
         self.assertGreater(picture(three)[2], 100)
@@ -197,7 +193,7 @@ class Pictures(Section):
             for c in range(3):
                 write_field(self.folder, f"vor{'xyz'[c]}", LABEL, vortex * MATRIX[0][c], LENGTH, 0.5)
             out = self.folder / f"{side}.png"
-            run_tool("plot_slice.py", self.folder, "--section", side, 0.5, "--limit", 1, "-o", out)
+            run_tool("plot_slice", self.folder, "--section", side, 0.5, "--limit", 1, "-o", out)
             pixels = imread(str(out))[:, :-200]  # without the bar
             rows, columns = np.nonzero((pixels[..., 0] > 0.5) & (pixels[..., 1] < 0.4))
             self.assertGreater(len(rows), 500)
@@ -208,7 +204,7 @@ class Pictures(Section):
         write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
 
         def refused(*arguments, because):
-            done = run_tool("plot_slice.py", *arguments)
+            done = run_tool("plot_slice", *arguments)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(because, done.stderr)
         refused(self.folder, "--section", "middle", because="takes left or right")

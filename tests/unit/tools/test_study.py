@@ -9,16 +9,15 @@ import unittest
 from pathlib import Path
 from types import SimpleNamespace
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(SOURCE / "tools"))
-from _blind_archive import Archive, ArchivedStudy  # noqa: E402
-from _blind_batch import read_design  # noqa: E402
-from _blind_report import collect, gain_of, print_report  # noqa: E402
-from _blind_scores import Case  # noqa: E402
-from _blind_study import STRATA, WHOLE_STUDY, Stratum, plan  # noqa: E402
-from _blind_verdict import density_gain, effect_lines, flat_verdict  # noqa: E402
-from _flusi_io import InputError  # noqa: E402
+from flusi_msm.blind.archive import Archive, ArchivedStudy
+from flusi_msm.blind.batch import read_design
+from flusi_msm.blind.report import collect, gain_of, print_report
+from flusi_msm.blind.scores import Case
+from flusi_msm.blind.study import STRATA, WHOLE_STUDY, Stratum, plan
+from flusi_msm.blind.verdict import density_gain, effect_lines, flat_verdict
+from flusi_msm.results.files import InputError
 
+SOURCE = Path(__file__).resolve().parents[3]
 DESIGN = {"wing": str(SOURCE / "wings/calliphora_small.h5"), "loads": [[0.00676, -0.00150, 2.0e-4]], "spacing": 6e-4,
           "protocol": {"levels": [1, -1]}, "stiffness": {"plate": "edges"}, "noise": {"height": 1.0e-5}}
 FOLDS = {"location": [1.0, 2.0], "observations": [50.0, 60.0], "log_density": [10.0, 20.0], "chi2": [80.0, 90.0],
@@ -95,7 +94,7 @@ class Cases(unittest.TestCase):
 
     @staticmethod
     def score(path, folder):
-        return subprocess.run([sys.executable, "-B", SOURCE / "bench/diagnosis/run", "--only", "score", "--archive", path, "--folder",
+        return subprocess.run([sys.executable, "-B", SOURCE / "bench/diagnosis/study.py", "--only", "score", "--archive", path, "--folder",
                                folder, "--program", folder / "no-program"], capture_output=True, text=True, check=False)
 
     def check_archive(self, folder, study, verdicts):

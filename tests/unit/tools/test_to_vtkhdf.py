@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """to_vtkhdf: the layout that VTK's reader wants, numbers and times of the run, no copy of the flow, mistakes by name."""
 import shutil
-import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -9,9 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-SOURCE = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "tests" / "support"), str(SOURCE / "tools")]
-from synthetic import axes_of, run_tool, write_field, write_wing  # noqa: E402
+from synthetic import axes_of, run_tool, write_field, write_wing
 
 N, LENGTH, ORIGIN = (6, 5, 4), (3.0, 2.5, 1.0), (0.5, 0.0, -1.0)  # x, y, z
 TIMES = {"000000": 0.0, "000104": 0.10377867122068604, "000300": 0.3}

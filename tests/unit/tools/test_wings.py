@@ -12,14 +12,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
-from synthetic import SOURCE, TOOLS, run_tool  # noqa: E402
-
-sys.path.insert(0, str(TOOLS))
-from _wing_shape import read_shape, section  # noqa: E402
-from flusi_msm.wing.file import Z_SIDES, Wing, read_wing, sorted_wing  # noqa: E402
-from flusi_msm.wing.shapes import make_calliphora, make_plate, make_strip  # noqa: E402
-from flusi_msm.wing.triangulate import Triangulation, in_circle  # noqa: E402
+from flusi_msm.wing.bent_shape import read_shape, section
+from flusi_msm.wing.file import Z_SIDES, Wing, read_wing, sorted_wing
+from flusi_msm.wing.shapes import make_calliphora, make_plate, make_strip
+from flusi_msm.wing.triangulate import Triangulation, in_circle
+from synthetic import SOURCE, TOOLS, run_tool
 
 READER = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
 
@@ -103,7 +100,7 @@ class Blowfly(InFolder):
         self.assertLess(length.max(), 2 * 0.183e-3)
 
     def test_wrong_edge_is_refused(self):
-        run = run_tool("make_wing.py", "calliphora", self.folder / "a.h5", "--edge", "5")
+        run = run_tool("make_wing", "calliphora", self.folder / "a.h5", "--edge", "5")
         self.assertIn("must lie between", str(run.returncode) + run.stderr)
 
 
@@ -120,7 +117,7 @@ class Plate(InFolder):
     def test_all_kinds_are_read(self):
         for k, options in enumerate((["--spars", "0"], ["--spars", "4", "--edge", "0.4"], ["--chord", "9"])):
             path = self.folder / f"plate{k}.h5"
-            self.assertEqual(run_tool("make_wing.py", "plate", path, *options).returncode, 0)
+            self.assertEqual(run_tool("make_wing", "plate", path, *options).returncode, 0)
             if k < 2:
                 self.assert_read(path)
             self.assertTrue((read_wing(path).areas() > 0).all())
@@ -132,18 +129,18 @@ class Sides(InFolder):
     def test_every_side(self):
         path = self.folder / "plate.h5"
         for side in Z_SIDES:
-            run = run_tool("make_wing.py", "plate", path, "--edge", "1.5", "--z-side", side)
+            run = run_tool("make_wing", "plate", path, "--edge", "1.5", "--z-side", side)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn(f"+z points to the side: {side}", run.stdout)
             self.assertEqual(read_wing(path).z_side, side)
             self.assertEqual(sorted_wing(read_wing(path)).z_side, side)
             self.assert_read(path)
-        self.assertEqual(run_tool("make_wing.py", "plate", path, "--edge", "1.5").returncode, 0)
+        self.assertEqual(run_tool("make_wing", "plate", path, "--edge", "1.5").returncode, 0)
         self.assertNotIn(("/", "z_side"), contents(path))
         self.assertEqual(read_wing(path).z_side, "")
 
     def test_other_words_are_refused(self):
-        run = run_tool("make_wing.py", "plate", self.folder / "plate.h5", "--z-side", "dorsal")
+        run = run_tool("make_wing", "plate", self.folder / "plate.h5", "--z-side", "dorsal")
         self.assertEqual(run.returncode, 2)
         self.assertIn("left ventral, right dorsal", run.stderr.replace("'", ""))  # newer Pythons quote nothing
 
@@ -168,9 +165,9 @@ class Strip(InFolder):
 
     def test_is_read(self):
         path = self.folder / "strip.h5"
-        self.assertEqual(run_tool("make_wing.py", "strip", path, "--cells", "8").returncode, 0)
+        self.assertEqual(run_tool("make_wing", "strip", path, "--cells", "8").returncode, 0)
         self.assert_read(path)
-        run = run_tool("make_wing.py", "strip", path, "--cells", "1")
+        run = run_tool("make_wing", "strip", path, "--cells", "1")
         self.assertIn("at least 2", str(run.returncode) + run.stderr)
 
 
@@ -212,7 +209,7 @@ class Pictures(InFolder):
             file["displacement"] = np.linspace(0, 1, 3 * n).reshape(n, 3)
         for options in ([], ["--field", self.folder / "u.h5", "--no-mesh", "--no-names"]):
             picture = self.folder / "a.png"
-            run = run_tool("plot_wing.py", SOURCE / "wings" / "calliphora_small.h5", "-o", picture, *options)
+            run = run_tool("plot_wing", SOURCE / "wings" / "calliphora_small.h5", "-o", picture, *options)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertGreater(picture.stat().st_size, 20000)
 
@@ -245,7 +242,7 @@ class Pictures(InFolder):
                  "veins": [self.write_shape("e.h5", bare, 20.0, time=1.0)]}
         for name, files in cases.items():
             picture = self.folder / f"{name}.png"
-            run = run_tool("plot_wing.py", "--shape", *files, "-o", picture)
+            run = run_tool("plot_wing", "--shape", *files, "-o", picture)
             self.assertEqual((run.returncode, run.stderr), (0, ""), name)
             self.assertGreater(picture.stat().st_size, 10000, name)
         shape = read_shape(cases["one"][0])
@@ -260,14 +257,14 @@ class Pictures(InFolder):
         for name, word in (("wing.h5", "not a deformed wing"), ("text.h5", "text.h5: ")):
             path = self.folder / name
             path.write_bytes((SOURCE / "wings" / "plate.h5").read_bytes() if name == "wing.h5" else b"no HDF5")
-            run = run_tool("plot_wing.py", "--shape", path)
+            run = run_tool("plot_wing", "--shape", path)
             self.assertEqual(run.returncode, 2)
             self.assertIn(word, run.stderr)
-        self.assertEqual(run_tool("plot_wing.py").returncode, 2)
+        self.assertEqual(run_tool("plot_wing").returncode, 2)
 
     def test_wrong_input_is_named(self):
         (self.folder / "a.h5").write_text("no HDF5")
-        run = run_tool("plot_wing.py", self.folder / "a.h5")
+        run = run_tool("plot_wing", self.folder / "a.h5")
         self.assertEqual(run.returncode, 2)
         self.assertIn("a.h5: not a readable wing file", run.stderr)
 
@@ -311,7 +308,7 @@ class Import(InFolder):
         self.write("membranes", [(k,) for k in range(1, len(points) + 1)])
 
     def run_import(self, *options):
-        return run_tool("import_flusi_mesh.py", self.folder, self.folder / "wing.h5", "--unit", "0.01",
+        return run_tool("import_flusi_mesh", self.folder, self.folder / "wing.h5", "--unit", "0.01",
                         "--root-vein", "100", "60", "--vein", "60", "30", *options)
 
     def refuse(self, *fragments):

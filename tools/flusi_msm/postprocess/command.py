@@ -6,9 +6,10 @@ import difflib
 import sys
 from typing import Dict, List, Tuple
 
+from flusi_msm.errors import InputError, run_command
+
 # The modules put their tools into TOOLS.
 from flusi_msm.postprocess import point_tools, size_tools, sum_tools, vector_tools  # noqa: F401
-from flusi_msm.errors import InputError, run_command
 from flusi_msm.postprocess.registry import PRECISIONS, TOOLS, Call, Tool
 
 ABOUT = """flusi-post TOOL ARGUMENTS   computes with field files (*.h5), under the names of FLUSI's postprocessing tools

@@ -7,8 +7,7 @@ import numpy as np
 from flusi_msm.errors import InputError
 from flusi_msm.postprocess.fields import slabs_of
 from flusi_msm.postprocess.registry import ORDERS, Call, tool
-from flusi_msm.postprocess.spectral import (add_derivative, curl_component, derivative, inverse_curl, is_kept, laplacian, pressure,
-                                            q_criterion, wavenumbers)
+from flusi_msm.postprocess.spectral import add_derivative, curl_component, derivative, inverse_curl, is_kept, laplacian, pressure, q_criterion, wavenumbers
 
 SCHEME_OPTIONS = {"second-order": (0, "central differences of a periodic field"),
                   "fourth-order": (0, "the same, with five points"),

@@ -6,8 +6,8 @@ of the family; positions are rounded to what a drawing allows. Length 9.01 mm an
 means of nine wings in Truong et al.; the drawing is scaled to them. The diameters taper from 100 um at the root
 to 20 um and were chosen so that solid veins of 1300 kg/m^3 weigh 67.41 % of 250 ug, as theirs do.
 """
-from flusi_msm.wing.file import WingMass
 from flusi_msm.wing.curves import Drawing, polygon_area
+from flusi_msm.wing.file import WingMass
 
 LENGTH, MEAN_CHORD = 9.01, 3.0  # mm
 

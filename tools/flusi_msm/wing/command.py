@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import List, Optional
 
 from flusi_msm.errors import InputError, Problems, run_command
-from flusi_msm.wing.file import Wing, WingMass, Z_SIDES, add_z_side, write_wing
+from flusi_msm.wing.file import Z_SIDES, Wing, WingMass, add_z_side, write_wing
 from flusi_msm.wing.mesh import default_edge, mesh_wing, missing_edges
 from flusi_msm.wing.network import SNAP, build_network
 from flusi_msm.wing.report import Quality, quality_of, report

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Wings that are not flat when they are unloaded.
+
+The shape without a load is z0(x, y) above the plane of the wing file. With v the displacement from the plane, m the
+unit vector that turns with a triangle and is e_z at rest, and K the plate's form of the triangle, the energy of bending
+is (v - z0 m) K (v - z0 m)/2: quadratic about a rest shape that rotates with the membrane."""
+import numpy as np
+
+from flusi_msm.bending.jets import cross, dot, unit, variables
+
+
+def heights(camber, x, y):
+    """z0 and its derivatives in x and y: an arch across the chord, a bend along the span and a twist [m]; x, y are
+    relative to the root and the leading and trailing edges, 0 to 1."""
+    arch, bend, twist = camber
+    return (arch * 4 * y * (1 - y) + bend * x**2 + twist * x * (2 * y - 1),
+            2 * bend * x + twist * (2 * y - 1), arch * 4 * (1 - 2 * y) + 2 * twist * x)
+
+
+class Camber:
+    """What the rest shape z0 (nodes of the plate, with slopes) adds to the energy of a plate: -(K z0 . v) m and
+    constants."""
+
+    def __init__(self, plate, positions, triangles, z0):
+        self.plate, self.positions, self.triangles, self.z0 = plate, positions, triangles, z0
+        local = z0[plate.nodes]
+        self.pull = np.einsum("eij,ej->ei", plate.blocks, local)
+        self.constant = (self.pull * local).sum() / 2
+        e, f = self._sides(np.zeros((len(z0), 3)))
+        frame = self._frame([e[:, k] for k in range(3)], [f[:, k] for k in range(3)])
+        self.share = [axis[2] for axis in frame]  # of e_z in the frame of the resting triangle
+        self.nodes, self.pairs = plate.nodes, plate.pairs
+
+    def _sides(self, u):
+        x = self.positions + u[:len(self.positions)]
+        a, b, c = (x[self.triangles[:, k]] for k in range(3))
+        return b - a, c - a
+
+    def _frame(self, e, f):
+        t, n = unit(e), unit(cross(e, f))
+        return t, cross(n, t), n
+
+    def _turned(self, e, f):
+        one, two, three = self._frame(e, f)
+        return [one[k] * self.share[0] + two[k] * self.share[1] + three[k] * self.share[2] for k in range(3)]
+
+    def _moved(self, u):
+        """v at the nodes of the triangles, and q = K z0 . v."""
+        v = u[self.nodes].copy()
+        v[:, :, 2] += self.z0[self.nodes]
+        return v, (self.pull[:, :, None] * v).sum(1)
+
+    def energy(self, u):
+        """Of plate and camber together."""
+        v, q = self._moved(u)
+        e, f = self._sides(u)
+        whole = 0.5 * (v * np.einsum("eij,ejk->eik", self.plate.blocks, v)).sum()
+        return whole - dot(list(q.T), self._turned(list(e.T), list(f.T))).sum() + self.constant
+
+    def derivatives(self, u, with_hessian=True):
+        """Gradient (triangles, 6, 3) and the part of the Hessian (triangles, 6, 3, 6, 3) beside the plate's own."""
+        v, q = self._moved(u)
+        e, f = self._sides(u)
+        jets = variables(np.concatenate([e, f, q], 1), with_hessian)
+        out = dot(jets[6:], self._turned(jets[:3], jets[3:6])) * -1.0
+        count = len(q)
+        basis = np.zeros((count, 9, 6, 3))
+        for k in range(3):
+            basis[:, k, 0, k], basis[:, k, 1, k] = -1, 1
+            basis[:, 3 + k, 0, k], basis[:, 3 + k, 2, k] = -1, 1
+            basis[:, 6 + k, :, k] = self.pull
+        flat = basis.reshape(count, 9, 18)
+        g = np.matmul(out.g[:, None, :], flat).reshape(count, 6, 3)
+        g = g + np.einsum("eij,ejk->eik", self.plate.blocks, v)
+        h = np.matmul(flat.transpose(0, 2, 1), np.matmul(out.h, flat)).reshape(count, 6, 3, 6, 3) if with_hessian \
+            else None
+        return g, h
+
+    def add_gradient(self, u, g):
+        np.add.at(g, self.nodes.ravel(), self.derivatives(u, False)[0].reshape(-1, 3))
+
+    def hessian(self, u):
+        return self.derivatives(u)[1].transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One file with all that a study has found, a line per case, from which it is scored again, or continued on another
+machine, without its measurements."""
+import fcntl
+import json
+import os
+from pathlib import Path
+
+from flusi_msm.blind.ledger import digest, read, write
+from flusi_msm.blind.study import Study
+from flusi_msm.results.files import InputError
+
+SCHEMA, VERSION = "flusi-msm study of msm_diagnose", 1
+DIGITS = 9  # of numbers
+RECORD = ("program", "exit_code", "cpu_seconds", "seconds", "problem", "verdict", "mesh_band", "chi2")
+DETAILS = ("causes", "global_p", "log_global_p", "is_together", "posterior_none", "posterior_unknown", "probability_map",
+           "rejection_power", "related", "remainder_log_p", "set_because", "snr")
+LEADER = ("name", "variant", "log_evidence", "p", "posterior", "retained")
+
+
+def program_digest(root):
+    """Of all that decides about verdicts: the sources of the programs with the map of probabilities, and what reads their
+    files. Tells whether verdicts on two machines are those of one program, if it was built from these sources."""
+    files = [*Path(root, "src").rglob("*.f90"), *Path(root, "src").rglob("*.c"), *Path(root, "cmake").rglob("*.cmake"),
+             Path(root, "tools/flusi_msm/blind/verdict.py"), Path(root, "bench/diagnosis/study.py")]
+    return digest(b"".join(path.read_bytes() for path in sorted(files)))
+
+
+def rounded(value):
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, dict):
+        return {key: rounded(one) for key, one in value.items()}
+    return [rounded(one) for one in value] if isinstance(value, list) else value
+
+
+def short(record):
+    """What scores and readers need of the record of a diagnosis."""
+    kept = {key: record[key] for key in RECORD if key in record}
+    if "details" in record:
+        kept["details"] = {key: record["details"][key] for key in DETAILS if key in record["details"]}
+        kept["noise"] = {"warning": record["noise"]["warning"]}
+        kept["leaders"] = [{key: one[key] for key in LEADER if key in one} for one in record.get("leaders", [])[:3]]
+    return kept
+
+
+def read_lines(path):
+    """(facts, {number: row}) of an archive."""
+    try:
+        facts, *rows = map(json.loads, path.read_text().splitlines())
+        rows = {row["number"]: row for row in rows}
+        kind = facts["schema"], facts["version"]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: not an archive of a study") from None
+    if kind != (SCHEMA, VERSION):
+        raise InputError(f"{path}: not an archive of a study of version {VERSION}")
+    return facts, rows
+
+
+class Archive:
+    """The lines of the file: {number: {"truth", "record", "oracle" if there is one}}, and what they are of. Without a file,
+    or where it is not there yet, there are none."""
+
+    def __init__(self, path):
+        self.path, self.facts, self.rows = path, {}, {}
+        if path is not None and path.exists():
+            self.facts, self.rows = read_lines(path)
+
+    def begin(self, facts):
+        """What is archived must be of the same study and program."""
+        if self.path is not None and not self.path.parent.is_dir():
+            raise InputError(f"{self.path.parent}: there is no such folder")
+        for key, value in facts.items():
+            if self.rows and self.facts.get(key) != value:
+                raise InputError(f"{self.path}: holds verdicts of another {key}; give another file, or --only score")
+        self.facts = {"schema": SCHEMA, "version": VERSION, **facts}
+
+    def save(self, study, folder, count):
+        """Everything that is finished in the folder joins what the file has by now. A line is complete when the gain of the
+        true cause, where it is asked for, has been looked for. Returns what could not be archived, a sentence each."""
+        problems = []
+        for number in range(1, count + 1):
+            place, other = folder / f"{number:04d}.json", folder / f"{number:04d}.oracle.json"
+            if number in self.rows or not place.exists():
+                continue
+            try:
+                truth = study.truth(number)
+                if truth["kind"] == "single" and truth["snr"] >= 8 and not other.exists():
+                    continue
+                row = {"number": number, "truth": {key: value for key, value in truth.items() if key != "generator"},
+                       "record": short(read(place))}
+                if other.exists():
+                    row["oracle"] = read(other)
+            except (InputError, OSError) as error:
+                problems.append(f"case {number:04d}: {error}")
+                continue
+            self.rows[number] = rounded(row)
+        lock = os.open(self.path.parent, os.O_RDONLY)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if self.path.exists():
+                facts, rows = read_lines(self.path)
+                if rows and facts != self.facts:
+                    raise InputError(f"{self.path}: holds verdicts of another study by now")
+                self.rows = {**rows, **self.rows}
+            lines = [json.dumps(row, sort_keys=True) for row in (self.facts, *(self.rows[n] for n in sorted(self.rows)))]
+            write(self.path, "\n".join(lines) + "\n")
+        finally:
+            os.close(lock)
+        return problems
+
+
+class ArchivedStudy(Study):
+    """A study some of whose cases are known from an archive only."""
+
+    def __init__(self, folder, designs, seed, archive):
+        super().__init__(folder, designs, seed)
+        self.archive = archive
+
+    def truth(self, number):
+        return self.archive.rows[number]["truth"] if number in self.archive.rows else super().truth(number)

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Batches of blind cases, individual by individual, and the fixed cases of a design."""
+import hashlib
+import json
+import secrets
+from dataclasses import asdict, replace
+from multiprocessing import Pool
+from pathlib import Path
+
+from flusi_msm.bending.model import Stiffness
+from flusi_msm.blind.cases import Individual, draw_head, make_case
+from flusi_msm.blind.ledger import Ledger, digest, dump, read, write
+from flusi_msm.blind.oracle import Base
+from flusi_msm.measurement.case import Hidden, build, convert, read_case
+from flusi_msm.measurement.file import write_test
+from flusi_msm.measurement.synthesis import Bench, observe
+from flusi_msm.results.files import InputError
+
+
+def read_design(path):
+    """The case of a design, and its fixed cases {name: {section: {key: value}}}."""
+    data = read(Path(path))
+    fixed = data.pop("fixed", {}) if isinstance(data, dict) else {}
+    case = read_case(path, drop=("fixed",))
+    known = {"stiffness": Stiffness, "hidden": Hidden}
+    for name, sections in fixed.items():
+        for section, keys in sections.items():
+            if section not in known:
+                raise InputError(f"fixed.{name}.{section}: unknown; known are stiffness, hidden")
+            build(known[section], keys, f"fixed.{name}.{section}")
+    return case, fixed
+
+
+def salt_of(seed, name):
+    """Nobody can guess a truth behind its hash without the seed."""
+    return hashlib.sha256(f"salt {seed} {name}".encode()).hexdigest()
+
+
+def make_batch(design, folder, count, seed, options, jobs, tell):
+    """Makes the cases 1 to `count` that are not there yet, each as soon as its individual is bent."""
+    ledger, key = Ledger(folder), folder / "sealed" / "seed.json"
+    is_public = seed is not None
+    if ledger.cases and not is_public:
+        seed, is_public = read(key)["seed"], read(key)["is_public"]
+    elif seed is None:
+        seed = secrets.randbits(63)
+    ledger.begin({"design": digest(dump(asdict(replace(design, wing=Path(design.wing).name)))),
+                  "options": {**asdict(options), "snr": list(options.snr), "meshes": list(options.meshes)},
+                  "seed": seed if is_public else "sealed"})
+    write(key, dump({"seed": seed, "is_public": is_public}))
+    groups = {}
+    for number in range(1, count + 1):
+        if f"{number:04d}" not in ledger.cases:
+            groups.setdefault(draw_head(seed, number, options)[1]["individual"], []).append(number)
+    tasks = [(design, seed, who, numbers, options, folder) for who, numbers in sorted(groups.items())]
+    done = 0
+    with Pool(jobs) if jobs > 1 else _Alone() as pool:
+        for found in pool.imap_unordered(_make_group, tasks):
+            for name, truth in found:
+                ledger.seal(name, truth, salt_of(seed, name))
+                done += 1
+            tell(f"{done} of {sum(map(len, groups.values()))} cases")
+    tell(f"{ledger.path}: {len(ledger.cases)} cases; seed {'as given' if is_public else 'sealed'}")
+
+
+def _make_group(task):
+    design, seed, who, numbers, options, folder = task
+    individual, found = Individual(design, seed, who), []
+    for number in numbers:
+        content, truth = make_case(seed, number, individual, options)
+        write_test(folder / f"{number:04d}.h5", content)
+        found.append((f"{number:04d}", truth))
+    return found
+
+
+class _Alone:
+    """A pool of one worker that is this process."""
+
+    def __enter__(self):
+        self.imap_unordered = map
+        return self
+
+    def __exit__(self, *_):
+        return False
+
+
+def make_fixed(design, fixed, names, folder, tell):
+    """Fixed cases of one wing with open truths; their shapes start from those of the wing without hidden effects."""
+    for name in names:
+        if name not in fixed:
+            raise InputError(f"no fixed case {name}; the design has {', '.join(sorted(fixed)) or 'none'}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+    base = Base(Bench(design))
+    for number, name in enumerate(sorted(fixed)):
+        if name not in names:
+            continue
+        case = replace(design, seed=design.seed + number, title=f"Bending test {number + 1}")
+        for section, keys in fixed[name].items():
+            part = getattr(case, section)
+            kinds = type(part).__dataclass_fields__
+            case = replace(case, **{section: replace(part, **{
+                key: convert(kinds[key], value, f"fixed.{name}.{section}.{key}") for key, value in keys.items()})})
+        bench = Bench(case)
+        shapes = [bench.bend(load, base.shapes[load.name]) for load in bench.loads()]
+        content, truth = observe(bench, bench.loads(), shapes, bench.rest())
+        write_test(folder / f"{name}.h5", content)
+        write(folder / f"{name}.truth.json", json.dumps(truth, indent=1, default=lambda v: v.tolist()) + "\n")
+        tell(str(folder / f"{name}.h5"))

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the probability that a verdict states to how often such verdicts are right: isotonic regression, one map for each kind
+of verdict, learned on the odd cases of a study and tried on the even ones; and the map as a Fortran module."""
+import numpy as np
+
+from flusi_msm.blind.scores import calibration_error
+
+CODES = {"adequate": 0, "named": 10, "consistent_with_set": 11, "unknown_cause": 12}  # data_insufficient states nothing
+LEAST = 20  # odd cases of a kind from which it gets a map
+
+
+def pool(stated, right):
+    """Pool-adjacent-violators: [(mean stated probability, right verdicts, verdicts)] of blocks whose shares of right verdicts
+    grow from block to block. Equal probabilities are one block."""
+    blocks = []
+    for p in sorted(set(stated)):
+        same = [r for q, r in zip(stated, right) if q == p]
+        blocks.append([p * len(same), sum(same), len(same)])
+        while len(blocks) > 1 and blocks[-2][1] * blocks[-1][2] >= blocks[-1][1] * blocks[-2][2]:
+            last = blocks.pop()
+            blocks[-1] = [a + b for a, b in zip(blocks[-1], last)]
+    return [(total / n, hits, n) for total, hits, n in blocks]
+
+
+def knots_of(stated, right):
+    """[(stated probability, what to state)], both ascending. Half a verdict of each kind is added to a block (Jeffreys' prior),
+    so that few verdicts make no certainty."""
+    knots = []
+    for p, hits, n in pool(stated, right):
+        value = (hits + 0.5) / (n + 1)
+        knots.append((p, max(value, knots[-1][1]) if knots else value))
+    return knots
+
+
+def learn(cases):
+    """{verdict: knots} of the cases with odd numbers; kinds of fewer than LEAST cases are left out."""
+    maps = {}
+    for word in CODES:
+        chosen = [case for case in cases if case.verdict == word and case.raw is not None and int(case.name) % 2 == 1]
+        if len(chosen) >= LEAST:
+            maps[word] = knots_of([case.raw for case in chosen], [int(case.is_right()) for case in chosen])
+    return maps
+
+
+def apply(maps, case):
+    """The probability to state: straight lines between knots, as in inference_stated.f90."""
+    if case.verdict not in maps:
+        return case.raw
+    return float(np.interp(case.raw, *zip(*maps[case.verdict])))
+
+
+def try_on_even(cases):
+    """Maps of the odd cases, and the calibration errors of the even ones without and with them."""
+    maps = learn(cases)
+    even = [case for case in cases if int(case.name) % 2 == 0 and case.raw is not None and case.verdict in CODES]
+    return {"maps": maps, "odd": sum(int(case.name) % 2 for case in cases), "even": len(even),
+            "ece_raw": calibration_error(even, lambda case: case.raw)[0],
+            "ece_mapped": calibration_error(even, lambda case: apply(maps, case))[0]}
+
+
+def table_of(tried):
+    if not tried["even"]:
+        return "  no even cases to try a map of probabilities on"
+    words = [f"{word} ({len(knots)} knots)" for word, knots in tried["maps"].items()] or [f"none (fewer than {LEAST} of each kind)"]
+    return (f"  map of probabilities from {tried['odd']} odd cases: {', '.join(words)}; calibration error of {tried['even']} even "
+            f"cases {tried['ece_raw']:.3f} without, {tried['ece_mapped']:.3f} with it (bar 0.05)")
+
+
+def fortran_of(tried, facts):
+    """Source of src/inference/inference_stated_table.f90. facts: {"seed": .., "program": .., "cases": ..}."""
+    rows = [(CODES[word], p, value) for word, knots in tried["maps"].items() for p, value in knots]
+
+    def array(values):
+        return "[ &\n" + ", &\n".join(f"             {value}" for value in values) + "]"
+
+    ints = array([row[0] for row in rows]) if rows else "[integer ::]"
+    raw = array([f"{row[1]:.9f}_rp" for row in rows]) if rows else "[real(rp) ::]"
+    right = array([f"{row[2]:.9f}_rp" for row in rows]) if rows else "[real(rp) ::]"
+    origin = f"study of seed {facts['seed']}, {tried['odd']} odd of {facts['cases']} cases, program {facts['program'][:12]}" if rows \
+        else "none: probabilities as the odds give them"
+    error = f"\n!> Calibration error of its {tried['even']} even cases: {tried['ece_raw']:.3f} without, {tried['ece_mapped']:.3f} with " \
+            "this map." if rows else " No study: every probability stays as the odds give it."
+    return f"""! SPDX-License-Identifier: GPL-3.0-or-later
+!> Made by bench/diagnosis/run --write-map; do not edit.{error}
+module inference_stated_table
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: KNOTS, VERDICT, RAW, RIGHT, PROVENANCE
+
+  integer, parameter :: KNOTS = {len(rows)}
+  integer, parameter :: VERDICT(KNOTS) = {ints} !< exit code
+  real(rp), parameter :: RAW(KNOTS) = {raw}   !< probability by the odds, ascending for each verdict
+  real(rp), parameter :: RIGHT(KNOTS) = {right} !< share of right verdicts
+  character(*), parameter :: PROVENANCE = '{origin}'
+end module inference_stated_table
+"""

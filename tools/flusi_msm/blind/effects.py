@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What blind cases hide. Every effect is drawn at random but for its strength, a number that is 0 where the effect
+vanishes and that makes it more visible when it grows."""
+from dataclasses import dataclass, replace
+from math import cos, pi, sin
+from typing import Callable
+
+import numpy as np
+
+from flusi_msm.bending.model import Model
+from flusi_msm.measurement.synthesis import with_soft_places
+
+
+@dataclass
+class Effect:
+    name: str            # of the cause, as in verdicts
+    apply: Callable      # (case, strength) -> case
+    parameters: Callable  # strength -> {name: value} as in verdicts, for intervals
+    first: float         # a strength that is small and yet seen
+    most: float          # the largest that makes sense
+    is_known: bool = True  # in the catalogue of what can be named
+    place: tuple = ()    # [m] where it is, if it is anywhere
+    also: tuple = ()     # other names of the same thing in these data
+
+
+def stiffness(case, **changes):
+    return replace(case, stiffness=replace(case.stiffness, **changes))
+
+
+def hidden(case, **changes):
+    return replace(case, hidden=replace(case.hidden, **changes))
+
+
+def plain(name, section, first, most, sign, null=0.0, factor=False):
+    """An effect with one key: null + sign s, or null exp(sign s)."""
+    def value(s):
+        return null * float(np.exp(sign * s)) if factor else null + sign * s
+    return Effect(name, lambda case, s: section(case, **{name: value(s)}), lambda s: {name: value(s)}, first, most)
+
+
+def of(effect, name, parameter):
+    """The same under the names that verdicts use."""
+    (key, _), = effect.parameters(0.0).items()
+    return replace(effect, name=name, parameters=lambda s: {parameter: effect.parameters(s)[key]})
+
+
+def direction(rng):
+    angle = rng.uniform(0, 2 * pi)
+    return cos(angle), sin(angle)
+
+
+def sign_of(rng):
+    return 1.0 if rng.random() < 0.5 else -1.0
+
+
+def inner_hinges(wing, least=1):
+    """Veins with at least so many inner points."""
+    return sorted(name for name, (nodes, _) in wing.veins.items() if len(nodes) >= least + 2)
+
+
+# ---- in the catalogue ----------------------------------------------------------------------------
+
+def E_gradient(rng, wing, case):
+    return plain("E_gradient", stiffness, 0.05, 3.0, sign_of(rng))
+
+
+def E_per_vein(rng, wing, case):
+    vein, sign = str(rng.choice(inner_hinges(wing, 2))), sign_of(rng)
+    def factor(s):
+        return float(np.exp(sign * s))
+    return Effect("E_per_vein", lambda case, s: stiffness(case, veins={**case.stiffness.veins, vein: factor(s)}),
+                  lambda s: {"E:" + vein: factor(s)}, 0.05, np.log(20))
+
+
+def taper(rng, wing, case):
+    return replace(plain("diameter_exponent", stiffness, 0.05, 2.0, sign_of(rng), null=4.0), name="taper")
+
+
+def root_compliance(rng, wing, case):
+    angle = rng.uniform(0, pi / 2)
+    def pair(s):
+        return s * cos(angle), s * sin(angle)
+    return Effect("root_compliance", lambda case, s: stiffness(case, root_compliance=pair(s)),
+                  lambda s: {"root_flap": pair(s)[0], "root_twist": pair(s)[1]}, 50.0, 2e4)
+
+
+def soft_place(rng, wing, case):
+    """The stiffness of a hinge of the wing file's mesh falls by 1 + s."""
+    while True:
+        vein, share = str(rng.choice(inner_hinges(wing))), float(rng.uniform(0.1, 0.9))
+        nodes = wing.veins[vein][0]
+        way = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(wing.points[nodes], axis=0), axis=1))])
+        node = nodes[1 + int(np.abs(way[1:-1] / way[-1] - share).argmin())]
+        if all(wing.joint_nodes(j)[1] != node for j in wing.joints):
+            break
+    probe = replace(case, hidden=replace(case.hidden, soft_places=((vein, share, 1.0),)))
+    model = Model(with_soft_places(wing, probe), replace(case.stiffness, joints={}))
+    k, = [model.hinge_stiffness(h, with_joint=False) for h in model.hinge_plan if h.joint.startswith("soft")]
+    return Effect("soft_place", lambda case, s: hidden(case, soft_places=case.hidden.soft_places +
+                                                        ((vein, share, k / (1 + s)),)),
+                  lambda s: {}, 0.1, 300.0, place=tuple(map(float, wing.points[node][:2])))
+
+
+def orthotropy(rng, wing, case):
+    return plain("orthotropy", stiffness, 0.02, 0.9, sign_of(rng))
+
+
+def pretension(rng, wing, case):
+    return plain("pretension", stiffness, 1.0, 10.0, 1.0)
+
+
+def vein_torsion(rng, wing, case):
+    return of(plain("torsion", stiffness, 0.02, 5.0, 1.0), "vein_torsion", "torsion")
+
+
+def joint_hardening(rng, wing, case):
+    effect = plain("joint_hardening", stiffness, 0.5, 3000.0, 1.0)
+    return replace(effect, also=("one_joint_hardening",))  # what all joints do, each of them does
+
+
+def cuticle(rng, wing, case):
+    return of(plain("cuticle_hardening", stiffness, 1e-9, 1e-4, 1.0), "cuticle", "cuticle")
+
+
+def one_way_joint(rng, wing, case):
+    joint, sign = str(rng.choice(sorted(wing.joints))), sign_of(rng)
+    def ratio(s):
+        return float(np.exp(sign * s))
+    return Effect("one_way_joint", lambda case, s: stiffness(case, one_way=(joint, ratio(s))),
+                  lambda s: {"one_way:" + joint: ratio(s)}, 0.1, np.log(30))
+
+
+def damage(rng, wing, case):
+    triangle = wing.triangles[rng.choice(len(wing.triangles), p=np.abs(wing.areas()) / np.abs(wing.areas()).sum())]
+    share = rng.dirichlet((1, 1, 1))
+    x, y = map(float, share @ wing.points[triangle][:, :2])
+    radius = float(rng.uniform(0.04, 0.1) * np.ptp(wing.points[:, 0]))
+    return Effect("damage", lambda case, s: stiffness(case, damage=(x, y, radius, float(np.exp(-s)))),
+                  lambda s: {}, 0.1, np.log(50), place=(x, y))
+
+
+def camber(rng, wing, case):
+    shape = rng.standard_normal(3)
+    shape /= np.linalg.norm(shape)
+    return Effect("camber", lambda case, s: stiffness(case, camber=tuple(map(float, s * shape))), lambda s: {}, 1e-5,
+                  3e-4)
+
+
+def membrane_bending(rng, wing, case):
+    e = plain("D", stiffness, 0.05, np.log(10), sign_of(rng), null=case.stiffness.D, factor=True)
+    return of(e, "membrane_bending", "D")
+
+
+def force_gain(rng, wing, case):
+    effect = plain("force_gain", hidden, 0.02, np.log(2), sign_of(rng), null=1.0, factor=True)
+    return replace(effect, also=("elasticity",))  # everything that is not sought is stiffer by a common factor
+
+
+def force_offset(rng, wing, case):
+    least = min(float(np.linalg.norm(vector)) for _, vector in case.loads) * min(map(abs, case.protocol.levels))
+    return plain("force_offset", hidden, 0.02 * least, 0.7 * least, sign_of(rng))
+
+
+def force_direction(rng, wing, case):
+    a, b = direction(rng)
+    return Effect("force_direction", lambda case, s: hidden(case, force_tilt=(s * a, s * b)),
+                  lambda s: {"force_tilt_x": s * a, "force_tilt_y": s * b}, 0.02, 0.5)
+
+
+def drift(rng, wing, case):
+    n = len(case.loads) * len(case.protocol.levels) * case.protocol.repeats
+    effect = plain("drift", hidden, 0.02 / n, 0.5 / n, sign_of(rng))
+    return replace(effect, also=("drift_in_time",))  # scans follow each other at equal intervals
+
+
+def load_position(rng, wing, case):
+    a, b = direction(rng)
+    return Effect("load_position", lambda case, s: hidden(case, load_shift=(s * a, s * b)),
+                  lambda s: {"load_shift_x": s * a, "load_shift_y": s * b}, 1e-5, 3e-4)
+
+
+def height_scale(rng, wing, case):
+    return plain("height_scale", hidden, 0.02, np.log(2), sign_of(rng), null=1.0, factor=True)
+
+
+def registration(rng, wing, case):
+    a, b = direction(rng)
+    return Effect("registration", lambda case, s: hidden(case, map_shift=(s * a, s * b)),
+                  lambda s: {"map_shift_x": s * a, "map_shift_y": s * b}, 1e-5, 3e-4)
+
+
+def scan_plane(rng, wing, case):
+    a, b, c = rng.standard_normal(3)
+    reach = float(np.ptp(wing.points[:, 0])) / 2
+    def parts(s):
+        return (float(s * a / reach), float(s * b / reach)), float(s * c)
+    return Effect("scan_plane", lambda case, s: hidden(case, tilt=parts(s)[0], piston=parts(s)[1]),
+                  lambda s: {"tilt_x": parts(s)[0][0], "tilt_y": parts(s)[0][1], "piston": parts(s)[1]}, 1e-6, 2e-4)
+
+
+# ---- outside -------------------------------------------------------------------------------------
+
+def E_wave(rng, wing, case):
+    vein = str(rng.choice(inner_hinges(wing, 3)))
+    points = wing.points[wing.veins[vein][0]]
+    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum() / rng.uniform(1.0, 2.0))
+    return Effect("E_wave", lambda case, s: stiffness(case, E_wave=(vein, s, length)), lambda s: {}, 0.05, 0.95, False)
+
+
+def D_wave(rng, wing, case):
+    size = np.ptp(wing.points[:, :2], axis=0)
+    lx, ly = map(float, size / rng.uniform(0.7, 2.5, 2))
+    return Effect("D_wave", lambda case, s: stiffness(case, D_wave=(s, lx, ly)), lambda s: {}, 0.05, 0.95, False)
+
+
+def memory(rng, wing, case):
+    return replace(plain("memory", hidden, 0.01, 0.5, 1.0), is_known=False)
+
+
+def bow(rng, wing, case):
+    return replace(plain("bow", hidden, 1e-7, 1e-4, sign_of(rng)), is_known=False)
+
+
+KNOWN = (E_gradient, E_per_vein, taper, root_compliance, soft_place, orthotropy, pretension, vein_torsion,
+         joint_hardening, cuticle,
+         one_way_joint, damage, camber, membrane_bending, force_gain, force_offset, force_direction, drift,
+         load_position, height_scale, registration, scan_plane)
+OUTSIDE = (E_wave, D_wave, memory, bow)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes blind cases: bending tests of wings that hide one thing, two or nothing, as measurement files, and their truths,
+sealed until the verdicts on all of them are written (tools/blindscore).
+
+usage: blindgen DESIGN.json FOLDER --cases N [--seed S] [--mix null=1,single=2] [--snr LOW HIGH] [--jobs N]
+       blindgen DESIGN.json FOLDER --fixed [NAME ...]
+
+A design is a case of make_measurement (docs/synthetic-measurements.md), whose mechanics are used; nothing is shared with
+flusi or with what fits or diagnoses. Without --seed the operating system gives one. The same seed gives the same bytes; a
+batch that was interrupted is completed, and made larger by a larger N. --fixed makes the cases in the design's section
+"fixed", with open truths. docs/blind-tests.md describes all.
+"""
+import argparse
+from pathlib import Path
+
+import flusi_msm.one_thread  # noqa: F401  (before numpy)
+from flusi_msm.errors import InputError, run_command
+
+
+def mix_of(text):
+    from flusi_msm.blind.cases import KINDS
+    mix = {}
+    for part in text.split(","):
+        kind, equals, share = part.partition("=")
+        try:
+            mix[kind.strip()] = float(share)
+        except ValueError:
+            equals = ""
+        if not equals or kind.strip() not in KINDS or not mix[kind.strip()] >= 0:
+            raise InputError(f"--mix {text}: write kind=share,...; kinds are {', '.join(KINDS)}")
+    if not sum(mix.values()) > 0:
+        raise InputError(f"--mix {text}: all shares are 0")
+    return mix
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("design", metavar="DESIGN", help="JSON file")
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the batch")
+    parser.add_argument("--cases", type=int, default=0, metavar="N", help="numbers 1 to N")
+    parser.add_argument("--seed", type=int, help="of everything; default: from the operating system, sealed")
+    parser.add_argument("--mix", default="null=0.25,single=0.45,double=0.15,outside=0.15", help="shares of the kinds")
+    parser.add_argument("--snr", type=float, nargs=2, default=(2.0, 30.0), metavar=("LOW", "HIGH"),
+                        help="signal-to-noise ratios, log-uniform")
+    parser.add_argument("--individuals", type=int, default=8, metavar="N", help="different wings in a batch")
+    parser.add_argument("--meshes", nargs="+", choices=("same", "finer"), default=["same", "finer"])
+    parser.add_argument("--fixed", nargs="*", metavar="NAME", help="the fixed cases of the design, all or some")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="wings to be bent at the same time")
+    parser.add_argument("--quiet", action="store_true", help="print nothing")
+    options = parser.parse_args()
+    from flusi_msm.blind import batch as batch
+    from flusi_msm.blind import cases as blind
+    tell = (lambda text: None) if options.quiet else (lambda text: print(text, flush=True))
+    design, fixed = batch.read_design(options.design)
+    if options.fixed is not None:
+        batch.make_fixed(design, fixed, options.fixed or sorted(fixed), options.folder, tell)
+        return
+    if options.cases < 1 or options.individuals < 1 or options.jobs < 1:
+        raise InputError("--cases, --individuals and --jobs must be at least 1")
+    if not 0 < options.snr[0] < options.snr[1]:
+        raise InputError("--snr needs two positive numbers, the smaller one first")
+    if options.seed is not None and options.seed < 0:
+        raise InputError("--seed must not be negative")
+    choice = blind.Options(mix_of(options.mix), tuple(options.snr), options.individuals, tuple(options.meshes))
+    batch.make_batch(design, options.folder, options.cases, options.seed, choice, options.jobs, tell)
+
+
+def command() -> None:
+    run_command("blindgen", main)

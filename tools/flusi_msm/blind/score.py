@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scores verdicts on the blind cases of tools/blindgen: opens the sealed truths once all verdicts are there, and prints
+how often alarms were false, causes found, rightly and wrongly named, with 95 % bounds; all cases, and apart those on the
+mesh of the wing file and those on a finer one. The last line is JSON.
+
+usage: blindscore FOLDER [--verdicts FOLDER/verdicts] [-o scores.json] [--figure confusion.png]
+
+The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/blind-tests.md says
+what is read from it.
+"""
+import argparse
+import json
+import os
+from pathlib import Path
+
+from flusi_msm.errors import InputError, run_command
+
+
+def verdicts_in(folder):
+    """{case: path}."""
+    found = {path.stem: path for path in folder.glob("[0-9]*.json")}
+    found.update({path.parent.name: path for path in folder.glob("[0-9]*/diagnosis.json")})
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the batch")
+    parser.add_argument("--verdicts", type=Path, metavar="DIR", help="default: FOLDER/verdicts")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="all scores as JSON")
+    parser.add_argument("--figure", type=Path, metavar="FILE", help="confusion matrix as a picture")
+    options = parser.parse_args()
+    from flusi_msm.blind.ledger import Ledger, dump, write
+    from flusi_msm.blind.report import KEYS, table_of
+    from flusi_msm.blind.scores import Case, scores_of
+    if not (options.folder / "ledger.json").exists():
+        raise InputError(f"{options.folder}: has no ledger of blind cases")
+    opened = Ledger(options.folder).open(verdicts_in(options.verdicts or options.folder / "verdicts"))
+    cases = [Case(name, *pair) for name, pair in sorted(opened.items())]
+    scores = {"all": scores_of(cases)}
+    for mesh in sorted({case.mesh for case in cases}):
+        scores[mesh] = scores_of([case for case in cases if case.mesh == mesh])
+    for name, title in (("all", "all"), ("same", "on the mesh of the wing file"), ("finer", "on a finer mesh")):
+        if name in scores:
+            print(table_of(title, scores[name]))
+    if options.output:
+        write(options.output, dump(scores))
+    if options.figure:
+        from flusi_msm.blind.picture import draw_confusion
+        draw_confusion(options.figure, cases)
+    every = scores["all"]
+    print(json.dumps({"cases": every["cases"], **{key: every["shares"][key]["value"] for key in KEYS},
+                      **{key: every[key] for key in ("ece", "gain_fraction_snr8", "interval_coverage")}}))
+
+
+def command() -> None:
+    os.environ.setdefault("MPLBACKEND", "Agg")
+    run_command("blindscore", main)

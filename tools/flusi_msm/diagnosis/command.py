@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws a diagnosis of msm_diagnose and collects everything in one page that needs no other file: the verdict and what is
+gained by it, what it may be confused with, maps of what the model misses, all candidates, and what to measure next.
+
+usage: plot_diagnosis NAME.json [-o HTML] [--pictures FOLDER] [--flight BASELINE EXTENDED]
+
+NAME.h5 is looked for beside NAME.json. --flight adds what the cause changes in lift, drag and power: two folders of runs,
+as ini/diagnose-flight.ini describes them.
+"""
+import argparse
+import io
+import json
+from pathlib import Path
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from flusi_msm.diagnosis.flight import flight_section
+from flusi_msm.diagnosis.report import page
+from flusi_msm.errors import InputError, run_command
+from flusi_msm.style import COLOURS, use_style
+from flusi_msm.wing.file import read_wing
+
+SHOWN_LOADS = 6
+LIMIT = 4.0  # sd, of the colours of residuals
+
+
+def read(path):
+    """The JSON file and the tables of the HDF5 file beside it."""
+    try:
+        diagnosis = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: {error}") from None
+    if diagnosis.get("schema") != "flusi-msm diagnosis" or diagnosis.get("schema_version") != 1:
+        raise InputError(f"{path}: no diagnosis of a known version")
+    loads, unknown = {}, {}
+    tables = path.with_suffix(".h5")
+    if tables.exists():
+        with h5py.File(tables, "r") as file:
+            for name, table in file["loads"].items():
+                loads[name] = (np.asarray(table), np.ravel(table.attrs["point"]),
+                               float(np.ravel(table.attrs["force"])[0]))
+            for name, table in file.get("unknown", {}).items():
+                if name != "scans":  # errors of scans have no place on the wing
+                    unknown[name] = np.asarray(table)
+    return diagnosis, loads, unknown
+
+
+def table_of(values):
+    """Rows of a table, whichever way it was stored."""
+    return values if values.shape[1] in (4, 7) else values.T
+
+
+def outline_of(diagnosis, folder):
+    """Lines (n, 2) [mm] of the edge and the veins of the wing, if its file is still there."""
+    places = [folder / diagnosis["wing"], Path(diagnosis["wing"])]
+    path = next((place for place in places if place.is_file()), None)
+    if path is None:
+        return []
+    try:
+        wing = read_wing(str(path))
+    except InputError:
+        return []
+    sides = np.sort(np.concatenate([wing.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+    edges, counts = np.unique(sides, axis=0, return_counts=True)
+    points = 1e3 * wing.points[:, :2]
+    return [points[edge] for edge in edges[counts == 1]] + [points[nodes] for nodes, _ in wing.veins.values()]
+
+
+def draw_outline(ax, lines):
+    for line in lines:
+        ax.plot(line[:, 0], line[:, 1], color="0.6", lw=0.6, zorder=0.5)
+    ax.set_aspect("equal")
+    ax.margins(0.06, 0.12)
+
+
+def draw_residuals(loads, outline, is_extended):
+    """Residuals of baseline and extended wing, in units of their sd, for the loads at which the cause shows best, or that
+    fit worst."""
+    def weight(name):
+        rows = table_of(loads[name][0])
+        return float(np.sum((rows[:, 5] - rows[:, 6])**2 if is_extended else rows[:, 5]**2))
+
+    names = sorted(sorted(loads, key=weight, reverse=True)[:SHOWN_LOADS])
+    columns = 4 if is_extended else 2
+    figure, axes = plt.subplots(len(names), columns, figsize=(2.9 * columns, 1.45 * len(names) + 0.3), squeeze=False,
+                                sharex=True, sharey=True, layout="constrained")
+    last = None
+    for row, name in zip(axes, names):
+        rows, point, force = table_of(loads[name][0]), *loads[name][1:]
+        on = (rows[:, 0] != 0) | (rows[:, 1] != 0)
+        x, y = 1e3 * rows[on, 0], 1e3 * rows[on, 1]
+        pictures = [(1e6 * rows[on, 2], "viridis", None), (rows[on, 5], "RdBu_r", LIMIT)]
+        if is_extended:
+            pictures += [(rows[on, 5] - rows[on, 6], "RdBu_r", LIMIT), (rows[on, 6], "RdBu_r", LIMIT)]
+        for ax, (values, colours, limit) in zip(row, pictures):
+            image = ax.scatter(x, y, c=values, s=30, marker="s", cmap=colours, vmin=None if limit is None else -limit,
+                               vmax=limit)
+            draw_outline(ax, outline)
+            ax.plot(*(1e3 * point), "k+", ms=9, mew=1.5)
+            ax.tick_params(labelsize=7)
+            if limit is None:
+                figure.colorbar(image, ax=ax, shrink=0.85).ax.tick_params(labelsize=7)
+            else:
+                last = image
+        row[0].set_ylabel(f"{name}\n{1e3 * force:.3g} mN\ny [mm]", fontsize=7)
+    titles = ("measured deformation [µm]", "baseline leaves [sd]", "the cause explains [sd]", "extended wing leaves [sd]")
+    for ax, title in zip(axes[0], titles):
+        ax.set_title(title, fontsize=8)
+    for ax in axes[-1]:
+        ax.set_xlabel("x [mm]", fontsize=7)
+    figure.colorbar(last, ax=axes[:, -1], shrink=0.6 if len(names) > 2 else 1.0).ax.tick_params(labelsize=7)
+    return figure
+
+
+def draw_unknown(unknown, outline, region=None):
+    """Where stiffness or forces would have to differ; places of the region of an unknown cause have a thick edge."""
+    figure, axes = plt.subplots(1, len(unknown), figsize=(4.8 * len(unknown), 2.6), squeeze=False, layout="constrained")
+    for ax, (name, values) in zip(axes[0], sorted(unknown.items())):
+        rows = table_of(values)
+        ratio = rows[:, 2] / np.maximum(rows[:, 3], 1e-300)
+        image = ax.scatter(1e3 * rows[:, 0], 1e3 * rows[:, 1], c=ratio, s=200, cmap="RdBu_r", vmin=-LIMIT, vmax=LIMIT,
+                           edgecolors="#8c8478", clip_on=False)
+        for part in region["parts"] if region and region["of"] == name else []:
+            ax.scatter(*(1e3 * np.array(part["places_m"]).T), s=200, facecolors="none", edgecolors="k", lw=2.2, clip_on=False)
+        draw_outline(ax, outline)
+        ax.set_title(f"{name}: mean over sd")
+        ax.set_xlabel("x [mm]")
+        ax.set_ylabel("y [mm]")
+        figure.colorbar(image, ax=ax, shrink=0.8)
+    return figure
+
+
+def draw_evidence(effects):
+    """Evidence of all candidates that were tested."""
+    tested = sorted((e for e in effects if e["status"] == "tested"), key=lambda e: e["log_evidence"])
+    figure, ax = plt.subplots(figsize=(7, 0.8 + 0.26 * len(tested)), layout="constrained")
+    values = [e["log_evidence"] for e in tested]
+    ax.barh([e["title"] for e in tested], values,
+            color=[COLOURS[1] if e["is_measurement"] else COLOURS[0] for e in tested])
+    ax.axvline(0, color="k", lw=0.8)
+    if values:
+        ax.axvline(max(values) - 3, color="k", lw=0.8, ls="--")
+    ax.set_xlabel("log evidence over the baseline")
+    return figure
+
+
+def places_of(loads):
+    """Places (x, y) [m] at which loads act, in the order of the loads' names: the locations of the validation."""
+    places = []
+    for name in sorted(loads):
+        if not any(np.allclose(loads[name][1], place, rtol=0, atol=1e-9) for place in places):
+            places.append(loads[name][1])
+    return places
+
+
+def draw_folds(validation, loads):
+    """Log predictive density of every location that was left out."""
+    base, extended = validation["baseline"], validation["extended"]
+    common = [f for f in base["location"] if f in extended["location"]]
+    gains = [extended["log_density"][extended["location"].index(f)] - base["log_density"][base["location"].index(f)]
+             for f in common]
+    places = places_of(loads)
+    labels = [f"{f:.0f}" for f in common]
+    if common and len(places) == max(common):
+        labels = [f"{f:.0f}\n({1e3 * places[int(f) - 1][0]:.1f}, {1e3 * places[int(f) - 1][1]:.1f})" for f in common]
+    figure, ax = plt.subplots(figsize=(max(4.0, 0.9 * len(common) + 1), 2.8), layout="constrained")
+    ax.bar(labels, gains, color=COLOURS[2])
+    ax.axhline(0, color="k", lw=0.8)
+    ax.axhline(np.mean(gains), color="k", lw=0.8, ls="--")
+    ax.set_xlabel("location left out (x, y) [mm]" if "\n" in "".join(labels) else "location left out")
+    ax.set_ylabel("gain of log density")
+    return figure
+
+
+def pictures_of(diagnosis, loads, unknown, outline):
+    """(name, heading, caption, figure)."""
+    made = []
+    if loads:
+        is_extended = diagnosis["extended"]["is_found"]
+        which = "at which the cause shows best" if is_extended else "that fit worst"
+        caption = f"For the loads {which}: the measured deformation, and what the baseline leaves of it, in units of its " \
+                  "errors. White is noise; patches of one colour are a shape."
+        if is_extended:
+            caption += " What the cause explains is the difference of both models; what the extended wing leaves should " \
+                       "be noise. A shape that is weaker than the noise of one square can still be sure when all loads " \
+                       "show it."
+        made.append(("residuals", "What the model misses", caption + " The cross marks the force.",
+                     draw_residuals(loads, outline, is_extended)))
+    made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
+                 "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
+                 "beyond the dashed line is less than 20 times less probable than the first.", draw_evidence(diagnosis["effects"])))
+    if unknown:
+        region = diagnosis["verdict"].get("region")
+        made.append(("unknown", "Where on the wing", "If nothing but further forces, or nothing but the stiffness, were "
+                     "free all over the wing: where they would have to differ from the baseline, in units of what chance "
+                     "does. Pale dots say that no single place stands out."
+                     + (" The region of the verdict has thick edges." if region and region["parts"] else ""),
+                     draw_unknown(unknown, outline, region)))
+    if diagnosis["validation"]["has_gain"]:
+        made.append(("folds", "Loads that the fit has not seen", "Each location was left out with all its levels and "
+                     "predicted from the others. Above zero the extended wing predicts better; the dashed line is the "
+                     "mean.", draw_folds(diagnosis["validation"], loads)))
+    return made
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("json", type=Path)
+    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("--pictures", type=Path, help="also write the pictures into this folder")
+    parser.add_argument("--flight", type=Path, nargs=2, metavar=("BASELINE", "EXTENDED"),
+                        help="folders of two flights, with the baseline and with the extended wing")
+    options = parser.parse_args()
+    use_style()
+    diagnosis, loads, unknown = read(options.json)
+    pictures, flight = [], None
+    outline = outline_of(diagnosis, options.json.resolve().parent)
+    for name, heading, caption, figure in pictures_of(diagnosis, loads, unknown, outline):
+        data = io.BytesIO()
+        figure.savefig(data, format="png", dpi=110)
+        if options.pictures:
+            options.pictures.mkdir(parents=True, exist_ok=True)
+            (options.pictures / f"diagnosis_{name}.png").write_bytes(data.getvalue())
+        plt.close(figure)
+        pictures.append((heading, caption, data.getvalue()))
+    if options.flight:
+        flight = flight_section(options.flight)
+        if options.pictures:
+            (options.pictures / "diagnosis_flight.png").write_bytes(flight[1])
+    output = options.output or options.json.parent / "report.html"
+    try:
+        output.write_text(page(diagnosis, pictures, flight))
+    except OSError as error:
+        raise InputError(f"{output}: {error}") from None
+    print(output)
+
+
+def command() -> None:
+    run_command("plot_diagnosis", main)

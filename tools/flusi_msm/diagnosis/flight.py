@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a diagnosed cause changes in flight: two runs of flusi, with the baseline and with the extended wing, as a section of
+the report."""
+import io
+from html import escape
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from flusi_msm.plots.runs import ROWS, rows_of
+from flusi_msm.results.cycles import PHASES, FlappingRun
+from flusi_msm.style import COLOURS
+
+LABELS = ("baseline", "extended")
+
+
+def read_flights(folders):
+    """[(run, cycles, label)] of the last cycle that both runs have."""
+    runs = [FlappingRun(folder) for folder in folders]
+    common = sorted(set(runs[0].cycles()) & set(runs[1].cycles()))[-1:]
+    return [(run, run.choose(",".join(map(str, common))), label) for run, label in zip(runs, LABELS)]
+
+
+def sentence_of(rows):
+    """Changes of the means in words."""
+    changes = {name: change for name, _, _, _, _, change in rows}
+    parts = [f"{name} by {100 * changes['mean ' + name]:+.1f} %" for name in ROWS]
+    return f"With the extended wing in place of the baseline the mean {', the mean '.join(parts[:-1])} and the mean " \
+           f"{parts[-1]} change."
+
+
+def draw_flights(runs):
+    """Lift, drag and power of both over the beat."""
+    figure, axes = plt.subplots(1, len(ROWS), figsize=(10, 2.8), layout="constrained")
+    for ax, quantity in zip(axes, ROWS):
+        for (run, cycles, label), colour, style in zip(runs, COLOURS, ("-", "--")):
+            factor, unit = run.si_factor(quantity)
+            ax.plot(PHASES, (factor or 1) * run.phase_average(quantity, cycles), style, color=colour, label=label)
+        ax.axhline(0, color="0.6", lw=0.6)
+        ax.set_xlim(0, 1)
+        ax.set_xlabel("$t/T$")
+        ax.set_title(quantity + (f" [{unit}]" if unit else ""))
+    axes[0].legend()
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=110)
+    plt.close(figure)
+    return data.getvalue()
+
+
+def table_html(runs, rows):
+    cycle = runs[0][1][0]
+    lines = []
+    for name, unit, values, _, si, change in rows:
+        shown = si or values
+        cells = "".join(f"<td class=number>{value:.4g}</td>" for value in shown)
+        number = f"{100 * change:+.1f} %" if np.isfinite(change) else "–"
+        lines.append(f"<tr><td class=name>{escape(name)}{f' [{unit}]' if si and unit else ''}</td>{cells}"
+                     f"<td class=number>{number}</td></tr>")
+    return (f"<table><thead><tr><th>beat {cycle}</th><th class=number>baseline</th><th class=number>extended</th>"
+            "<th class=number>change</th></tr></thead><tbody>" + "".join(lines) + "</tbody></table>")
+
+
+def flight_section(folders):
+    """(html without the picture, picture) of two folders of runs, baseline first."""
+    runs = read_flights(folders)
+    rows = rows_of(runs)
+    return f"<p>{escape(sentence_of(rows))}</p>{table_html(runs, rows)}", draw_flights(runs)

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Flies the cases of the comparison with Truong et al.: how long they will take, one after the other, and on from where
+they were interrupted."""
+import json
+import os
+import re
+import shutil
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+
+from flusi_msm.paper.cases import INI, RIGID, Case
+from flusi_msm.results.files import InputError, read_series
+from flusi_msm.results.ini import with_values
+
+PILOT_POINTS = 32  # of the flight that counts the time steps of a beat
+TIMED_STEPS = 8    # of every grid, to be timed
+EXIT_STOPPED = 4
+WHY = {2: "a mistake in its input", 3: "a numerical failure", EXIT_STOPPED: "it was stopped, with a backup"}
+
+
+def in_hours(seconds):
+    """'45 s', '12 min', '5 h 10 min'."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def mpi_environment():
+    """One thread per rank, and ranks of two runs never bound to the same core; root usually means a container."""
+    wanted = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+              "OMPI_MCA_hwloc_base_binding_policy": "none",
+              # Open MPI 5 has other names for these two.
+              "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe", "PRTE_MCA_hwloc_default_binding_policy": "none"}
+    if os.geteuid() == 0:
+        wanted |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+                   "OMPI_MCA_btl_vader_single_copy_mechanism": "none"}
+    return {**wanted, **os.environ}
+
+
+class Flusi:
+    """The program and how it is started."""
+
+    def __init__(self, program, ranks):
+        self.program, self.ranks = Path(program).resolve(), ranks
+        if not os.access(self.program, os.X_OK):
+            raise InputError(f"{program}: no such program; 'tools/quickstart build' makes it, or name one with --flusi")
+        first = subprocess.run([self.program, "--version"], capture_output=True, text=True, check=False,
+                               env=mpi_environment()).stdout.splitlines()
+        self.version = first[0].strip() if first else "of unknown version"
+
+    def start(self, folder, *options):
+        """A session of its own: Ctrl-C does not reach it, so that it can write a backup when it is told to stop."""
+        command = [os.environ.get("MPIEXEC", "mpirun"), "-n", str(self.ranks), str(self.program), INI, *options]
+        return subprocess.Popen(command, cwd=folder, env=mpi_environment(), stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, text=True, start_new_session=True)
+
+    def run(self, folder, text):
+        """A short run from its beginning to its end."""
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        (folder / INI).write_text(text, encoding="utf-8")
+        process = self.start(folder)
+        output = process.communicate()[0]
+        if process.returncode:
+            raise InputError(f"the run that is timed ended with exit code {process.returncode}, in {folder}:\n"
+                             + "\n".join(output.splitlines()[-8:]))
+
+
+# ---- how long it will take -------------------------------------------------------------------------
+
+class Estimate:
+    """Seconds of every flight: a few of its first steps are timed, and a beat of a small grid counts how many there are. All
+    is kept in `folder`/estimate.json and not measured again. What a flight has really done counts more."""
+
+    def __init__(self, flusi, folder, ini):
+        self.flusi, self.folder, self.ini = flusi, Path(folder), ini
+        self.path = self.folder / "estimate.json"
+        try:
+            self.kept = json.loads(self.path.read_text(encoding="utf-8")) if self.path.is_file() else {}
+        except ValueError:
+            self.kept = {}
+
+    def _measured(self, key, measure):
+        key = f"{key}, {self.flusi.ranks} ranks, {self.flusi.version}"
+        if key not in self.kept:
+            place = self.folder / "estimate"
+            self.kept[key] = measure(place)
+            shutil.rmtree(place, ignore_errors=True)
+            self.path.write_text(json.dumps(self.kept, indent=1) + "\n", encoding="utf-8")
+        return self.kept[key]
+
+    def steps_per_beat_and_point(self):
+        """Steps of a beat over the points along x: the CFL number gives as many to all grids. In the first half of the first
+        beat the wings come up to speed, and steps are longer."""
+        def measure(place):
+            self.flusi.run(place, with_values(Case(self.folder, self.ini, RIGID, PILOT_POINTS, 1.5).text, {
+                "Saving": {"tsave": 9e9, "iDoBackup": 0}}))
+            return int(np.sum(read_series(place / "timesteps_info.t").time >= 0.5)) / PILOT_POINTS
+        return self._measured("steps per beat and point", measure)
+
+    def steps(self, case):
+        return self.steps_per_beat_and_point() * case.points * case.beats
+
+    def seconds_per_step(self, case):
+        done = steps_of(case)
+        if done is not None and done[0] > 2 * TIMED_STEPS:
+            return done[1]
+
+        def measure(place):
+            self.flusi.run(place, with_values(case.text, {"Time": {"nt": TIMED_STEPS},
+                                                          "Saving": {"tsave": 9e9, "iDoBackup": 0}}))
+            return float(np.median(read_series(place / "timesteps_info.t").data[2:, 1]))
+        return self._measured(f"seconds per step, {case.kind}, {case.points} points", measure)
+
+    def left(self, case):
+        """Seconds that the flight will still take; 0 of a finished one."""
+        if case.is_finished():
+            return 0.0
+        done = steps_of(case) if case.has_backup() else None
+        return self.seconds_per_step(case) * max(self.steps(case) - (done[0] if done else 0), 0)
+
+
+def steps_of(case):
+    """(steps made, seconds of one) of the flight in its folder, or None."""
+    try:
+        series = read_series(case.folder / "timesteps_info.t")
+    except InputError:
+        return None
+    return len(series.time), float(np.median(series.data[:, 1]))
+
+
+# ---- the flights -----------------------------------------------------------------------------------
+
+def fly(flusi, case, tell):
+    """Makes the flight or goes on with it. `tell` gets flusi's lines about progress. Returns the exit code; 4 if it was
+    stopped by Ctrl-C, with a backup."""
+    restart = case.has_backup()
+    if not restart:
+        shutil.rmtree(case.folder, ignore_errors=True)  # of a flight that came to no backup
+    case.folder.mkdir(parents=True, exist_ok=True)
+    (case.folder / INI).write_text(case.text, encoding="utf-8")
+    (case.folder / "STOP").unlink(missing_ok=True)
+    versions = case.state().get("versions", [])
+    case.note(status="begun", versions=versions + [flusi.version] * (flusi.version not in versions))
+    begun = time.monotonic()
+    process = flusi.start(case.folder, *(["--restart"] if restart else []))
+    with open(case.folder / "run.log", "a", encoding="utf-8") as log:
+        while True:
+            try:
+                for line in process.stdout:
+                    log.write(line)
+                    log.flush()
+                    if line.startswith("step "):
+                        tell(line.strip())
+                code = process.wait()
+                break
+            except KeyboardInterrupt:
+                (case.folder / "STOP").touch()
+                tell("stops after this step, with a backup")
+    seconds = case.state().get("seconds", 0.0) + time.monotonic() - begun
+    case.note(status="finished" if code == 0 else "begun" if code == EXIT_STOPPED else "failed", exit_code=code,
+              seconds=round(seconds, 1), ranks=flusi.ranks)
+    return code
+
+
+def progress_of(line):
+    """('t 1.2, 30 %, 0.1 s a step', seconds of a step, part done) of a line of flusi's; (line, None, None) of another one."""
+    match = re.search(r"t\s+(\S+)\s.*s/step\s+(\S+)\s+(\S+) %", line)
+    if not match:
+        return line, None, None
+    seconds, percent = float(match[2]), float(match[3])
+    return f"t {float(match[1]):.3f}, {percent:g} %, {seconds:.3g} s a step", seconds, percent / 100
+
+
+def fly_all(flusi, cases, estimate, after_each):
+    """Flies what is not finished, in order. A flight that fails is told, and the others go on. Returns the names of those that
+    failed, and whether all has been stopped."""
+    failed = []
+    for number, case in enumerate(cases, 1):
+        head = f"{number} of {len(cases)}, {case.name}"
+        if case.is_finished():
+            print(f"{head}: is there", flush=True)
+            continue
+        later = sum(estimate.left(other) for other in cases[number:])
+        print(f"{head}: {'goes on' if case.has_backup() else 'begins'}, about {in_hours(estimate.left(case))}", flush=True)
+
+        def tell(line, head=head, later=later, steps=estimate.steps(case)):
+            # flusi's own ETA is wrong while the wings come up to speed and steps are long.
+            text, seconds, part = progress_of(line)
+            left = f", all done in about {in_hours(seconds * steps * (1 - part) + later)}" if seconds else ""
+            print(f"{head}: {text}{left}", flush=True)
+
+        code = fly(flusi, case, tell)
+        if code == EXIT_STOPPED:
+            return failed, True
+        if code:
+            print(f"{head}: failed, {WHY.get(code, f'exit code {code}')}; see {case.folder}/run.log", flush=True)
+            failed.append(case.name)
+        else:
+            print(f"{head}: done in {in_hours(case.state()['seconds'])}", flush=True)
+        if number < len(cases):
+            after_each()
+    return failed, False

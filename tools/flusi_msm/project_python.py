@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Imported first by every tool: begins it again with the Python of tools/quickstart where this one lacks packages."""
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+EVERYWHERE = ("numpy", "h5py", "matplotlib")
+PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last ones bend wings and read drawings of them
+ROOT = Path(__file__).resolve().parents[2]
+BEGUN = "FLUSI_MSM_BEGUN_AGAIN"  # in the environment of a tool that has been
+
+
+def stop_without(script, missing):
+    """Ends a tool that lacks packages with a message and exit code 2."""
+    print(f"{script}: {sys.executable} has no {', '.join(missing)}. 'tools/quickstart deps' installs what tools need in "
+          f".venv, where they find it; or: pip install -r tools/requirements.txt", file=sys.stderr)
+    sys.exit(2)
+
+
+def is_better(own, missing):
+    """Whether the Python in `own` has what all tools need, and something that is missing here."""
+    def has(name):
+        return any(own.glob(f"lib*/python*/site-packages/{name}"))
+
+    return (own / "bin/python").exists() and all(map(has, EVERYWHERE)) and any(map(has, missing))
+
+
+def use_project_python():
+    was_begun_again = os.environ.pop(BEGUN, "") != ""
+    missing = [name for name in PACKAGES if find_spec(name) is None]
+    script = Path(sys.argv[0])
+    if not missing or not script.is_file() or ROOT not in script.resolve().parents:
+        return  # another program that imports a tool finds its packages itself
+    own = ROOT / ".venv"
+    if not was_begun_again and is_better(own, missing):
+        python = str(own / "bin/python")
+        os.execve(python, [python, *sys.argv], {**os.environ, BEGUN: "yes"})
+    if set(missing) & set(EVERYWHERE):
+        stop_without(script.name, missing)
+
+
+use_project_python()
