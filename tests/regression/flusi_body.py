@@ -6,6 +6,8 @@ usage: flusi_body.py <flusi> <h5dump> [tests]
 
 The grids are far too coarse for physics; what is tested is that parts fit together.
 """
+import math
+
 from flusi_wing import BEAT, WING, make, restarted, same_on_ranks
 from whole_program import EXIT_USER, check, close, main, merged
 
@@ -66,6 +68,20 @@ def test_covered(case):
 def test_restart(case):
     restarted(case, BODY, ranks=2)
     restarted(case.sub("thin"), merged(BODY, THIN), ranks=2)
+
+
+def test_soft_wings(case):
+    """`wing_edges = flusi` draws wings thinner than their step as FLUSI does, with chi up to 0.96 for 1.5 cells; otherwise the
+    step is narrower, and chi reaches 1 where a point lies in the wing."""
+    ini = merged(BODY, {"Insects": {"BodyType": None, "BodyMotion": None, "WingShape": "rectangular", "b_top": 0.2, "b_bot": 0.3,
+                                    "L_span": 0.8, "WingThickness": "1.5*dx", "RightWing": "no"},
+                        "DryRun": {"dry_run_without_fluid": "yes"},
+                        "Saving": {"iSaveMask": "yes", "field_precision": "double"}})
+    most = (1 + math.cos(math.pi / 8)) / 2  # half a cosine from 0.25 cells beyond its middle
+    for name, edges, low, high in (("soft", "flusi", most - 0.02, most), ("auto", "auto", 0.99, 1)):
+        run = make(case.sub(name), merged(ini, {"Insects": {"wing_edges": edges}}), 2)
+        top = max(run.field("mask_000000.h5"))
+        check(low <= top <= high + 1e-12, f"{name}: chi is at most {high}, not {top}")
 
 
 def test_sphere(case):

@@ -87,7 +87,7 @@ contains
     if (params%thin%is_thin) then
       allocate (self%marker_loads(size(params%wings) + merge(1, 0, params%solid%exists())))
     else if (size(params%wings) > 0) then
-      call self%mask%init(grid, block, params%half_thickness, params%smoothing)
+      call self%mask%init(grid, block, params%half_thickness, min(params%smoothing, params%half_thickness))
     end if
     if (params%solid%exists()) call self%body_mask%init(grid, block)
     if (allocated(self%wing_masks)) deallocate (self%wing_masks)

@@ -173,13 +173,15 @@ contains
     type(flight_params_t), intent(inout) :: params
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
+    logical :: is_soft
     call read_body(config, params%body)
     call keep_in_box(config, grid%length, params%body, notices)
     call read_body_motion(config, ini, params%body, t_end, params%motion, errors, notices, world)
     call read_flyer(config, params%flyer, errors, notices)
     call read_thin_keys(config, grid, params%thin, notices)
+    is_soft = config%get_word(SECTION, 'wing_edges') == 'flusi' .and. draws_to_outline(config, params%thin%is_thin)
     if (.not. params%thin%is_thin) call read_mask_keys(config, grid, params%half_thickness, params%smoothing, &
-                                                         errors, notices)
+                                                         errors, notices, is_soft)
     call read_body_shape(config, ini, grid, file_unit, params%solid, errors, notices, world)
     params%beats = config%get_real(SECTION, 'wing_frequency')
   end subroutine read_body_and_mask

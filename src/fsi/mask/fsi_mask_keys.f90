@@ -30,13 +30,16 @@ contains
   end subroutine register_mask_keys
 
   !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`. A smoothing that is not given is
-  !> at most t/2, with a notice, so that chi reaches 1.
-  subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors, notices)
+  !> at most t/2, with a notice, so that chi reaches 1; where wings may be soft, as FLUSI draws them, h is what it is.
+  subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors, notices, may_be_soft)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid
     real(rp), intent(out) :: half_thickness, smoothing
     type(message_list_t), intent(inout) :: errors, notices
-    logical :: given(2)
+    logical, intent(in), optional :: may_be_soft
+    logical :: given(2), is_soft
+    is_soft = .false.
+    if (present(may_be_soft)) is_soft = may_be_soft
     given = [config%is_given(RIGID, 'WingThickness'), config%is_given(FLEXIBLE, 't_wing')]
     half_thickness = 2*grid%max_spacing()
     smoothing = grid%max_spacing()
@@ -48,13 +51,16 @@ contains
     end if
     if (config%is_given(FLEXIBLE, 'wing_smoothing')) smoothing = config%get_real(FLEXIBLE, 'wing_smoothing')
     if (smoothing > half_thickness) then
-      if (config%is_given(FLEXIBLE, 'wing_smoothing')) then
+      if (config%is_given(FLEXIBLE, 'wing_smoothing') .and. .not. is_soft) then
         call config%complain(errors, FLEXIBLE, 'wing_smoothing', &
                              'is more than half the thickness: chi would not reach 1')
       else if (2*half_thickness < grid%max_spacing() .and. given(1)) then
         call config%complain(errors, RIGID, 'WingThickness', TOO_THIN)
       else if (2*half_thickness < grid%max_spacing()) then
         call config%complain(errors, FLEXIBLE, 't_wing', TOO_THIN)
+      else if (is_soft) then
+        call notices%add('[Insects] wing_edges = flusi: the step of the mask is wider than the wings are thick, so that '// &
+                         'chi does not reach 1 and some of the flow passes through them; wing_edges = auto avoids it')
       else
         smoothing = half_thickness
         call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is half the thickness of the wings, not max(dx), '// &

@@ -28,6 +28,11 @@ program test_mask_keys
   call expect('under both names', '[Flexible_wing]'//NL//'t_wing=0.09', 0.09_rp, 0.2_rp, '[Flexible_wing] t_wing:')
   call expect('a smoothing wider than the sheet is refused', '[Flexible_wing]'//NL//'wing_smoothing=0.5', 0.4_rp, &
               0.5_rp, '[Flexible_wing] wing_smoothing:')
+  call expect('where wings may be soft, the smoothing is max(dx)', '[Insects]'//NL//'WingThickness=0.3', 0.15_rp, 0.2_rp, &
+              soft=.true.)
+  call expect('there it may be given', '[Flexible_wing]'//NL//'wing_smoothing=0.5', 0.4_rp, 0.5_rp, soft=.true.)
+  call expect('but the mask must see them', '[Insects]'//NL//'WingThickness=0.19', 0.095_rp, 0.2_rp, &
+              '[Insects] WingThickness:', soft=.true.)
   call expect('a thickness of 0 is refused', '[Flexible_wing]'//NL//'t_wing=0', 0.4_rp, 0.2_rp, &
               '[Flexible_wing] t_wing:')
   call kit%finish()
@@ -35,10 +40,11 @@ program test_mask_keys
 contains
 
   !> Values from `text`; with `mistake` there must be a message that holds it, without there must be none.
-  subroutine expect(sentence, text, half, smoothing, mistake)
+  subroutine expect(sentence, text, half, smoothing, mistake, soft)
     character(*), intent(in) :: sentence, text
     real(rp), intent(in) :: half, smoothing
     character(*), intent(in), optional :: mistake
+    logical, intent(in), optional :: soft
     type(registry_t) :: registry
     type(config_t) :: config
     type(message_list_t) :: errors, notices
@@ -50,7 +56,7 @@ contains
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')
     call config%load_text('[Resolution]'//NL//'ny=10'//NL//text//NL, 'run.ini', registry, errors, notices)
     call read_mask_keys(config, make_grid([10, 10, 10], [1.0_rp, 2.0_rp, 1.0_rp]), got(1), got(2), errors, &
-                        notices)
+                        notices, soft)
     if (present(mistake)) then
       right = errors%count() == 1
       if (right) right = index(errors%text(1), mistake) > 0
