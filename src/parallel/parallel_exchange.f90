@@ -1,24 +1,33 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The exchange behind every transpose: blocks of complex numbers between all pairs of a communicator.
+!> The exchange behind every transpose: blocks of complex numbers between all pairs of a communicator, and what it has cost.
 module parallel_exchange
-  use base_kinds, only: rp
-  use mpi_f08, only: MPI_Comm, MPI_Alltoallv, MPI_DOUBLE_COMPLEX, MPI_Wtime
+  use base_kinds, only: i8, rp
+  use mpi_f08, only: MPI_Comm, MPI_Comm_rank, MPI_Alltoallv, MPI_DOUBLE_COMPLEX, MPI_Wtime
   implicit none
   private
-  public :: exchange
+  public :: exchange, traffic_t
+
+  !> What the exchanges of this rank have cost so far. What it keeps for itself does not count, nor do empty blocks.
+  type :: traffic_t
+    real(rp) :: seconds = 0
+    integer(i8) :: bytes = 0    !< sent to other ranks
+    integer(i8) :: messages = 0 !< sent to other ranks
+  end type traffic_t
+
+  integer(i8), parameter :: WORD = 16 !< bytes of a complex number
 
 contains
 
   !> Sends near(q) numbers to each rank q and receives far(q) from it if `outward`; otherwise the two
-  !> lists change roles, which is the way back. Blocks lie one behind the other in rank order. Adds the
-  !> seconds it took to `seconds`. Collective over `comm`.
-  subroutine exchange(comm, send, near, receive, far, outward, seconds)
+  !> lists change roles, which is the way back. Blocks lie one behind the other in rank order. Adds what
+  !> it cost to `traffic`. Collective over `comm`.
+  subroutine exchange(comm, send, near, receive, far, outward, traffic)
     type(MPI_Comm), intent(in) :: comm
     complex(rp), contiguous, intent(in) :: send(:)
     complex(rp), contiguous, intent(inout) :: receive(:)
     integer, intent(in) :: near(0:), far(0:)
     logical, intent(in) :: outward
-    real(rp), intent(inout) :: seconds
+    type(traffic_t), intent(inout) :: traffic
     real(rp) :: begun
     begun = MPI_Wtime()
     if (outward) then
@@ -28,8 +37,27 @@ contains
       call MPI_Alltoallv(send, far, displacements(far), MPI_DOUBLE_COMPLEX, receive, near, displacements(near), &
                          MPI_DOUBLE_COMPLEX, comm)
     end if
-    seconds = seconds + MPI_Wtime() - begun
+    traffic%seconds = traffic%seconds + MPI_Wtime() - begun
+    if (outward) then
+      call count_sent(comm, near, traffic)
+    else
+      call count_sent(comm, far, traffic)
+    end if
   end subroutine exchange
+
+  !> Adds the blocks of `counts` numbers that went to other ranks.
+  subroutine count_sent(comm, counts, traffic)
+    type(MPI_Comm), intent(in) :: comm
+    integer, intent(in) :: counts(0:)
+    type(traffic_t), intent(inout) :: traffic
+    integer :: q, own
+    call MPI_Comm_rank(comm, own)
+    do q = 0, size(counts) - 1
+      if (q == own .or. counts(q) == 0) cycle
+      traffic%bytes = traffic%bytes + WORD*counts(q)
+      traffic%messages = traffic%messages + 1
+    end do
+  end subroutine count_sent
 
   !> Exclusive running sums.
   pure function displacements(counts) result(offsets)

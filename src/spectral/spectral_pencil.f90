@@ -339,7 +339,7 @@ contains
       stick_side(q) = self%sticks%n*self%stages%z_count(q)*n_fields
       plane_side(q) = (self%sticks%part_start(q + 1) - self%sticks%part_start(q))*self%block%count(3)*n_fields
     end do
-    call exchange(self%column_comm, send, stick_side, receive, plane_side, to_planes, self%exchange_seconds)
+    call exchange(self%column_comm, send, stick_side, receive, plane_side, to_planes, self%traffic)
   end subroutine column_exchange
 
   !> Planes to lines (`to_lines`) or back. Collective over the row.
@@ -352,7 +352,7 @@ contains
     integer :: plane_side(0:self%rows - 1), line_side(0:self%rows - 1)
     plane_side = self%stages%n_kx*self%stages%y_count*self%block%count(3)*n_fields
     line_side = self%stages%kx_count*self%block%count(2)*self%block%count(3)*n_fields
-    call exchange(self%row_comm, send, plane_side, receive, line_side, to_lines, self%exchange_seconds)
+    call exchange(self%row_comm, send, plane_side, receive, line_side, to_lines, self%traffic)
   end subroutine row_exchange
 
   subroutine allocate_buffer(buffer, words)

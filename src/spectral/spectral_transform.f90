@@ -14,6 +14,7 @@ module spectral_transform
   use base_kinds, only: rp
   use base_errors, only: require
   use parallel_block, only: block_t
+  use parallel_exchange, only: traffic_t
   use parallel_world, only: world_t
   use spectral_grid, only: grid_t
   use spectral_sticks, only: sticks_t
@@ -44,7 +45,7 @@ module spectral_transform
     type(sticks_t) :: sticks !< retained modes; spectral arrays are (sticks%nkz, sticks%n, fields)
     type(block_t) :: block   !< this rank's box of points; physical arrays are (nx, ny_local, nz_local, fields)
     integer :: rows = 1, columns = 1 !< process grid
-    real(rp) :: exchange_seconds = 0 !< time spent in MPI exchanges so far, if the backend knows
+    type(traffic_t) :: traffic !< of this rank's exchanges so far, if the backend knows
     complex(rp), allocatable, private :: staged_spectral(:, :, :)
     real(rp), allocatable, private :: staged_physical(:, :, :, :)
     real(rp), allocatable, private :: staged_lines(:, :, :) !< (nx, lines, fields) one batch

@@ -215,12 +215,15 @@ contains
     type(fluid_t), intent(in) :: fluid
     type(flapping_wings_t), intent(in), optional :: wings
     real(rp) :: exchange(1), busy(1), sums(2)
+    integer(i8) :: bytes, messages
     call report_timers(world, timers, whole, output_unit)
-    exchange(1) = fluid%transform%exchange_seconds
+    exchange(1) = fluid%transform%traffic%seconds
     call world%max_reals(exchange)
+    bytes = world%sum_int8(fluid%transform%traffic%bytes)
+    messages = world%sum_int8(fluid%transform%traffic%messages)
     if (world%is_root .and. fluid%rhs%params%transform == 'builtin') &
-      write (output_unit, '(a,f0.2,a)') 'of the time steps, exchanges between ranks took at most ', &
-      exchange(1), ' s on a rank'
+      write (output_unit, '(a,f0.2,a,f0.3,a,i0,a)') 'of the time steps, exchanges between ranks took at most ', &
+      exchange(1), ' s on a rank: ', real(bytes, rp)/1.0e9_rp, ' GB in ', messages, ' messages'
     if (.not. present(wings)) return
     busy = wings%seconds
     call world%max_reals(busy)
