@@ -35,6 +35,7 @@ module solid_mass
   !> The lumped mass.
   type :: mass_t
     real(rp), allocatable :: nodal(:) !< mass of every point [kg], positive
+    real(rp), allocatable :: of_veins(:) !< the part of it that is veins [kg]
     real(rp) :: veins = 0             !< [kg]
     real(rp) :: membrane = 0          !< [kg]
     real(rp) :: total = 0             !< [kg]
@@ -65,6 +66,7 @@ contains
       call add_vein(wing%points, wing%veins(i), params%vein_density, mass%nodal)
     end do
     mass%veins = sum(mass%nodal)
+    mass%of_veins = mass%nodal
     if (size(wing%triangles) > 0) call add_membrane(wing, params, mass, messages)
     if (messages%count() > n_before) return
     mass%total = mass%veins + mass%membrane

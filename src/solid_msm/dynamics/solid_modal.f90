@@ -1,0 +1,381 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Natural modes of a wing at rest, and their exact derivatives.
+!>
+!>     K phi_i = lambda_i M phi_i,   lambda = omega^2,   phi_i M phi_j = 1 if i = j, else 0
+!>
+!> K is the tangent of the unloaded flat wing, M = diag(mass) has a mass for every direction of every point. A clamp of
+!> compliance C (root_twist, root_flap) turns by C times the moment of the forces on it: with R_k the rigid turn about axis
+!> k, K^-1 becomes F = K^-1 + R C R^T, which is all that the iteration needs. What bends is psi = lambda K^-1 M phi.
+!>
+!> Modes: subspace iteration with M^(1/2) F M^(1/2), K factorised once, until residuals and not only values are small, as
+!> derivatives need the shapes. Derivatives, with f_i = (dF^-1 - lambda_i dM) phi_i (Fox & Kapoor 1968, doi:10.2514/3.5008;
+!> Nelson 1976, doi:10.2514/3.7211):
+!>
+!>     dlambda_i = phi_i f_i,    dphi_i = sum over j of c_ij phi_j + w,    c_ii = - phi_i dM phi_i/2,
+!>     c_ij = - phi_j f_i/(lambda_j - lambda_i),   (1 - lambda_i F M) w = - F f_i without all modes that are known.
+!>
+!> The sum runs over the modes that are known. Nelson solves with a matrix that has one row replaced, which costs a
+!> factorisation for each mode; here conjugate gradients solve for w, which the known modes make quick, with the factor that
+!> is there. Nothing is left out, whatever the number of modes. Where modes i and j lie in one cluster (`same`), c_ij is left
+!> out: only the space that they span has a derivative then.
+module solid_modal
+  use base_constants, only: TWO_PI
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_lapack, only: orthogonalise, symmetric_eigen
+  use solid_equilibrium, only: equilibrium_t
+  use solid_loads, only: load_t
+  use solid_model, only: solid_model_t
+  use solid_stiffness, only: stiffness_t
+  use solid_tangent, only: assemble_tangent
+  use solid_vectors, only: cross, IDENTITY
+  implicit none
+  private
+  public :: modal_t, mode_slopes_t
+
+  !> The modes of one wing; one per thread.
+  type :: modal_t
+    integer :: n_modes = 0
+    real(rp), allocatable :: lambda(:)       !< (n_modes) [rad^2/s^2] lowest first
+    real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n_modes) [kg^-1/2], of unit modal mass
+    real(rp) :: residual = 0                 !< largest |F M phi lambda - phi|, with |phi| = 1 in the metric of M
+    type(solid_model_t) :: model             !< its parameters may be set before `solve`
+    type(solid_model_t), private :: probe    !< with a direction of stiffness in the place of its stiffness
+    type(equilibrium_t), private :: work
+    type(load_t), private :: nothing
+    real(rp), allocatable, private :: rest(:, :), blocks(:, :, :), mass(:), root_mass(:), turns(:, :), x(:, :)
+    real(rp), allocatable, private :: bent(:, :), moment(:, :) !< psi, and what turns the clamp
+    real(rp), private :: compliance(2) = 0   !< [rad/(N m)] about x and y
+  contains
+    procedure :: init => modal_init
+    procedure :: free => modal_free
+    procedure :: solve => modal_solve
+    procedure :: frequencies => modal_frequencies
+    procedure :: slopes_of_stiffness => modal_slopes_of_stiffness
+    procedure :: slopes_of_mass => modal_slopes_of_mass
+    procedure :: slopes_of_clamp => modal_slopes_of_clamp
+  end type modal_t
+
+  !> What one parameter does to the first n modes.
+  type :: mode_slopes_t
+    real(rp), allocatable :: force(:, :)     !< (n, n) phi_j f_i at (j, i): dlambda on the diagonal
+    real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n) dphi
+  end type mode_slopes_t
+
+  real(rp), parameter :: TOLERANCE = 1.0e-12_rp !< of residuals
+  real(rp), parameter :: WORST = 1.0e-8_rp      !< that rounding may leave of them
+
+contains
+
+  !> Room for this model.
+  subroutine modal_init(self, model)
+    class(modal_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp) :: centre(3)
+    integer :: i, k
+    call self%free()
+    self%model = model
+    self%probe = model
+    call self%work%init(model)
+    call self%nothing%init(model)
+    allocate (self%rest(3, model%n_all), self%turns(3*model%n_free, 2), source=0.0_rp)
+    allocate (self%blocks(3, 3, size(model%pattern%rows)), self%mass(3*model%n_free), self%root_mass(3*model%n_free))
+    centre = 0
+    do i = 1, model%n_points
+      if (model%free(i) == 0) centre = centre + model%points(:, i)
+    end do
+    centre = centre/max(1, count(model%free(:model%n_points) == 0))
+    do k = 1, 2
+      do i = 1, model%n_free
+        self%turns(3*i - 2:3*i, k) = cross(IDENTITY(:, k), model%points(:, model%movable(i)) - centre)
+      end do
+    end do
+  end subroutine modal_init
+
+  !> Releases everything.
+  subroutine modal_free(self)
+    class(modal_t), intent(inout) :: self
+    call self%work%free()
+    if (allocated(self%rest)) deallocate (self%rest, self%turns, self%blocks, self%mass, self%root_mass)
+    if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
+  end subroutine modal_free
+
+  !> The lowest n_modes modes for mass(3, n_all) [kg] with the parameters of `self%model`. Fails if the wing has fewer, is
+  !> unstable at rest, or if the iteration does not converge.
+  subroutine modal_solve(self, mass, n_modes, failure)
+    class(modal_t), intent(inout) :: self
+    real(rp), intent(in) :: mass(:, :)
+    integer, intent(in) :: n_modes
+    type(failure_t), intent(out) :: failure
+    integer, parameter :: LIMIT = 400
+    real(rp), allocatable :: q(:, :), z(:, :), t(:, :), values(:), rest(:, :)
+    real(rp) :: worst_now, before
+    integer :: n, p, i, iteration
+    logical :: is_spd
+    associate (model => self%model)
+      n = 3*model%n_free
+      p = min(n, max(2*n_modes, n_modes + 10))
+      if (n_modes > n) then
+        call failure%raise('the structure has fewer modes than asked for')
+        return
+      end if
+      self%n_modes = n_modes
+      self%compliance = [model%params%effects%root_twist, model%params%effects%root_flap]
+      self%mass = reshape(mass(:, model%movable), [n])
+      self%root_mass = sqrt(self%mass)
+      self%work%stage = 1
+      call self%work%law_axial(model, self%rest)
+      call self%work%factorise(model, self%nothing, self%rest, .false., 0.0_rp, is_spd)
+    end associate
+    if (.not. is_spd) then
+      call failure%raise('the wing at rest is unstable')
+      return
+    end if
+    allocate (q(n, p), z(n, p), t(p, p), values(p))
+    do i = 1, p ! shapes without symmetry, the same in every run
+      q(:, i) = self%root_mass*sin([(1.0_rp + 0.37_rp*i*iteration + 0.011_rp*real(iteration, rp)**2, iteration=1, n)])
+    end do
+    call make_orthonormal(q)
+    before = huge(1.0_rp)
+    do iteration = 1, LIMIT
+      z = flexible(self, q)
+      t = matmul(transpose(q), z)
+      t = 0.5_rp*(t + transpose(t))
+      call symmetric_eigen(t, values) ! 1/lambda: the lowest modes come last
+      t = t(:, p:1:-1)
+      values = values(p:1:-1)
+      z = matmul(z, t)
+      rest = z(:, :n_modes) - matmul(q, t(:, :n_modes))*spread(values(:n_modes), 1, n)
+      worst_now = maxval(norm2(rest, 1)/values(:n_modes))
+      q = z
+      call make_orthonormal(q)
+      if (worst_now < TOLERANCE .or. worst_now < WORST .and. worst_now > 0.5_rp*before) exit
+      before = worst_now
+    end do
+    self%residual = worst_now
+    if (iteration > LIMIT) then
+      call failure%raise('the modes did not converge')
+      return
+    end if
+    call keep_modes(self, q(:, :n_modes), values(:n_modes))
+  end subroutine modal_solve
+
+  !> From the last iterates to values and shapes: once more within their space, so that both belong together.
+  subroutine keep_modes(self, q, values)
+    class(modal_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:, :), values(:)
+    real(rp) :: y(size(q, 1)), z(size(q, 1), size(q, 2))
+    integer :: i, k
+    k = size(values)
+    if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
+    allocate (self%bent(size(y), k), self%moment(2, k))
+    allocate (self%lambda(k), self%shapes(3, self%model%n_all, k), source=0.0_rp)
+    self%x = q
+    z = flexible(self, q)
+    do i = 1, k
+      self%lambda(i) = 1/dot_product(q(:, i), z(:, i))
+      y = self%lambda(i)*z(:, i)/self%root_mass
+      self%shapes(:, self%model%movable, i) = reshape(y/sqrt(sum(self%mass*y**2)), [3, self%model%n_free])
+      self%moment(:, i) = self%lambda(i)*matmul(self%mass*flat(self, i), self%turns)
+      self%bent(:, i) = flat(self, i) - matmul(self%turns, self%compliance*self%moment(:, i))
+    end do
+  end subroutine keep_modes
+
+  !> M^(1/2) F M^(1/2) x, column by column.
+  function flexible(self, x) result(z)
+    class(modal_t), intent(in) :: self
+    real(rp), intent(in) :: x(:, :)
+    real(rp) :: z(size(x, 1), size(x, 2))
+    integer :: i, k
+    do i = 1, size(x, 2)
+      z(:, i) = self%root_mass*x(:, i)
+    end do
+    z = flexibility(self, z)
+    do k = 1, size(x, 2)
+      z(:, k) = self%root_mass*z(:, k)
+    end do
+  end function flexible
+
+  !> F b, column by column.
+  function flexibility(self, b) result(z)
+    class(modal_t), intent(in) :: self
+    real(rp), intent(in) :: b(:, :)
+    real(rp) :: z(size(b, 1), size(b, 2))
+    integer :: i, k
+    z = b
+    call self%work%cholesky%solve(size(b, 2), z)
+    if (.not. any(abs(self%compliance) > 0)) return
+    do i = 1, size(b, 2)
+      do k = 1, 2
+        z(:, i) = z(:, i) + self%compliance(k)*dot_product(self%turns(:, k), b(:, i))*self%turns(:, k)
+      end do
+    end do
+  end function flexibility
+
+  !> Columns become orthonormal, the first first.
+  subroutine make_orthonormal(q)
+    real(rp), intent(inout) :: q(:, :)
+    real(rp), allocatable :: basis(:, :), r(:, :)
+    call orthogonalise(q, basis, r)
+    q = basis
+  end subroutine make_orthonormal
+
+  !> Natural frequencies [Hz].
+  pure function modal_frequencies(self) result(f)
+    class(modal_t), intent(in) :: self
+    real(rp) :: f(self%n_modes)
+    f = sqrt(self%lambda)/TWO_PI
+  end function modal_frequencies
+
+  !> Slopes of the first size(same, 1) modes when all stiffness changes along `direction` (solid_stiffness_effects).
+  subroutine modal_slopes_of_stiffness(self, direction, same, slopes)
+    class(modal_t), intent(inout) :: self
+    type(stiffness_t), intent(in) :: direction
+    logical, intent(in) :: same(:, :) !< modes i and j are of one cluster
+    type(mode_slopes_t), intent(inout) :: slopes
+    real(rp) :: f(3, self%model%n_free, size(same, 1)), axial(self%model%springs%n)
+    integer :: i
+    self%probe%stiffness = direction
+    self%probe%springs%tension = direction%tension
+    axial = direction%tension
+    call assemble_tangent(self%probe, self%rest, axial, .false., self%blocks)
+    f = 0
+    do i = 1, size(same, 1)
+      call self%model%pattern%multiply(self%blocks, 1.0_rp, reshape(self%bent(:, i), [3, self%model%n_free]), f(:, :, i))
+    end do
+    call find_slopes(self, reshape(f, [size(self%mass), size(same, 1)]), 0*self%mass, [0.0_rp, 0.0_rp], same, slopes)
+  end subroutine modal_slopes_of_stiffness
+
+  !> The same when the masses change along direction(3, n_all) [kg per unit].
+  subroutine modal_slopes_of_mass(self, direction, same, slopes)
+    class(modal_t), intent(inout) :: self
+    real(rp), intent(in) :: direction(:, :)
+    logical, intent(in) :: same(:, :)
+    type(mode_slopes_t), intent(inout) :: slopes
+    call find_slopes(self, spread(0*self%mass, 2, size(same, 1)), &
+                     reshape(direction(:, self%model%movable), [size(self%mass)]), [0.0_rp, 0.0_rp], same, slopes)
+  end subroutine modal_slopes_of_mass
+
+  !> The same when the compliance of the clamp about axis k (1: x, root_twist; 2: y, root_flap) changes [per rad/(N m)].
+  subroutine modal_slopes_of_clamp(self, k, same, slopes)
+    class(modal_t), intent(inout) :: self
+    integer, intent(in) :: k
+    logical, intent(in) :: same(:, :)
+    type(mode_slopes_t), intent(inout) :: slopes
+    real(rp) :: dc(2)
+    dc = 0
+    dc(k) = 1
+    call find_slopes(self, spread(0*self%mass, 2, size(same, 1)), 0*self%mass, dc, same, slopes)
+  end subroutine modal_slopes_of_clamp
+
+  pure function flat(self, i) result(phi)
+    class(modal_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp) :: phi(size(self%mass))
+    phi = reshape(self%shapes(:, self%model%movable, i), [size(phi)])
+  end function flat
+
+  !> bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
+  !> phi_j dF^-1 phi_i = psi_j dK psi_i - m_j dc m_i, m = lambda R^T M phi its moment, and F dF^-1 phi_i = K^-1 dK psi_i - R dc m_i.
+  subroutine find_slopes(self, bent, dm, dc, same, slopes)
+    class(modal_t), intent(in) :: self
+    real(rp), intent(in) :: bent(:, :), dm(:), dc(:)
+    logical, intent(in) :: same(:, :)
+    type(mode_slopes_t), intent(inout) :: slopes
+    real(rp) :: g(size(bent, 1), size(bent, 2)), c(size(self%lambda), size(bent, 2)), inert(size(bent, 1), size(bent, 2))
+    integer :: n, i, j, k
+    n = size(bent, 2)
+    do i = 1, n
+      inert(:, i) = self%lambda(i)*dm*flat(self, i)
+      do j = 1, size(self%lambda)
+        c(j, i) = dot_product(self%bent(:, j), bent(:, i)) - dot_product(flat(self, j), inert(:, i)) - &
+                  sum(self%moment(:, j)*dc*self%moment(:, i))
+      end do
+    end do
+    g = bent
+    call self%work%cholesky%solve(n, g)
+    g = g - flexibility(self, inert)
+    do i = 1, n
+      do k = 1, 2
+        g(:, i) = g(:, i) - dc(k)*self%moment(k, i)*self%turns(:, k)
+      end do
+    end do
+    slopes%force = c(:n, :)
+    do i = 1, n
+      do j = 1, size(self%lambda)
+        if (j == i) then
+          c(j, i) = -0.5_rp*sum(dm*flat(self, i)**2)
+        else if (is_same(i, j)) then
+          c(j, i) = 0
+        else
+          c(j, i) = -c(j, i)/(self%lambda(j) - self%lambda(i))
+        end if
+      end do
+    end do
+    do i = 1, n
+      g(:, i) = -self%root_mass*g(:, i)
+    end do
+    call solve_beside(self, self%lambda(:n), g)
+    if (.not. allocated(slopes%shapes)) allocate (slopes%shapes(3, self%model%n_all, n))
+    slopes%shapes = 0
+    do i = 1, n
+      g(:, i) = g(:, i)/self%root_mass
+      do j = 1, size(self%lambda)
+        g(:, i) = g(:, i) + c(j, i)*flat(self, j)
+      end do
+      slopes%shapes(:, self%model%movable, i) = reshape(g(:, i), [3, self%model%n_free])
+    end do
+
+  contains
+
+    pure logical function is_same(i, j)
+      integer, intent(in) :: i, j
+      is_same = .false.
+      if (max(i, j) <= n) is_same = same(i, j)
+    end function is_same
+
+  end subroutine find_slopes
+
+  !> Each b(:, i), without the modes that are known, becomes (1 - lambda_i A)^-1 b, A = M^(1/2) F M^(1/2), which is positive
+  !> there: conjugate gradients, all columns side by side.
+  subroutine solve_beside(self, lambda, b)
+    class(modal_t), intent(in) :: self
+    real(rp), intent(in) :: lambda(:)
+    real(rp), intent(inout) :: b(:, :)
+    real(rp), parameter :: SMALL = 1.0e-13_rp
+    integer, parameter :: LIMIT = 200
+    real(rp), dimension(size(b, 1), size(b, 2)) :: y, r, p, ap
+    real(rp) :: old(size(b, 2)), rr(size(b, 2)), first(size(b, 2)), step
+    integer :: i, iteration
+    first = max(sum(b**2, 1), tiny(1.0_rp)) ! what is left may be rounding alone
+    call remove_known(self, b)
+    y = 0
+    r = b
+    p = r
+    rr = sum(r**2, 1)
+    do iteration = 1, LIMIT
+      if (all(rr <= SMALL**2*first)) exit
+      ap = flexible(self, p)
+      do i = 1, size(b, 2)
+        ap(:, i) = p(:, i) - lambda(i)*ap(:, i)
+      end do
+      call remove_known(self, ap)
+      old = rr
+      do i = 1, size(b, 2)
+        if (.not. rr(i) > SMALL**2*first(i)) cycle
+        step = rr(i)/dot_product(p(:, i), ap(:, i))
+        y(:, i) = y(:, i) + step*p(:, i)
+        r(:, i) = r(:, i) - step*ap(:, i)
+        rr(i) = sum(r(:, i)**2)
+        p(:, i) = r(:, i) + rr(i)/old(i)*p(:, i)
+      end do
+    end do
+    b = y
+  end subroutine solve_beside
+
+  subroutine remove_known(self, b)
+    class(modal_t), intent(in) :: self
+    real(rp), intent(inout) :: b(:, :)
+    b = b - matmul(self%x, matmul(transpose(self%x), b))
+  end subroutine remove_known
+end module solid_modal

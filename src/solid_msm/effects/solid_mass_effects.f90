@@ -1,0 +1,166 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What may be wrong with the inertia of a wing, as parameters with a value at which nothing happens.
+!>
+!> | name | what | unit | null |
+!> |---|---|---|---|
+!> | `vein_mass` | factor on the mass of all veins | 1 | 1 |
+!> | `membrane_mass` | factor on the mass of the membrane | 1 | 1 |
+!> | `membrane_gradient` | g: mass of the membrane times exp(g (x/R - 1/2)), x from the root, R the extent along x | 1 | 0 |
+!> | `added_mass` | factor on the air that strip theory lets the wing accelerate along z | 1 | 1 |
+!> | `point_mass` | a mass at a place: dust, glue, a marker | kg | 0 |
+!>
+!> All that a mass does is linear in the factors and in the point mass.
+module solid_mass_effects
+  use base_kinds, only: rp
+  use solid_added_mass, only: strip_added_mass
+  use solid_mass, only: mass_t
+  use solid_parameter, only: define_effect, parameter_t
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: mass_effects_t, mass_parts_t, describe_mass_effect
+
+  integer, parameter, public :: MASS_VEINS = 1, MASS_MEMBRANE = 2, MASS_GRADIENT = 3, MASS_ADDED = 4, MASS_POINT = 5, &
+                                N_MASS_EFFECTS = 5
+
+  !> Values of the effects, and where the point mass is.
+  type :: mass_effects_t
+    real(rp) :: veins = 1, membrane = 1, gradient = 0, added = 1
+    real(rp) :: point = 0                        !< [kg]
+    integer :: corner(3) = 1                     !< points of the wing that carry it
+    real(rp) :: share(3) = [1.0_rp, 0.0_rp, 0.0_rp] !< their shares
+  contains
+    procedure :: get => effects_get
+    procedure :: set => effects_set
+  end type mass_effects_t
+
+  !> Of what the mass of a wing consists.
+  type :: mass_parts_t
+    real(rp), allocatable :: veins(:), membrane(:) !< (n_points) [kg]
+    real(rp), allocatable :: added(:)    !< (n_points) [m^3] times the density of the fluid: along z
+    real(rp), allocatable :: station(:)  !< (n_points) x/R - 1/2
+  contains
+    procedure :: init => parts_init
+    procedure :: masses => parts_masses
+    procedure :: derivative => parts_derivative
+  end type mass_parts_t
+
+contains
+
+  !> Name, unit, scale, bounds and null of effect i; the prior of a point mass is a share of the wing's mass [kg].
+  function describe_mass_effect(i, wing_mass) result(p)
+    integer, intent(in) :: i
+    real(rp), intent(in) :: wing_mass
+    type(parameter_t) :: p
+    select case (i)
+    case (MASS_VEINS)
+      call define_effect(p, 'vein_mass', '1', .true., 0.1_rp, 10.0_rp, 0.3_rp)
+    case (MASS_MEMBRANE)
+      call define_effect(p, 'membrane_mass', '1', .true., 0.1_rp, 10.0_rp, 0.3_rp)
+    case (MASS_GRADIENT)
+      call define_effect(p, 'membrane_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
+    case (MASS_ADDED)
+      call define_effect(p, 'added_mass', '1', .true., 0.1_rp, 5.0_rp, 0.3_rp)
+    case default
+      call define_effect(p, 'point_mass', 'kg', .false., 0.0_rp, wing_mass, 0.05_rp*wing_mass)
+    end select
+  end function describe_mass_effect
+
+  !> Value of effect i in its unit.
+  pure real(rp) function effects_get(self, i) result(value)
+    class(mass_effects_t), intent(in) :: self
+    integer, intent(in) :: i
+    select case (i)
+    case (MASS_VEINS)
+      value = self%veins
+    case (MASS_MEMBRANE)
+      value = self%membrane
+    case (MASS_GRADIENT)
+      value = self%gradient
+    case (MASS_ADDED)
+      value = self%added
+    case default
+      value = self%point
+    end select
+  end function effects_get
+
+  !> Sets effect i.
+  pure subroutine effects_set(self, i, value)
+    class(mass_effects_t), intent(inout) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: value
+    select case (i)
+    case (MASS_VEINS)
+      self%veins = value
+    case (MASS_MEMBRANE)
+      self%membrane = value
+    case (MASS_GRADIENT)
+      self%gradient = value
+    case (MASS_ADDED)
+      self%added = value
+    case default
+      self%point = value
+    end select
+  end subroutine effects_set
+
+  !> The parts of the lumped `mass` of `wing`.
+  subroutine parts_init(self, wing, mass)
+    class(mass_parts_t), intent(out) :: self
+    type(wing_t), intent(in) :: wing
+    type(mass_t), intent(in) :: mass
+    real(rp) :: root, span
+    root = sum(wing%points(1, wing%root))/size(wing%root)
+    span = maxval(wing%points(1, :)) - minval(wing%points(1, :))
+    self%veins = mass%of_veins
+    self%membrane = mass%nodal - mass%of_veins
+    self%added = strip_added_mass(wing)
+    self%station = (wing%points(1, :) - root)/span - 0.5_rp
+  end subroutine parts_init
+
+  !> mass(3, n_all) [kg] for each direction of each point, of the points of the wing and of ghost points, which have none, in a
+  !> fluid of this density [kg/m^3], 0: vacuum.
+  pure subroutine parts_masses(self, effects, density, mass)
+    class(mass_parts_t), intent(in) :: self
+    type(mass_effects_t), intent(in) :: effects
+    real(rp), intent(in) :: density
+    real(rp), intent(out) :: mass(:, :)
+    integer :: i, c
+    mass = 0
+    do i = 1, size(self%veins)
+      mass(:, i) = effects%veins*self%veins(i) + effects%membrane*exp(effects%gradient*self%station(i))*self%membrane(i)
+      mass(3, i) = mass(3, i) + density*effects%added*self%added(i)
+    end do
+    do c = 1, 3
+      mass(:, effects%corner(c)) = mass(:, effects%corner(c)) + effects%share(c)*effects%point
+    end do
+  end subroutine parts_masses
+
+  !> slope(3, n_all): the derivative of that with respect to the coordinate of effect i: per log unit of the factors, per unit of
+  !> the others, of a point mass at the place of `effects`.
+  pure subroutine parts_derivative(self, effects, density, i, slope)
+    class(mass_parts_t), intent(in) :: self
+    type(mass_effects_t), intent(in) :: effects
+    real(rp), intent(in) :: density
+    integer, intent(in) :: i
+    real(rp), intent(out) :: slope(:, :)
+    real(rp) :: membrane(size(self%membrane))
+    integer :: n, c
+    n = size(self%veins)
+    membrane = effects%membrane*exp(effects%gradient*self%station)*self%membrane
+    slope = 0
+    select case (i)
+    case (MASS_VEINS)
+      slope(:, :n) = spread(effects%veins*self%veins, 1, 3)
+    case (MASS_MEMBRANE)
+      slope(:, :n) = spread(membrane, 1, 3)
+    case (MASS_GRADIENT)
+      slope(:, :n) = spread(self%station*membrane, 1, 3)
+    case (MASS_ADDED)
+      slope(3, :n) = density*effects%added*self%added
+    case default
+      do c = 1, 3
+        slope(:, effects%corner(c)) = slope(:, effects%corner(c)) + effects%share(c)
+      end do
+    end select
+  end subroutine parts_derivative
+end module solid_mass_effects
