@@ -4,17 +4,20 @@ import os
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import which
 
 EVERYWHERE = ("numpy", "h5py", "matplotlib")
 PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last ones bend wings and read drawings of them
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[2]  # of the source, or share/flusi-msm of an installation
+INSTALLED = not (ROOT / "tools/quickstart").exists()
 BEGUN = "FLUSI_MSM_BEGUN_AGAIN"  # in the environment of a tool that has been
 
 
 def stop_without(script, missing):
     """Ends a tool that lacks packages with a message and exit code 2."""
-    print(f"{script}: {sys.executable} has no {', '.join(missing)}. 'tools/quickstart deps' installs what tools need in "
-          f".venv, where they find it; or: pip install -r tools/requirements.txt", file=sys.stderr)
+    remedy = f"Install them: pip install -r {ROOT / 'tools/requirements.txt'}" if INSTALLED else \
+        "'tools/quickstart deps' installs what tools need in .venv, where they find it; or: pip install -r tools/requirements.txt"
+    print(f"{script}: {sys.executable} has no {', '.join(missing)}. {remedy}", file=sys.stderr)
     sys.exit(2)
 
 
@@ -24,6 +27,14 @@ def is_better(own, missing):
         return any(own.glob(f"lib*/python*/site-packages/{name}"))
 
     return (own / "bin/python").exists() and all(map(has, EVERYWHERE)) and any(map(has, missing))
+
+
+def program(name):
+    """Where flusi, msm_train or msm_diagnose is: in the build of the source, beside the installation, or in PATH."""
+    if not INSTALLED:
+        return ROOT / f"build/release/bin/{name}"
+    beside = ROOT.parents[1] / f"bin/{name}"
+    return beside if beside.exists() else Path(which(name) or name)
 
 
 def use_project_python():

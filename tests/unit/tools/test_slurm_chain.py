@@ -65,6 +65,34 @@ class SlurmChain(unittest.TestCase):
         self.run_job("exit 0\n", FLUSI_CHAIN="2", FLUSI_CHAIN_RUN="12AB")
         self.assertEqual(self.read("started"), "flusi a.ini --restart")
 
+    def test_training_goes_on_too(self):
+        """The files of msm_train are called after its output."""
+        stops = "printf 'id = 7T\\n' > training_identity.txt; touch training_backup1.h5; exit 4\n"
+        code, output = self.run_job(stops, FLUSI="msm_train")
+        self.assertEqual((code, self.read("submitted"), self.read("submitted_run")), (0, f"2 --export=ALL {SCRIPT} a.ini", "7T"), output)
+        chain = {"FLUSI": "msm_train", "FLUSI_CHAIN": "2", "FLUSI_CHAIN_RUN": "7T", "FLUSI_CHAIN_FILE": "./training_identity.txt"}
+        self.run_job("exit 0\n", **chain)
+        self.assertEqual(self.read("started"), "msm_train a.ini --restart")
+        code, output = self.run_job("exit 0\n", **{**chain, "FLUSI_CHAIN_RUN": "8T"})
+        self.assertEqual(code, 2, output)
+
+    def test_verdicts_end_the_chain(self):
+        for verdict in (10, 11, 12, 20):
+            code, output = self.run_job(f"exit {verdict}\n", FLUSI="msm_diagnose")
+            self.assertEqual((code, self.read("submitted")), (0, None), output)
+            self.assertIn("the diagnosis is done", output)
+
+    def test_nine_individuals(self):
+        share = SCRIPT.parents[2]
+        self.stub("srun", 'echo "$PWD $*" > "$OUT"\n')
+        for number, code in (("3", 0), ("10", 2), ("", 2)):
+            environment = {**os.environ, "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}", "FLUSI_SHARE": str(share),
+                           "SLURM_ARRAY_TASK_ID": number, "OUT": str(self.folder / "started")}
+            job = subprocess.run(["bash", SCRIPT.with_name("individuals.sbatch")], cwd=self.folder, env=environment,
+                                 capture_output=True, text=True)
+            self.assertEqual(job.returncode, code, job.stdout + job.stderr)
+        self.assertEqual(self.read("started"), f"{self.folder}/individual_3 flusi {share}/ini/individuals/3.ini")
+
     def test_successor_leaves_another_run_alone(self):
         (self.folder / "runtime_identity.txt").write_text("id = 34CD\n")
         (self.folder / "runtime_backup0.h5").touch()

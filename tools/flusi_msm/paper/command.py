@@ -16,7 +16,7 @@ from pathlib import Path
 
 import flusi_msm.one_thread  # noqa: F401  (before numpy)
 from flusi_msm.errors import InputError, run_command
-from flusi_msm.project_python import ROOT
+from flusi_msm.project_python import INSTALLED, ROOT, program
 
 NINE = [ROOT / f"ini/individuals/{number}.ini" for number in range(1, 10)]
 
@@ -27,10 +27,11 @@ def arguments():
     parser.add_argument("--beats", type=int, default=4, help="of every flight (default 4); the last two are averaged")
     parser.add_argument("--individuals", type=int, metavar="POINTS", help="also fly the nine individuals, on this grid")
     parser.add_argument("--ranks", type=int, default=2, help="of MPI (default 2)")
-    parser.add_argument("--folder", type=Path, default=ROOT / "runs/paper", help="of all flights (default runs/paper)")
+    parser.add_argument("--folder", type=Path, default=(Path() if INSTALLED else ROOT) / "runs/paper",
+                        help="of all flights (default runs/paper)")
     parser.add_argument("--ini", type=Path, default=ROOT / "ini/wing.ini", help="flexible wings (default ini/wing.ini); the rigid "
                         "ones are the same file with wings = rigid")
-    parser.add_argument("--flusi", type=Path, default=ROOT / "build/release/bin/flusi", help="the program")
+    parser.add_argument("--flusi", type=Path, default=program("flusi"), help="the program")
     parser.add_argument("--hours", type=float, default=14.0, help="refuse to begin what would take longer (default 14)")
     parser.add_argument("--anew", action="store_true", help="fly again what has been flown with another input; that is kept")
     only = parser.add_mutually_exclusive_group()
