@@ -41,7 +41,7 @@ contains
            'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and y (left)', unit='degree')
     do i = 1, 2
       call registry%add_word(SECTION, 'FlappingMotion_'//trim(SIDES(i)), 'none', &
-                             NAMED_MOTIONS//'|'//FILE_WORD//'*|'//TABLE_WORD//'*|from_file|kinematics_loader', &
+                             NAMED_MOTIONS//'|'//FILE_WORD//'*|'//TABLE_WORD//'*|from_file|from_file_hermite|kinematics_loader', &
                              'motion of the '//trim(SIDES(i))//' wing: one of FLUSI''s by name (docs/kinematics.md), '// &
                              'series of [kinematics], table, the file that infile names, or none (alpha = 45 degrees, '// &
                              'at rest)', unbuilt='command-line*|takeoff')
@@ -112,7 +112,7 @@ contains
     integer, intent(in) :: wing
     character(:), allocatable :: path
     path = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
-    if (any(path == [character(17) :: 'from_file', 'kinematics_loader'])) then
+    if (any(path == [character(17) :: 'from_file', 'from_file_hermite', 'kinematics_loader'])) then
       path = config%get_text(SECTION, 'infile')
     else if (index(path, '::') > 0) then
       path = path(index(path, '::') + 2:)
