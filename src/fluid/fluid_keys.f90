@@ -132,7 +132,8 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
                     'turek: time in which the inflow grows from rest; 0: it is there at once', unit='T', min=0.0_rp)
     call r%add_switch('Penalization', 'compute_forces', .true., 'write forces.t and its relatives')
 call r%add_switch('Penalization', 'unst_corrections', .false., 'without effect on wings: their unsteady correction '// &
-                      'is exact and always written; other bodies do not move')
+                      'is exact and always written; other bodies do not move. Free flight: if it is set to no, the insect '// &
+                      'carries the fluid in its mask along, as in FLUSI')
     call r%add_switch('Penalization', 'periodic', .false., 'wrap lever arms of torques around the box')
     call r%add_reals('Penalization', 'us_fixed', [0.0_rp, 0.0_rp, 0.0_rp], 'velocity imposed inside the body', &
                      unit='L/T', length=3)

@@ -4,6 +4,7 @@
 
 usage: flusi_compat.py <flusi> <h5dump> [tests]
 """
+import math
 import re
 
 from whole_program import EXIT_USER, SOURCE, check, close, main, merged
@@ -83,6 +84,36 @@ def test_image(case):
     make(centre, merged(INSECT, {"Insects": {"x0": None}}), 2)
     check(inside.field("ux_000060.h5") == centre.field("ux_000060.h5"), "without x0 it hangs in the centre, as in FLUSI")
     check(inside.field("ux_000060.h5") == beside.field("ux_000060.h5"), "the flow is the same")
+
+
+def take_off():
+    """A table of FLUSI: the angles of a beat, and a body that rises while its nose goes up."""
+    rows = []
+    for i in range(21):
+        t, w = 0.01 * i, 2 * math.pi
+        rows.append([t, 60 * math.cos(w * t), 40, 0, 30 + 100 * t, 2 * t ** 2, 3 * t, -60 * w * math.sin(w * t), 0, 0, 100, 4 * t, 3])
+    return "1.0\n1.0\n21\n" + "\n".join(" ".join(f"{x:.12e}" for x in row) for row in rows) + "\n"
+
+
+def test_take_off(case):
+    """BodyMotion = takeoff with a table is the motion that the table has, and refused with FLUSI's legs."""
+    keys = {"BodyMotion": "takeoff", "FlappingMotion_left": "takeoff", "FlappingMotion_right": "takeoff", "KineFromFile": "yes",
+            "infile": None, "x0": None, "yawpitchroll_0": None, "eta_stroke": -20.0, "x_takeoff": 1.5, "z_takeoff": 1.25}
+    old = merged(INSECT, {"Insects": keys, "Time": {"iTimeMethodFluid": "AB2_rigid_solid"}})
+    table = "kinematics_loader::data_kin.dat"
+    plain = merged(INSECT, {"Insects": {"BodyMotion": table, "FlappingMotion_left": table, "FlappingMotion_right": table, "infile": None,
+                                        "x0": "1.5 2.0 1.25", "eta0": -20.0, "yawpitchroll_0": None},
+                            "Time": {"iTimeMethodFluid": "AB2"}})
+    runs = case.sub("old"), case.sub("plain")
+    for run, ini in zip(runs, (old, plain)):
+        (run.folder / "data_kin.dat").write_text(take_off())
+        make(run, ini, 2)
+    check(runs[0].field("ux_000060.h5") == runs[1].field("ux_000060.h5"), "the flow is the same")
+    last = runs[0].series("kinematics.t").rows[-1]
+    close(last[:6], [0.06, 1.5 + 0.18, 2, 1.25 + 0.0072, 0, -math.radians(36)], 1e-6, "it rises with its nose up")
+    done = make(case.sub("legs"), merged(old, {"Insects": {"KineFromFile": "simplified_dynamic"}}), 1, "--check", code=EXIT_USER)
+    mistakes = [line for line in done.err.splitlines() if line.startswith("run.ini:")]
+    check(len(mistakes) == 1 and "legs that push off" in mistakes[0], f"legs are refused by one message: {done.err}")
 
 
 def test_refused(case):

@@ -87,6 +87,23 @@ def test_sphere(case):
     check(max(map(abs, rows[-1][4:6])) < 1e-6, "and straight down")
 
 
+def test_carried_fluid(case):
+    """`unst_corrections = no`: the body and the fluid in its mask are moved by the weight of the body alone. Momentum of body and
+    flow is conserved, restart to the bit, not with another word."""
+    flow = {"iMeanFlow": None, **{f"iMeanFlow_{axis}": "free" for axis in "xyz"}}
+    ini = merged(SPHERE, {"Penalization": {"unst_corrections": "no"}, "MeanFlow": flow})
+    whole, parts = restarted(case, ini, ranks=2)
+    mass, volume, weight = 1.34, 27.0, -1.0
+    rows = [(a[0], mass * a[6] + volume * b[3]) for a, b in zip(whole.series("rigidsolidsolver.t").rows,
+                                                                whole.series("meanflow.t").rows)]
+    check(len(rows) == 17, "all steps")
+    for time, momentum in rows:
+        check(abs(momentum - weight * time) < 1e-7 * abs(weight * rows[-1][0]), f"{momentum} is not {weight * time}")
+    parts.write("run.ini", merged(ini, {"Penalization": {"unst_corrections": "yes"}, "Time": {"nt": 20}}))
+    done = parts.run("run.ini", "--restart", code=EXIT_USER)
+    check("unst_corrections" in done.err, f"the momentum of a body with its fluid is not that of the body: {done.err}")
+
+
 def test_repeat(case):
     """The states of a free flight, read back as BodyMotion = from_file::, are the same flight; FLUSI's motions run."""
     ini = merged(FREE, {"Time": {"dt_fixed": 5e-3}})
@@ -130,6 +147,9 @@ def test_mistakes(case):
         case.write("run.ini", merged(FREE, {section: {key: value}}))
         done = case.run("run.ini", "--check", code=EXIT_USER)
         check((key if key != "wing_mass" else "mass") in done.err, f"{key} is named: {done.err}")
+    case.write("run.ini", merged(FREE, {"Insects": {"Jxx": 60.0, "wing_mass": None}}))
+    done = case.run("run.ini", "--check")
+    check("Jxx: is that of wings that weigh" in done.err, f"wings of FLUSI's files that outweigh the insect have no mass: {done.err}")
     case.write("run.ini", merged(FREE, {"Insects": {"mass": 0.5, "J_body_yawpitchroll": "0.01 0.01 0.01", "wing_mass": 0}}))
     done = case.run("run.ini", code=EXIT_USER)
     check("cannot fly freely" in done.err, f"an insect that is lighter than what it displaces is refused: {done.err}")

@@ -126,6 +126,8 @@ contains
     call read_place(config, 'x_eye_l', file_unit, numbers%eyes(:, 1), errors)
     call read_place(config, 'x_eye_r', file_unit, numbers%eyes(:, 2), errors)
     numbers%span = config%get_real(SECTION, 'L_span')
+    if (config%get_word(SECTION, 'BodyType') == 'platicle' .and. numbers%span <= 0) &
+      call config%complain(errors, SECTION, 'L_span', 'is 0: platicle has this length')
     numbers%thickness = 4*grid%max_spacing()
     if (config%is_given(SECTION, 'WingThickness')) numbers%thickness = config%get_real(SECTION, 'WingThickness')
     numbers%eta = config%get_real(SECTION, 'eta0')*PI/180

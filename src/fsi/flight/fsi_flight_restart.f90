@@ -25,6 +25,7 @@ contains
       call writer%put_reals('flight_frame', body_numbers(flyer%carried%known(2)))
       call writer%put_reals('flight_masses', [flyer%params%mass, flyer%body%mass, flyer%params%inertia])
       call writer%put_real('flight_share', flyer%share)
+      if (flyer%params%carries_fluid) call writer%put_real('flight_carries_fluid', 1.0_rp)
       call writer%put_reals('flight_markers', [flyer%marker_force, flyer%marker_moment])
     end associate
   end subroutine save_flight
@@ -45,6 +46,9 @@ contains
       if (any(abs(x - [flyer%params%mass, flyer%body%mass, flyer%params%inertia]) > 1.0e-9_rp*x(1))) &
         call failure%raise('the checkpoint has an insect with another mass, wing mass or J_body_yawpitchroll: its momentum '// &
                            'would be another velocity')
+      if (reader%has('flight_carries_fluid') .neqv. flyer%params%carries_fluid) &
+        call failure%raise('the checkpoint has another [Penalization] unst_corrections: the momentum of its insect would be '// &
+                           'another velocity')
       call get('flight_displaced', N_MOMENTS)
       if (failure%failed) return
       flyer%displaced%mass = x(1)

@@ -8,6 +8,9 @@
 !>     d/dt (momentum of the insect - that of the displaced fluid, moving with it) = F_p + weight.
 !>
 !> The fluid loses what the left side gains. The weights in time are the same, so that the sum is conserved to round-off.
+!> FLUSI without its unsteady corrections leaves the second term out: the insect then carries the fluid in its mask along, as if
+!> it were as much heavier (`carries_fluid`). The sum of momenta is conserved in either way.
+!>
 !> The force of a slip s in the mask relaxes it as ds/dt = -s/C_eta/(1 - m_f/m) if the body is as free as the fluid in it:
 !> the explicit step must be shorter by 1 - m_f/m, the least of all motions (`least_share`). At the limit of AB2 its second
 !> root is -1, and the body would swing from step to step; with DAMPED of it the root is -0.74.
@@ -34,6 +37,7 @@ module fsi_flyer
     logical :: held(6) = .false. !< along x, y, z of space; about x, y, z of the body
     logical :: conditioner = .false. !< the forces of the flow begin smoothly
     real(rp) :: release = 0     !< everything is held until then, T
+    logical :: carries_fluid = .false. !< the fluid in the mask moves with the insect as if it were part of it
   contains
     procedure :: held_at => params_held_at
     procedure :: growth_at => params_growth_at

@@ -76,8 +76,9 @@ contains
     if (failure%failed) return
     associate (flyer => wings%flyer, grid => fluid%rhs%params%grid, state => fluid%rhs%state)
       if (.not. flyer%is_restored) then
-        flyer%displaced = displaced_moments(world, grid, fluid%transform%block, fluid%rhs%penalty, COLOR_BODY, &
-                                            wings%body%centre, wings%body%rotation%matrix)
+        if (.not. flyer%params%carries_fluid) &
+          flyer%displaced = displaced_moments(world, grid, fluid%transform%block, fluid%rhs%penalty, COLOR_BODY, &
+                                              wings%body%centre, wings%body%rotation%matrix)
         call flyer%state%start(wings%whole(state%time))
         call wings%motion%show(state%time, flyer%state%body())
         call flyer%carried%show(state%time, flyer%state%body())
@@ -93,7 +94,8 @@ contains
         call failure%raise('the insect cannot fly freely: [Insects] mass = '//number_text(flyer%params%mass)// &
                            ' and J_body_yawpitchroll against the fluid that body and wings displace in the mask, '// &
                            'with the mass '//number_text(flyer%params%mass - rest%mass)//', leave '//number_text(flyer%share)// &
-                           ' of the inertia; valid: more than '//number_text(SMALLEST_SHARE))
+                           ' of the inertia; valid: more than '//number_text(SMALLEST_SHARE)//'. With [Penalization] '// &
+                           'unst_corrections = no the insect carries this fluid along, as in FLUSI')
         return
       end if
       fluid%rhs%params%time_share = DAMPED*flyer%share

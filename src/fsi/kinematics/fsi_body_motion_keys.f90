@@ -6,6 +6,7 @@ module fsi_body_motion_keys
   use base_text, only: BLANKS, count_words, number_text, parse_reals
   use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
   use fsi_kinematics, only: body_t
+  use fsi_wing_motion_table, only: read_body_states
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_shared_text, only: read_named_text
@@ -14,7 +15,7 @@ module fsi_body_motion_keys
   private
   public :: register_body_motion_keys, read_body_motion, read_flight_table
 
-  character(*), parameter :: SECTION = 'Insects', TABLE_WORD = 'from_file::'
+  character(*), parameter :: SECTION = 'Insects', TABLE_WORD = 'from_file::', LOADER_WORD = 'kinematics_loader::'
   integer, parameter :: COLUMNS = 14
   real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< of a quaternion in a table that has digits enough
 
@@ -26,14 +27,18 @@ contains
     character(:), allocatable :: words
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
-    words = 'tethered|fixed|fixed45|forward|hovering|x0y0z0|flapper|free_flight'
+    words = 'tethered|fixed|fixed45|forward|hovering|x0y0z0|flapper|free_flight|takeoff'
     do i = 1, size(SWINGING_WORDS)
       words = words//'|'//trim(SWINGING_WORDS(i))
     end do
-    call registry%add_word(SECTION, 'BodyMotion', 'tethered', words//'|'//TABLE_WORD//'*', &
+    call registry%add_word(SECTION, 'BodyMotion', 'tethered', words//'|'//TABLE_WORD//'*|'// &
+                           LOADER_WORD//'*', &
                            'motion of the body: at rest (the six words after tethered are places and attitudes of early '// &
-                           'versions of FLUSI), free, swinging as in FLUSI, or as in a rigidsolidsolver.t '// &
-                           '(docs/free-flight.md)', unbuilt='takeoff|command-line*')
+                           'versions of FLUSI), free, swinging as in FLUSI, as in a rigidsolidsolver.t, or the pitch and '// &
+                           'way from x0 of a kinematics_loader table (docs/free-flight.md)', unbuilt='command-line*')
+    call registry%add_text(SECTION, 'KineFromFile', 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
+    call registry%add_real(SECTION, 'x_takeoff', 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
+    call registry%add_real(SECTION, 'z_takeoff', 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')
     call registry%add_reals(SECTION, 'v0', ZERO, 'velocity of the body at the start', unit='L/T', length=3)
   end subroutine register_body_motion_keys
 
@@ -48,7 +53,7 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
     character(:), allocatable :: word, path, text, problem
-    integer :: errors_before
+    integer :: errors_before, begin
     word = config%get_word(SECTION, 'BodyMotion')
     motion%centre = body%centre
     motion%angles = body%angles
@@ -59,16 +64,24 @@ contains
     motion%word = word
     if (all(word /= [character(12) :: 'free_flight', 'yawpitchroll']) .and. norm2(motion%velocity) > 0) &
       call config%complain(notices, SECTION, 'v0', 'is of no effect with BodyMotion = '//word)
-    if (index(word, TABLE_WORD) /= 1) return
+    if (word == 'takeoff') call config%complain(errors, SECTION, 'BodyMotion', &
+      'is takeoff with KineFromFile = '//config%get_text(SECTION, 'KineFromFile')//'; FLUSI''s legs that push off are '// &
+      'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
+    if (index(word, '::') == 0) return
+    begin = index(word, '::') + 2
     motion%word = 'table'
-    call read_named_text(word(len(TABLE_WORD) + 1:), ini, path, text, problem, world)
+    call read_named_text(word(begin:), ini, path, text, problem, world)
     if (allocated(problem)) then
       call config%complain(errors, SECTION, 'BodyMotion', problem)
       motion%word = 'tethered'
       return
     end if
     errors_before = errors%count()
-    call read_flight_table(text, path, motion%table, errors)
+    if (index(word, LOADER_WORD) == 1) then
+      call read_body_states(text, path, motion%centre, motion%table, errors)
+    else
+      call read_flight_table(text, path, motion%table, errors)
+    end if
     if (errors%count() > errors_before) then
       motion%word = 'tethered'
     else if (motion%table(1, 1) > 0 .or. motion%table(1, size(motion%table, 2)) < t_end) then

@@ -41,10 +41,11 @@ contains
            'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and y (left)', unit='degree')
     do i = 1, 2
       call registry%add_word(SECTION, 'FlappingMotion_'//trim(SIDES(i)), 'none', &
-                             NAMED_MOTIONS//'|'//FILE_WORD//'*|'//TABLE_WORD//'*|from_file|kinematics_loader', &
+                             NAMED_MOTIONS//'|'//FILE_WORD//'*|'//TABLE_WORD//'*|from_file|from_file_hermite|kinematics_loader|'// &
+                             'takeoff', &
                              'motion of the '//trim(SIDES(i))//' wing: one of FLUSI''s by name (docs/kinematics.md), '// &
                              'series of [kinematics], table, the file that infile names, or none (alpha = 45 degrees, '// &
-                             'at rest)', unbuilt='command-line*|takeoff')
+                             'at rest)', unbuilt='command-line*')
     end do
     call registry%add_text(SECTION, 'infile', 'none', 'file of a motion that is given as from_file or kinematics_loader')
     call registry%add_reals(SECTION, 'init_alpha_phi_theta', ZERO, 'the first is minus the angle alpha of '// &
@@ -112,7 +113,7 @@ contains
     integer, intent(in) :: wing
     character(:), allocatable :: path
     path = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
-    if (any(path == [character(17) :: 'from_file', 'kinematics_loader'])) then
+    if (any(path == [character(17) :: 'from_file', 'from_file_hermite', 'kinematics_loader'])) then
       path = config%get_text(SECTION, 'infile')
     else if (index(path, '::') > 0) then
       path = path(index(path, '::') + 2:)
@@ -135,6 +136,11 @@ contains
     resting = config%get_reals(SECTION, 'init_alpha_phi_theta')*(PI/180)
     call set_named_motion(word, resting(1), motion, known)
     if (known) return
+    if (word == 'takeoff') then
+      if (config%get_word(SECTION, 'BodyMotion') /= 'takeoff') call config%complain(errors, SECTION, &
+        'FlappingMotion_'//trim(SIDES(wing)), 'is takeoff; valid: KineFromFile = yes beside it, or another motion')
+      return ! why the take-off of the body cannot be has been reported
+    end if
     if (index(word, TABLE_WORD) == 1 .or. word == 'kinematics_loader') then
       call read_motion_table(text, name, motion, errors)
     else

@@ -2,13 +2,15 @@
 !> Reads FLUSI's kinematics files: [kinematics] with Fourier or Hermite coefficients of the three angles
 !> of a wing (see `fsi_wing_motion_series`), one cycle of period 1.
 !>
-!> convention = flusi: all angles right-handed, theta > 0 is down; SISC: theta > 0 is up.
+!> convention = flusi: all angles right-handed, theta > 0 is down; SISC: theta > 0 is up. Files without a section are read as
+!> those of before 2015 (fsi_wing_motion_list).
 module fsi_wing_motion_file
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text, to_lower
   use fsi_wing_motion, only: wing_motion_t
+  use fsi_wing_motion_list, only: read_motion_list
   use fsi_wing_motion_series, only: angle_series_t
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -68,8 +70,7 @@ contains
     real(rp) :: unit, upward
     integer :: i
     if (index(text, '['//SECTION//']') == 0 .and. index(text, '=') == 0) then
-      call errors%add(name//': has no section ['//SECTION//']; kinematics files from before 2015 cannot be read: '// &
-                      'put the coefficients into a [kinematics] section (docs/kinematics.md)')
+      call read_motion_list(text, name, motion, errors)
       return
     end if
     call register_motion_keys(registry)

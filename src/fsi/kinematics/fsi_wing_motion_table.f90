@@ -8,16 +8,18 @@
 !>
 !> Degrees; theta is positive upwards, opposite to FLUSI's internal angle. Time becomes t/T, so only the
 !> ratio matters. Between rows each angle is a cubic, whose own derivatives count: FLUSI interpolates the
-!> rates a second time, so that they are not those of the angles. The body columns are read and not used.
+!> rates a second time, so that they are not those of the angles. The columns of the body are for
+!> [Insects] BodyMotion = kinematics_loader::.
 module fsi_wing_motion_table
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: BLANKS, count_words, number_text, parse_integer, parse_real, parse_reals
+  use fsi_quaternion, only: attitude_of
   use fsi_wing_motion, only: wing_motion_t
   implicit none
   private
-  public :: read_motion_table
+  public :: read_motion_table, read_body_states
 
   integer, parameter :: COLUMNS = 13
   integer, parameter :: MOST_MISTAKES = 10 !< after that the rest of the table is not read
@@ -32,10 +34,10 @@ contains
     type(wing_motion_t), intent(inout) :: motion
     type(message_list_t), intent(inout) :: errors
     real(rp), allocatable :: rows(:, :), x(:)
-    real(rp) :: period
+    real(rp) :: period, length
     integer :: n_before
     n_before = errors%count()
-    call read_rows(text, name, period, rows, errors)
+    call read_rows(text, name, period, length, rows, errors)
     if (errors%count() > n_before) return
     associate (slope => period*PI/180, degree => PI/180)
       x = rows(1, :)/period
@@ -45,9 +47,32 @@ contains
     end associate
   end subroutine read_motion_table
 
-  subroutine read_rows(text, name, period, rows, errors)
+  !> The states (14, n) of the body in the same table: time in cycles; centre, `start` and horz/R along x, vert/R along z; its
+  !> velocity; the quaternion of the pitch, which here is positive nose down and in the table nose up; angular velocity in the body.
+  subroutine read_body_states(text, name, start, states, errors)
     character(*), intent(in) :: text, name
-    real(rp), intent(out) :: period
+    real(rp), intent(in) :: start(3) !< L
+    real(rp), allocatable, intent(out) :: states(:, :)
+    type(message_list_t), intent(inout) :: errors
+    real(rp), allocatable :: rows(:, :)
+    real(rp) :: period, length
+    integer :: n_before, i
+    n_before = errors%count()
+    call read_rows(text, name, period, length, rows, errors)
+    if (errors%count() > n_before) return
+    allocate (states(14, size(rows, 2)), source=0.0_rp)
+    states(1, :) = rows(1, :)/period
+    do i = 1, size(rows, 2)
+      states(2:4, i) = start + [rows(7, i), 0.0_rp, rows(6, i)]/length
+      states(5:7, i) = [rows(13, i), 0.0_rp, rows(12, i)]*(period/length)
+      states(8:11, i) = attitude_of(0.0_rp, -PI/180*rows(5, i), 0.0_rp)
+      states(13, i) = -PI/180*rows(11, i)*period
+    end do
+  end subroutine read_body_states
+
+  subroutine read_rows(text, name, period, length, rows, errors)
+    character(*), intent(in) :: text, name
+    real(rp), intent(out) :: period, length
     real(rp), allocatable, intent(out) :: rows(:, :)
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: content, place, problem
@@ -56,6 +81,7 @@ contains
     logical :: found
     n_before = errors%count()
     period = 1
+    length = 1
     n = 0
     n_read = 0 ! lines with numbers, header included
     position = 1
@@ -71,6 +97,7 @@ contains
         call parse_real(content, header, problem)
         if (.not. allocated(problem) .and. header <= 0) problem = number_text(header)//' is not positive'
         if (n_read == 1 .and. .not. allocated(problem)) period = header
+        if (n_read == 2 .and. .not. allocated(problem)) length = header
         if (allocated(problem)) call errors%add(place//trim(merge('period     ', 'wing length', n_read == 1))// &
                                                 ': '//problem//'; valid: a real > 0')
       case (3)

@@ -87,7 +87,6 @@ contains
     call registry%add_switch(SECTION, 'wing_fsi', .false., 'passive wing', unbuilt='a passively rotating wing')
     call registry%add_real(SECTION, 'body_pitch_const', 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
     call registry%add_real(SECTION, 'eta_stroke', 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
-    call registry%add_inert(SECTION, 'KineFromFile', 'old name of the file of a motion')
     call registry%add_inert(SECTION, 'mass_solid', 'free flight')
     call registry%add_inert(SECTION, 'gravity_*', 'other names of gravity')
     call registry%add_inert(SECTION, 'pointcloudfile', 'wing given by a cloud of points')

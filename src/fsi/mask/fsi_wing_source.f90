@@ -40,7 +40,7 @@ contains
     call registry%add_length(SECTION, 'wing_edge', 'max(dx, 1/40 of the wing)', &
                              'edge length of the triangles made from a planform', unit='L', above=0.0_rp)
     call registry%add_length(SECTION, 'L_span', '1.0', 'WingShape = rectangular, TwoEllipses, mosquito_iams: from hinge '// &
-                             'to tip; BodyType = platicle: its extent along x', unit='L', above=0.0_rp)
+                             'to tip; BodyType = platicle: its extent along x', unit='L', min=0.0_rp)
     call registry%add_length(SECTION, 'b_top', '0.0', 'WingShape = rectangular, TwoEllipses: chord before the axis', &
                              unit='L', min=0.0_rp)
     call registry%add_length(SECTION, 'b_bot', '0.0', 'WingShape = rectangular, TwoEllipses: chord behind the axis', &
@@ -167,6 +167,10 @@ contains
       if (any(word == [character(11) :: 'rectangular', 'TwoEllipses']) .and. numbers%front + numbers%back <= 0) then
         call config%complain(errors, SECTION, 'b_bot', 'is missing: '//word//' has a chord of b_top + b_bot')
         numbers%back = 1
+      end if
+      if (any(word == [character(13) :: 'rectangular', 'TwoEllipses', 'mosquito_iams']) .and. numbers%span <= 0) then
+        call config%complain(errors, SECTION, 'L_span', 'is 0: '//word//' has this length')
+        numbers%span = 1
       end if
       call make_named_wing(word, numbers, 1.0_rp, 0.0_rp, planform, solid)
       factor = 1

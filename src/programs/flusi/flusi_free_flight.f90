@@ -8,7 +8,7 @@ module flusi_free_flight
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG
   use fsi_flight_params, only: flight_params_t
-  use fsi_moments, only: moments_of_points
+  use fsi_moments, only: moments_of_points, moments_t
   use io_config, only: config_t
   use io_series_read, only: read_series
   use io_units, only: unit_scales_t
@@ -35,8 +35,12 @@ contains
     type(coupler_params_t), intent(inout) :: coupler
     type(message_list_t), intent(inout) :: errors, notices
     real(rp) :: wings
-    integer :: i
     if (.not. flight%flyer%is_free) return
+    if (config%is_given('Penalization', 'unst_corrections')) then
+      flight%flyer%carries_fluid = .not. config%get_switch('Penalization', 'unst_corrections')
+      if (flight%flyer%carries_fluid) call config%complain(notices, 'Penalization', 'unst_corrections', &
+        'is no: the insect carries the fluid in its mask along, as in FLUSI, as if it were as much heavier')
+    end if
     if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
       'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
     if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
@@ -52,11 +56,17 @@ contains
     else
       if (has_file .and. setup%has_mass .and. units_given .and. .not. config%is_given(SECTION, 'wing_mass') .and. &
           .not. config%is_given(SECTION, 'Jxx')) call take_masses(setup, units, flight)
-      do i = 1, size(flight%wings)
-        wings = wings + flight%wings(i)%moments%mass
-        if (.not. abs(flight%wings(i)%moments%mass) > 0 .and. i == 1) &
-          call notices%add('[Insects] wing_mass: the wings of this free flight have no mass, as in FLUSI')
-      end do
+      wings = mass_of_wings(flight)
+      if (.not. config%is_given(SECTION, 'wing_mass') .and. config%is_given(SECTION, 'Jxx') .and. &
+          flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) then
+        call config%complain(notices, SECTION, 'Jxx', 'is that of wings that weigh '//number_text(wings)//', more than '// &
+                             'the insect: it counts for their power, and in the flight they have no mass, as in FLUSI; '// &
+                             'wing_mass gives them one')
+        call drop_masses(flight)
+        wings = 0
+      else if (size(flight%wings) > 0 .and. .not. wings > 0) then
+        call notices%add('[Insects] wing_mass: the wings of this free flight have no mass, as in FLUSI')
+      end if
     end if
     if (flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) &
       call config%complain(errors, SECTION, 'mass', 'is that of the insect with its wings, which alone have '// &
@@ -64,6 +74,24 @@ contains
     call notice_weight(config, flight, notices)
     call notice_way(config, fluid, flight, notices)
   end subroutine check_free_flight
+
+  pure real(rp) function mass_of_wings(flight) result(mass)
+    type(flight_params_t), intent(in) :: flight
+    integer :: i
+    mass = 0
+    do i = 1, size(flight%wings)
+      mass = mass + flight%wings(i)%moments%mass
+    end do
+  end function mass_of_wings
+
+  subroutine drop_masses(flight)
+    type(flight_params_t), intent(inout) :: flight
+    type(moments_t) :: nothing
+    integer :: i
+    do i = 1, size(flight%wings)
+      flight%wings(i)%moments = nothing
+    end do
+  end subroutine drop_masses
 
   !> Rigid wings with the mass of every point of [Wing].
   subroutine take_masses(setup, units, flight)

@@ -21,8 +21,8 @@ contains
 
   subroutine register_dead_keys(registry)
     type(registry_t), intent(inout) :: registry
-    character(10), parameter :: TAKE_OFF(8) = [character(10) :: 'x_takeoff', 'z_takeoff', 'ilegs', 'anglegsend', &
-                                               'kzlegsmax', 'dzlegsmax', 't0legs', 'tlinlegs']
+    character(10), parameter :: TAKE_OFF(6) = [character(10) :: 'ilegs', 'anglegsend', 'kzlegsmax', 'dzlegsmax', &
+                                               't0legs', 'tlinlegs']
     integer :: i
     call registry%add_inert('Time', 'itdrag', 'stands in [Saving]')
     call registry%add_inert('Time', 'tstart', 'belongs to the dry run of the mask')

@@ -26,6 +26,7 @@ contains
     call translate_flexible_wing(config, notices)
     if (.not. config%is_given('Insects', 'x0')) &
       call config%settle('Insects', 'x0', numbers(box_of(config)/2), 'the centre of the box')
+    call translate_take_off(config, notices)
     call translate_pose(config, notices)
     if (config%get_switch('DryRun', 'dry_run_without_fluid') .and. config%get_word('Insects', 'surface') == 'auto') &
       call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
@@ -51,7 +52,8 @@ contains
     type(message_list_t), intent(inout) :: notices
     character(:), allocatable :: word, coupling
     word = config%get_word('Time', 'iTimeMethodFluid')
-    if (word == 'AB2_rigid_solid' .and. config%get_word('Insects', 'BodyMotion') == 'free_flight') &
+    if (word == 'AB2_rigid_solid' .and. any(config%get_word('Insects', 'BodyMotion') == &
+                                            [character(11) :: 'free_flight', 'takeoff'])) &
       call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
     if (index(word, 'FSI_') /= 1) return
     coupling = 'weak'
@@ -62,6 +64,32 @@ contains
     call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
     call config%settle(F, 'coupling', coupling, 'as [Time] iTimeMethodFluid = '//word)
   end subroutine translate_scheme
+
+  !> FLUSI's take-off with the pitch, the way and the wings of a table.
+  subroutine translate_take_off(config, notices)
+    type(config_t), intent(inout) :: config
+    type(message_list_t), intent(inout) :: notices
+    character(:), allocatable :: motion, key
+    character(5), parameter :: SIDES(2) = ['left ', 'right']
+    real(rp) :: place(3)
+    integer :: i
+    if (config%get_text('Insects', 'KineFromFile') /= 'yes') return
+    motion = 'kinematics_loader::data_kin.dat'
+    if (config%is_given('Insects', 'infile')) motion = 'kinematics_loader::'//config%get_text('Insects', 'infile')
+    do i = 1, 2
+      key = 'FlappingMotion_'//trim(SIDES(i))
+      if (config%get_word('Insects', key) == 'takeoff') call config%settle('Insects', key, motion, 'as takeoff')
+    end do
+    if (config%get_word('Insects', 'BodyMotion') /= 'takeoff') return
+    place = box_of(config)/2
+    place(1) = config%get_real('Insects', 'x_takeoff')
+    place(3) = config%get_real('Insects', 'z_takeoff')
+    call config%settle('Insects', 'BodyMotion', motion, 'as takeoff')
+    call config%settle('Insects', 'x0', numbers(place), 'as BodyMotion = takeoff')
+    call config%settle('Insects', 'eta0', number_text(config%get_real('Insects', 'eta_stroke')), 'as BodyMotion = takeoff')
+    call config%complain(notices, 'Insects', 'BodyMotion', 'takeoff is read as '//motion//', x0 = '//numbers(place)// &
+                         ', eta0 = eta_stroke')
+  end subroutine translate_take_off
 
   !> Bodies that are held still, with the place, attitude and stroke plane that the name stands for.
   subroutine translate_pose(config, notices)

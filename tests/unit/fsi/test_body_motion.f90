@@ -8,6 +8,7 @@ program test_body_motion
   use fsi_body_motion_keys, only: read_flight_table
   use fsi_kinematics, only: body_t
   use fsi_quaternion, only: attitude_of
+  use fsi_wing_motion_table, only: read_body_states
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = new_line('a')
@@ -16,6 +17,7 @@ program test_body_motion
   call kit%start(parallel=.false.)
   call check_words(kit)
   call check_table(kit)
+  call check_loader(kit)
   call check_known(kit)
   call kit%finish()
 
@@ -107,6 +109,42 @@ contains
     call read_flight_table('0 0 0 0 0 0 0 1 1 0 0 0 0 0'//NL//'1 0 0 0 0 0 0 1 0 0 0 0 0 0'//NL, 'bad.t', motion%table, errors)
     call kit%check('a short row, a time that stands and a quaternion of another length are refused', errors%count() == 3)
   end subroutine check_table
+
+  !> A take-off in a table of FLUSI: horz and vert are cubics of time, the pitch is one, too.
+  subroutine check_loader(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(body_motion_t) :: motion
+    type(body_t) :: body
+    type(message_list_t) :: errors
+    character(:), allocatable :: text
+    character(400) :: row
+    real(rp), parameter :: PERIOD = 4, LENGTH = 2, START(3) = [2.0_rp, 1.5_rp, 0.86_rp]
+    real(rp) :: t, error(2)
+    integer :: i
+    text = '4'//NL//'2'//NL//'11'//NL
+    do i = 0, 10
+      t = 0.8_rp*i
+      write (row, '(13es24.16)') t, 0.0_rp, 0.0_rp, 0.0_rp, 5 + 2*t + 0.9_rp*t**2, 0.5_rp*t**2, t**3 - t, &
+        0.0_rp, 0.0_rp, 0.0_rp, 2 + 1.8_rp*t, t, 3*t**2 - 1
+      text = text//trim(row)//NL
+    end do
+    call read_body_states(text, 'data_kin.dat', START, motion%table, errors)
+    motion%word = 'table'
+    call kit%check('a take-off is read', errors%count() == 0)
+    error = 0
+    do i = 0, 40
+      t = 0.2_rp*i
+      body = motion%at(t/PERIOD, body_t())
+      error(1) = max(error(1), norm2(body%centre - START - [t**3 - t, 0.0_rp, 0.5_rp*t**2]/LENGTH), &
+                     norm2(body%velocity - [3*t**2 - 1, 0.0_rp, t]*PERIOD/LENGTH))
+      error(2) = max(error(2), maxval(abs(body%angles + [0.0_rp, 5 + 2*t + 0.9_rp*t**2, 0.0_rp]*PI/180)))
+    end do
+    ! The largest coordinate is 254; speeds are 4 times as large as their rounding.
+    call kit%check_below('cubics of the way are exact', error(1), 1.0e-12_rp)
+    ! h^4/384 of the fourth derivative of the quaternion, 3e-3 where the pitch is fastest, with h = 0.8; twice that as an angle.
+    call kit%check_below('nose up is a negative pitch, to fourth order', error(2), 7.0e-6_rp)
+    call check_derivatives(kit, motion, 'take-off', 0.93_rp, 2.0e-3_rp)
+  end subroutine check_loader
 
   !> A body that swings, and whose centre goes along a wave.
   function curve(swing, t) result(body)

@@ -25,6 +25,7 @@ program test_kinematics_files
 
   call kit%start(parallel=.false.)
   call check_meaning(kit)
+  call check_old_files(kit)
   call check_file_mistakes(kit)
   call check_table_meaning(kit)
   call check_table_mistakes(kit)
@@ -80,6 +81,29 @@ contains
                                            'k.ini:3: [kinematics] a0_phi: has no effect with type=hermite, as in FLUSI')
   end subroutine check_meaning
 
+  !> Files of before 2015: numbers in a fixed order.
+  subroutine check_old_files(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(wing_motion_t) :: motion, named
+    type(message_list_t) :: errors, notices
+    type(angle_t) :: phi, alpha, theta
+    character(*), parameter :: COUNTS = '% a comment'//NL//'2 % nfft_phi'//NL//'0'//NL//'1 # nfft_theta'//NL
+    integer :: i
+    call read_series(COUNTS//'1d1'//NL//'60 1'//NL//'%---'//NL//'0 -2'//NL//'90'//NL//'4'//NL//'5'//NL//'0', motion, &
+                     errors, notices)
+    call kit%check('a Fourier file of before 2015', errors%count() == 0)
+    call read_series(FOURIER//SERIES, named, errors, notices)
+    do i = 0, 3
+      call kit%check_below('is the same motion as with names', &
+                           maxval(abs(degrees(motion, 0.23_rp*i) - degrees(named, 0.23_rp*i))), 1.0e-12_rp)
+    end do
+    call read_series('2 1 1'//NL//'1 2'//NL//'10 -20'//NL//'3 0'//NL//'4 7'//NL, motion, errors, notices)
+    call kit%check('a Hermite file of before 2015', errors%count() == 0)
+    call motion%evaluate(1.5_rp, phi, alpha, theta)
+    call kit%check_below('its values and slopes at t = 3/2', maxval(abs([phi%value, phi%rate, alpha%value, theta%value, &
+                                           theta%rate]*180/PI - [2.0_rp, -20.0_rp, 3.0_rp, 4.0_rp, -3.5_rp])), 1.0e-12_rp)
+  end subroutine check_old_files
+
   function hermite_ones() result(text)
     character(:), allocatable :: text
     text = 'nfft_phi=1;'//NL//'ai_phi=1;'//NL//'bi_phi=0;'//NL//'nfft_alpha=1;'//NL//'ai_alpha=1;'//NL// &
@@ -116,7 +140,10 @@ contains
     type(wing_motion_t) :: motion
     type(message_list_t) :: errors, notices
     character(*), parameter :: ALPHA_THETA = 'nfft_alpha=0;'//NL//'nfft_theta=0;'//NL
-    call expect(kit, '10'//NL//'0.3 0.1 0.2'//NL, 'k.ini: has no section [kinematics]; kinematics files from before 2015')
+    call expect(kit, '10'//NL//'0.3 0.1 0.2'//NL, 'k.ini: has no section [kinematics], and as a file of before 2015 begins')
+    call expect(kit, '1 x 0', 'k.ini: has no section [kinematics], and as a file of before 2015 column 2: ''x''')
+    call expect(kit, '1 0 0'//NL//'3 4 5', 'k.ini: has no section [kinematics], and as a file of before 2015 it has 6 numbers; '// &
+                'valid: 8 for Fourier, 5 for Hermite series of 1, 0 and 0 coefficients')
     call expect(kit, '[kinematics]'//NL//SERIES, 'k.ini: [kinematics] type: is missing; valid: fourier')
     call expect(kit, '[kinematics]'//NL//'type=spline;'//NL//SERIES, &
                 'k.ini:2: [kinematics] type: ''spline'' is unknown')
