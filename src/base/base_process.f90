@@ -6,7 +6,7 @@ module base_process
   implicit none
   private
   public :: exit_with, is_terminal, environment_value, wall_seconds, epoch_seconds, launched_rank, process_id
-  public :: host_name, process_birth, random_word, date_and_clock
+  public :: host_name, process_birth, random_word, date_and_clock, peak_memory
 
   interface
     subroutine c_exit(code) bind(c, name='exit')
@@ -99,6 +99,24 @@ contains
       close (unit)
     end subroutine read_line
   end function process_birth
+
+  !> The most memory that this process has had so far [byte]; 0 if this system does not tell (it has no /proc).
+  integer(i8) function peak_memory() result(bytes)
+    character(200) :: line
+    integer :: unit, status
+    bytes = 0
+    open (newunit=unit, file='/proc/self/status', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(1:6) /= 'VmHWM:') cycle
+      read (line(7:), *, iostat=status) bytes ! in units of 1024 bytes
+      bytes = 1024*bytes
+      exit
+    end do
+    close (unit)
+  end function peak_memory
 
   !> A number that no other call on any machine returns, as far as chance allows.
   integer(i8) function random_word() result(word)

@@ -5,6 +5,7 @@ module flusi_report
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
   use base_constants, only: PI
   use base_kinds, only: rp, i8
+  use base_process, only: peak_memory
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_NAMES
   use fluid_solver, only: fluid_t
@@ -214,7 +215,7 @@ contains
     integer, intent(in) :: whole !< region that covers the run
     type(fluid_t), intent(in) :: fluid
     type(flapping_wings_t), intent(in), optional :: wings
-    real(rp) :: exchange(1), busy(1), sums(2)
+    real(rp) :: exchange(1), peak(1), busy(1), sums(2)
     integer(i8) :: bytes, messages
     call report_timers(world, timers, whole, output_unit)
     exchange(1) = fluid%transform%traffic%seconds
@@ -224,6 +225,10 @@ contains
     if (world%is_root .and. fluid%rhs%params%transform == 'builtin') &
       write (output_unit, '(a,f0.2,a,f0.3,a,i0,a)') 'of the time steps, exchanges between ranks took at most ', &
       exchange(1), ' s on a rank: ', real(bytes, rp)/1.0e9_rp, ' GB in ', messages, ' messages'
+    peak = real(peak_memory(), rp)/1.0e6_rp
+    call world%max_reals(peak)
+    if (world%is_root .and. peak(1) > 0) write (output_unit, '(a,f0.1,a)') 'memory    ', peak(1), &
+      ' MB at most on a rank, programs and libraries included'
     if (.not. present(wings)) return
     busy = wings%seconds
     call world%max_reals(busy)
