@@ -50,6 +50,8 @@ contains
     beam%n_observations = n*28
     beam%n_baseline = N_BASE
     beam%n_nuisances = 3*n
+    beam%nuisance_kind = [(1, l=1, 3*n)]
+    beam%nuisance_names = ['tilts of scans']
     beam%n_patterns = 4*N_BUMPS
     allocate (beam%load(4, n), beam%labels%fold(n), beam%labels%level(n), beam%labels%order(n), beam%labels%hold(n), &
               beam%labels%moment(n), beam%labels%twin(n), beam%hidden(STATIONS), &
@@ -201,6 +203,7 @@ contains
                      self%tilt_sd*(tilt(3*l - 2) + tilt(3*l - 1)*self%labels%place(1, k) &
                                    + tilt(3*l)*self%labels%place(2, k))
     end do
+    self%labels%observed = self%data
     self%hidden = 0
     self%hidden_twist = 0
   end subroutine beam_observe

@@ -286,11 +286,11 @@ contains
     call d%whitener%apply_one(residuals)
     beam%labels%observed = beam%data
     call d%whitener%apply_one(beam%labels%observed)
-    call question_residuals(beam%labels, residuals, beam%labels%observed, N_BASE, 1.0_rp, questions)
+    call question_residuals(beam%labels, residuals, beam%labels%observed, N_BASE, 1.0_rp, 0, questions)
     do i = 1, size(questions)
       if (questions(i)%name == 'sign') exit
     end do
-    call check(questions(i)%p < 0.01_rp, 'the residuals depend on the sign of the force')
+    call check(questions(i)%p() < 0.01_rp, 'the residuals depend on the sign of the force')
     call beam%observe(q0, beam%sigma, 700002)
     beam%data = cshift(beam%data, 28)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
