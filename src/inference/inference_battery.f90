@@ -2,13 +2,15 @@
 !> Plain questions to the residuals of the baseline, each with a statistic, its p if the baseline is true, and a
 !> sentence.
 !>
-!> Residuals are whitened. With g the whitened response to each load, a = g r/(g g) is by how much of itself a
-!> response is too large, with the sd 1/|g|; its slopes against the level, the order and so on are tested by weighted
-!> regression. The fitted parameters are not accounted for, which makes p a little too large. `combined_log_p` makes one p of
-!> all that take part in a verdict.
+!> Residuals are whitened. Whether responses to loads are too large in proportion to x, the level or the order for instance, is
+!> asked with the direction in which they then are: response times x, whitened, without what the baseline and one factor for
+!> all responses imitate of it. The residuals along it have the sd 1, whatever errors loads have in common. Elsewhere the
+!> fitted parameters are not accounted for, which makes p a little too large. `combined_log_p` makes one p of all that take
+!> part in a verdict.
 module inference_battery
   use base_kinds, only: rp
   use base_text, only: number_text
+  use inference_design, only: design_t
   use inference_distributions, only: log_chi2_tail, log_f_tail
   use inference_simulator, only: labels_t
   implicit none
@@ -28,24 +30,20 @@ module inference_battery
 
 contains
 
-  !> residuals(n) and responses(n), whitened with a noise of which `scale` is the estimated over the declared variance. The
+  !> residuals(n), whitened as the design does, with a noise of which `scale` is the estimated over the declared variance. The
   !> variance of the whitening is known with so many degrees of freedom from elsewhere, the scatter of pixels for instance;
   !> huge: it is believed; 0: it may be wrong.
-  subroutine question_residuals(labels, residuals, responses, n_fitted, scale, noise_freedom, questions)
+  subroutine question_residuals(labels, design, residuals, n_fitted, scale, noise_freedom, questions)
     type(labels_t), intent(in) :: labels
-    real(rp), intent(in) :: residuals(:), responses(:), scale
+    type(design_t), intent(in) :: design
+    real(rp), intent(in) :: residuals(:), scale
     integer, intent(in) :: n_fitted, noise_freedom
     type(question_t), allocatable, intent(out) :: questions(:)
-    real(rp), allocatable :: excess(:), weight(:)
-    integer :: l, n
+    integer :: n
     n = size(labels%fold)
-    allocate (questions(0), excess(n), weight(n))
+    allocate (questions(0))
     call ask_chi2(residuals, n_fitted, noise_freedom, questions)
     call ask_neighbours(labels, residuals, questions)
-    do l = 1, n
-      weight(l) = sum(responses**2, mask=labels%surface == l)/scale
-      excess(l) = -sum(responses*residuals, mask=labels%surface == l)/scale/max(weight(l), tiny(1.0_rp))
-    end do
     call ask_slope('level', abs(labels%level), 'with the size of the force', spread(.true., 1, n))
     call ask_slope('sign', sign(1.0_rp, labels%level), 'with the sign of the force', spread(.true., 1, n))
     call ask_slope('order', labels%order, 'with the order of the measurements', labels%order > 0)
@@ -62,14 +60,19 @@ contains
       character(*), intent(in) :: name, words
       real(rp), intent(in) :: x(:)
       logical, intent(in) :: is_known(:)
-      real(rp) :: w(size(x)), mean, about, slope, square
-      w = merge(weight, 0.0_rp, is_known)
-      if (.not. all(is_known) .or. .not. sum(w) > 0) return
-      mean = sum(w*x)/sum(w)
-      about = sum(w*excess)/sum(w)
-      square = sum(w*(x - mean)**2)
-      if (.not. square > 1.0e-12_rp*sum(w*x**2)) return
-      slope = sum(w*(x - mean)*(excess - about))/sqrt(square)
+      real(rp), parameter :: SEEN = 1.0e-3_rp ! sd that the whole response makes beside the baseline, times its variation
+      real(rp) :: both(size(residuals), 2), slope, length
+      if (.not. all(is_known) .or. .not. allocated(labels%observed)) return
+      if (.not. maxval(x) - minval(x) > 1.0e-6_rp*maxval(abs(x))) return
+      both(:, 1) = labels%observed
+      both(:, 2) = labels%observed*((x(labels%surface) - sum(x)/size(x))/maxval(abs(x)))
+      call design%whitener%apply(both)
+      both = design%beside_baseline(both)
+      length = sum(both(:, 1)**2)
+      if (length > 0) both(:, 2) = both(:, 2) - both(:, 1)*(sum(both(:, 1)*both(:, 2))/length)
+      length = norm2(both(:, 2))
+      if (.not. length > SEEN) return
+      slope = -sum(both(:, 2)*residuals)/length/sqrt(scale)
       call append(questions, name, slope, log_chi2_tail(slope**2, 1), &
                   'measured deflections grow '//trim(merge('more', 'less', slope > 0))//' than computed ones '//words, &
                   'deflections do not depart from the model '//words)

@@ -24,16 +24,12 @@ contains
     integer, intent(in) :: noise_freedom
     type(question_t), allocatable, intent(out) :: questions(:)
     real(rp) :: residuals(simulator%n_observations), nothing(simulator%n_observations, 0)
-    real(rp) :: responses(simulator%n_observations)
     logical :: is_valid
     call simulator%evaluate(fitted%q, [integer ::], residuals, nothing, is_valid)
     allocate (questions(0))
     if (.not. is_valid) return
-    responses = 0
-    if (allocated(simulator%labels%observed)) responses = simulator%labels%observed
     call design%whitener%apply_one(residuals)
-    call design%whitener%apply_one(responses)
-    call question_residuals(simulator%labels, residuals, responses, simulator%n_baseline, scale, noise_freedom, questions)
+    call question_residuals(simulator%labels, design, residuals, simulator%n_baseline, scale, noise_freedom, questions)
     if (.not. allocated(simulator%nuisance_kind)) return
     call ask_accidents(design, simulator%nuisance_kind, simulator%nuisance_names, residuals, &
                        merge(1.0_rp, scale, noise_freedom > 0), questions)

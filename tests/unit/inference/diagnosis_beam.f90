@@ -30,6 +30,7 @@ module diagnosis_beam
     real(rp), allocatable :: hidden(:)   !< (STATIONS) log compliance of bending that the model does not know
     real(rp), allocatable :: hidden_twist(:) !< the same of torsion
     real(rp), allocatable :: load(:, :)  !< (4, surfaces) a, b, F, order
+    real(rp) :: gain_sd = 0              !< of all forces, if there is a nuisance more for it
     real(rp) :: turns = 0                !< strong P_SPAN also looks like P_ROOT and P_TORSION, with its third power
   contains
     procedure :: evaluate => beam_evaluate
@@ -191,12 +192,14 @@ contains
     class(beam_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), sigma
     integer, intent(in) :: seed
-    real(rp) :: noise(self%n_observations), tilt(3*size(self%load, 2))
+    real(rp) :: noise(self%n_observations), tilt(3*size(self%load, 2)), gain(1)
     integer :: k, l
     if (.not. allocated(self%data)) allocate (self%data(self%n_observations))
     call self%shape(q, self%data)
     call fill_gaussians(int(seed, i8), 1_i8, 0_i8, noise)
     call fill_gaussians(int(seed, i8), 2_i8, 0_i8, tilt)
+    call fill_gaussians(int(seed, i8), 3_i8, 0_i8, gain)
+    self%data = self%data*(1 + self%gain_sd*gain(1))
     do k = 1, size(noise)
       l = self%labels%surface(k)
       self%data(k) = self%data(k) + sigma*noise(k) + &
@@ -253,6 +256,10 @@ contains
     is_valid = .true.
     nuisances = 0
     patterns = 0
+    if (self%n_nuisances > 3*size(self%load, 2)) then
+      call self%shape(q, nuisances(:, self%n_nuisances))
+      nuisances(:, self%n_nuisances) = self%gain_sd*nuisances(:, self%n_nuisances)
+    end if
     ds = 1.0_rp/STATIONS
     do k = 1, self%n_observations
       l = self%labels%surface(k)

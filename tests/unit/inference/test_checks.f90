@@ -29,6 +29,8 @@ program test_checks
   call make_beam(beam)
   q0 = beam%null_point()
   beam%tilt_sd = TILT_SD
+  beam%gain_sd = 0.05_rp
+  beam%n_nuisances = beam%n_nuisances + 1
   call beam%observe(q0, beam%sigma, 1)
   call build_design(beam, q0, design, failure)
   call test_nulls()
