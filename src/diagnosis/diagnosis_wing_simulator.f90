@@ -13,8 +13,8 @@ module diagnosis_wing_simulator
   use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
-  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
-                                 TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
+  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
+                                 NUISANCE_NAMES, TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use inference_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
@@ -103,8 +103,7 @@ contains
     self%field = pack([(l, l=1, size(kinds))], kinds%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), &
-                                    l=1, size(experiment%loads))], &
+                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), l=1, size(experiment%loads))], &
                                   experiment%model%layout%hinge_place(:, kinds(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
     call self%runner%init(experiment, wing, kinds, bins, patterns)
@@ -113,13 +112,14 @@ contains
     allocate (self%here%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
     allocate (self%here%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
     allocate (self%here%band(bins%n, 0), self%here%aside(2, n), self%here%linear(bins%n), source=0.0_rp)
-    self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
+    self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
+    self%n_nuisances = size(self%nuisance_kind) + N_COMMON_NUISANCES
+    self%nuisance_names = NUISANCE_NAMES
     call find_common(self)
     call make_labels(experiment, bins, self%labels)
   end subroutine wing_init
 
-  !> The gain of all forces and D are quantities of the catalogue; their sd make them nuisances too. D is none where the
-  !> baseline seeks it.
+  !> The gain of all forces and D are quantities of the catalogue; their sd make them nuisances too, D unless it is sought.
   subroutine find_common(self)
     class(wing_simulator_t), intent(inout) :: self
     integer :: i
