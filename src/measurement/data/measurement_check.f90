@@ -5,6 +5,7 @@ module measurement_check
   use base_kinds, only: rp
   use base_text, only: number_text
   use measurement_data, only: measurement_t, measured_load_t
+  use measurement_modes, only: check_modes
   use measurement_place, only: find_place, material_place_t, NEAR
   use measurement_sampling, only: outline_edges, sample_surface, surface_sample_t
   use solid_wing, only: wing_t
@@ -35,6 +36,7 @@ contains
       length = max(length, norm2(wing%points(:, i) - root))
     end do
     call check_orders(m, report)
+    if (m%count_modes() > 0) call check_modes(m%modes, wing, length, report)
     do l = 1, size(m%loads)
       if (.not. is_on_wing(m%loads(l)%point)) &
         call report%add('/loads/'//m%loads(l)%name, 'attribute point: '//off_wing(m%loads(l)%point))

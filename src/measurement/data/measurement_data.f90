@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What was measured on one wing: heights of its surface at fixed places, unloaded and under point forces,
-!> and scalar readings, with their declared accuracy (docs/measurement-format.md). SI units, frame of the wing.
+!> scalar readings, and natural modes, with their declared accuracy (docs/measurement-format.md). SI units, frame of the wing.
 module measurement_data
   use base_kinds, only: rp
   use io_hdf5, only: NAME_LENGTH
+  use measurement_modes, only: measured_mode_t, AIR_DENSITY
   implicit none
   private
   public :: measurement_t, measured_load_t, observation_t, accuracy_t, calibration_t
@@ -71,8 +72,11 @@ module measurement_data
     character(NAME_LENGTH), allocatable :: zeros(:)   !< names of the unknown offsets
     type(accuracy_t) :: accuracy
     type(calibration_t) :: calibration
+    type(measured_mode_t), allocatable :: modes(:)    !< or none
+    real(rp) :: air_density = AIR_DENSITY             !< [kg/m^3] around modes in air
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
+    procedure :: count_modes => measurement_count_modes
     procedure :: place => measurement_place
     procedure :: deformation => measurement_deformation
     procedure :: deformation_sigma => measurement_deformation_sigma
@@ -86,6 +90,13 @@ contains
     n = 0
     if (allocated(self%height)) n = size(self%height)
   end function load_count
+
+  !> Number of natural modes.
+  pure integer function measurement_count_modes(self) result(n)
+    class(measurement_t), intent(in) :: self
+    n = 0
+    if (allocated(self%modes)) n = size(self%modes)
+  end function measurement_count_modes
 
   !> Place (x, y) [m] of height number k of load l.
   pure function measurement_place(self, l, k) result(place)

@@ -13,6 +13,7 @@ module measurement_file
   use measurement_data, only: measurement_t, measured_load_t, observation_t, NOT_STATED, QUANTITY_DISPLACEMENT, &
                               QUANTITY_ROTATION
   use measurement_heights, only: read_reference, read_surface
+  use measurement_modes, only: read_modes
   use solid_wing, only: wing_t
   use solid_wing_datasets, only: check_members, check_schema, read_names
   use solid_wing_report, only: wing_report_t
@@ -49,10 +50,11 @@ contains
     end if
     call check_schema(file, 'measurement', SCHEMA, VERSION, report)
     if (report%is_clean()) then
-      call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'accuracy', 'calibration', &
-                                     'extra'], report)
+      call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'modes', 'accuracy', &
+                                     'calibration', 'extra'], report)
       call read_accuracy(file, measurement, report)
       call read_calibration(file, measurement, report)
+      call read_modes(file, measurement%modes, measurement%air_density, report)
       may_plan = .false.
       if (present(may_be_plan)) may_plan = may_be_plan
       call read_all_heights(file, may_plan, measurement, report)
@@ -110,8 +112,8 @@ contains
     integer :: l
     has_reference = is_group(file, '/reference')
     call read_names(file, '/loads', names, report)
-    if (size(names) == 0) call report%add('/loads', 'there is no load')
-    m%is_plan = .not. has_heights(file, has_reference, names)
+    if (size(names) + m%count_modes() == 0) call report%add('/loads', 'there is no load, and no mode in /modes')
+    m%is_plan = .not. has_heights(file, has_reference, names) .and. m%count_modes() == 0
     if (m%is_plan .and. .not. may_be_plan) then
       m%is_plan = has_reference
       if (has_reference) call report%add('/reference/z', 'missing; without heights a file is the plan of an '// &

@@ -70,6 +70,7 @@ contains
     do i = 1, n(5)
       call share_name(world, m%zeros(i))
     end do
+    call share_modes(world, m)
   end subroutine share_measurement
 
   subroutine share_reference(world, n, m)
@@ -125,6 +126,37 @@ contains
     call world%broadcast_reals(observation%axis)
     call share_reals(world, observation%value, observation%sigma)
   end subroutine share_observation
+
+  subroutine share_modes(world, m)
+    type(world_t), intent(in) :: world
+    type(measurement_t), intent(inout) :: m
+    real(rp), allocatable :: flat(:)
+    real(rp) :: density(1)
+    integer :: numbers(3), n, i
+    n = m%count_modes()
+    call world%broadcast_integer(n)
+    if (.not. world%is_root) allocate (m%modes(n))
+    density = m%air_density
+    call world%broadcast_reals(density)
+    m%air_density = density(1)
+    do i = 1, n
+      associate (mode => m%modes(i))
+        call world%broadcast_text(mode%name)
+        numbers = 0
+        if (world%is_root) numbers = [mode%medium, mode%number, size(mode%shape)]
+        call world%broadcast_integers(numbers)
+        mode%medium = numbers(1)
+        mode%number = numbers(2)
+        call share_reals(world, mode%frequency, mode%frequency_sigma, mode%damping, mode%damping_sigma)
+        if (.not. world%is_root) allocate (mode%place(2, numbers(3)), mode%shape(numbers(3)), mode%sigma(numbers(3)))
+        flat = reshape(mode%place, [2*numbers(3)])
+        call world%broadcast_reals(flat)
+        mode%place = reshape(flat, [2, numbers(3)])
+        call world%broadcast_reals(mode%shape)
+        call world%broadcast_reals(mode%sigma)
+      end associate
+    end do
+  end subroutine share_modes
 
   subroutine share_name(world, name)
     type(world_t), intent(in) :: world

@@ -7,6 +7,7 @@ module measurement_write
   use io_datasets, only: write_slab
   use io_hdf5, only: hdf5_file_t
   use measurement_data, only: measurement_t, measured_load_t, observation_t, QUANTITY_DISPLACEMENT
+  use measurement_modes, only: measured_mode_t, MEDIUM_NAMES
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   implicit none
   private
@@ -34,7 +35,7 @@ contains
       call write_map(file, '/reference/sigma', m%unloaded_sigma, m%has_unloaded, failure)
     end if
     call write_accuracy(file, m, failure)
-    call file%make_group('/loads', failure)
+    if (size(m%loads) > 0) call file%make_group('/loads', failure)
     do i = 1, size(m%loads)
       call write_load(file, m, m%loads(i), failure)
     end do
@@ -42,8 +43,38 @@ contains
     do i = 1, size(m%observations)
       call write_observation(file, m, m%observations(i), failure)
     end do
+    if (m%count_modes() > 0) then
+      call file%make_group('/modes', failure)
+      call put_attribute(file, '/modes', 'air_density', m%air_density, failure)
+    end if
+    do i = 1, m%count_modes()
+      call write_mode(file, m%modes(i), failure)
+    end do
     call file%close(failure)
   end subroutine write_measurement
+
+  subroutine write_mode(file, mode, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(measured_mode_t), intent(in) :: mode
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: group
+    integer :: n
+    group = '/modes/'//mode%name
+    call file%make_group(group, failure)
+    call put_attribute(file, group, 'frequency', mode%frequency, failure)
+    call put_attribute(file, group, 'frequency_sigma', mode%frequency_sigma, failure)
+    call put_attribute(file, group, 'medium', trim(MEDIUM_NAMES(mode%medium)), failure)
+    if (mode%damping >= 0) then
+      call put_attribute(file, group, 'damping', mode%damping, failure)
+      call put_attribute(file, group, 'damping_sigma', mode%damping_sigma, failure)
+    end if
+    if (mode%number > 0) call put_attribute(file, group, 'number', mode%number, failure)
+    n = size(mode%shape)
+    if (n == 0) return
+    call write_reals(file, group//'/points', [2, n], [mode%place], failure)
+    call write_reals(file, group//'/shape', [n], mode%shape, failure, '1')
+    call write_reals(file, group//'/sigma', [n], mode%sigma, failure, '1')
+  end subroutine write_mode
 
   subroutine write_accuracy(file, m, failure)
     type(hdf5_file_t), intent(in) :: file
@@ -136,15 +167,20 @@ contains
     call write_reals(file, name, shape(values), flat, failure)
   end subroutine write_map
 
-  subroutine write_reals(file, name, dims, values, failure)
+  subroutine write_reals(file, name, dims, values, failure, units)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     integer, intent(in) :: dims(:)
     real(rp), contiguous, intent(in) :: values(:)
     type(failure_t), intent(inout) :: failure
+    character(*), intent(in), optional :: units !< m without
     integer(i8) :: start(size(dims))
     start = 0
     call write_slab(file, name, int(dims, i8), start, int(dims, i8), values, .false., failure)
-    call put_attribute(file, name, 'units', 'm', failure)
+    if (present(units)) then
+      call put_attribute(file, name, 'units', units, failure)
+    else
+      call put_attribute(file, name, 'units', 'm', failure)
+    end if
   end subroutine write_reals
 end module measurement_write

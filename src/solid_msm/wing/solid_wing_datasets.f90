@@ -108,20 +108,25 @@ contains
     call report%finish()
   end subroutine read_names
 
-  !> Rows of `columns` real numbers (0: a plain list) in metres; empty after a mistake.
-  subroutine read_real_dataset(file, name, columns, values, report)
+  !> Rows of `columns` real numbers (0: a plain list), in metres unless they have no stated units; empty after a mistake.
+  subroutine read_real_dataset(file, name, columns, values, report, has_units)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     integer, intent(in) :: columns
     real(rp), allocatable, intent(out) :: values(:)
     type(wing_report_t), intent(inout) :: report
+    logical, intent(in), optional :: has_units
     character(:), allocatable :: text
     integer :: n
-    logical :: ok
+    logical :: ok, is_length
+    is_length = .true.
+    if (present(has_units)) is_length = has_units
     allocate (values(0))
     call check_shape(file, name, columns, .false., n, report)
     if (n < 0) return
-    call read_text(file, name, 'units', text, ok)
+    text = 'm'
+    ok = .true.
+    if (is_length) call read_text(file, name, 'units', text, ok)
     if (.not. ok) then
       call report%add(name, 'attribute units is missing or not a text; it must be ''m''')
     else if (text /= 'm') then

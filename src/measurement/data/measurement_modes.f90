@@ -1,0 +1,157 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Natural modes that were measured on a wing: their part of a measurement file, `/modes` (docs/measurement-format.md).
+module measurement_modes
+  use base_kinds, only: rp
+  use base_text, only: number_text, quoted
+  use io_arrays, only: is_finite, is_group
+  use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use measurement_attributes, only: check_names, read_real, read_whole, read_word
+  use measurement_place, only: find_place, material_place_t
+  use solid_wing, only: wing_t
+  use solid_wing_datasets, only: check_members, read_names, read_real_dataset
+  use solid_wing_report, only: wing_report_t
+  implicit none
+  private
+  public :: measured_mode_t, read_modes, check_modes
+
+  integer, parameter, public :: MEDIUM_VACUUM = 1, MEDIUM_AIR = 2
+  character(6), parameter, public :: MEDIUM_NAMES(2) = [character(6) :: 'vacuum', 'air']
+  real(rp), parameter, public :: AIR_DENSITY = 1.2_rp !< [kg/m^3] unless the file says another one
+
+  !> One natural mode.
+  type :: measured_mode_t
+    character(:), allocatable :: name
+    integer :: medium = MEDIUM_VACUUM
+    integer :: number = 0                     !< among all modes of the wing, from the lowest; 0: not stated
+    real(rp) :: frequency = 0                 !< [Hz] of the undamped mode
+    real(rp) :: frequency_sigma = 0           !< [Hz] its sd
+    real(rp) :: damping = -1                  !< share of the critical one; negative: not measured
+    real(rp) :: damping_sigma = 0             !< its sd
+    real(rp), allocatable :: place(:, :)      !< (2, n) [m] (x, y) on the wing
+    real(rp), allocatable :: shape(:)         !< (n) displacement along z there, in any unit
+    real(rp), allocatable :: sigma(:)         !< (n) its sd, in the same unit
+  end type measured_mode_t
+
+  real(rp), parameter :: FAR = 1.0e4_rp       !< [m]
+  integer, parameter :: FEWEST = 2            !< places: one says nothing of a shape
+
+contains
+
+  !> The modes of a file, in alphabetical order, none if it has none, and the density of the air [kg/m^3].
+  subroutine read_modes(file, modes, density, report)
+    type(hdf5_file_t), intent(in) :: file
+    type(measured_mode_t), allocatable, intent(out) :: modes(:)
+    real(rp), intent(out) :: density
+    type(wing_report_t), intent(inout) :: report
+    character(NAME_LENGTH), allocatable :: names(:)
+    integer :: i
+    density = AIR_DENSITY
+    call read_names(file, '/modes', names, report)
+    allocate (modes(size(names)))
+    if (is_group(file, '/modes')) then
+      call check_names(file, '/modes', [character(11) :: 'air_density'], report)
+      call read_real(file, '/modes', 'air_density', 'kg/m^3', 0.0_rp, .true., 1.0e3_rp, density, report, AIR_DENSITY)
+    end if
+    do i = 1, size(names)
+      call read_mode(file, trim(names(i)), modes(i), report)
+    end do
+  end subroutine read_modes
+
+  subroutine read_mode(file, name, mode, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    type(measured_mode_t), intent(inout) :: mode
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: group, text
+    group = '/modes/'//name
+    mode%name = name
+    allocate (mode%place(2, 0), mode%shape(0), mode%sigma(0))
+    if (.not. is_group(file, group)) then
+      call report%add(group, 'is not a group with the attributes frequency, frequency_sigma and medium')
+      return
+    end if
+    call check_members(file, group, [character(6) :: 'points', 'shape', 'sigma'], report)
+    call check_names(file, group, [character(15) :: 'frequency', 'frequency_sigma', 'damping', 'damping_sigma', 'medium', &
+                                   'number'], report)
+    call read_real(file, group, 'frequency', 'Hz', 0.0_rp, .true., 1.0e9_rp, mode%frequency, report)
+    call read_real(file, group, 'frequency_sigma', 'Hz', 0.0_rp, .true., 1.0e9_rp, mode%frequency_sigma, report)
+    if (mode%frequency > 0 .and. mode%frequency_sigma > mode%frequency) &
+      call report%add(group, 'attribute frequency_sigma is '//number_text(mode%frequency_sigma)// &
+                      ' Hz, more than the frequency')
+    call read_real(file, group, 'damping', '', 0.0_rp, .false., 1.0_rp, mode%damping, report, -1.0_rp)
+    if (mode%damping >= 0) call read_real(file, group, 'damping_sigma', '', 0.0_rp, .true., 1.0_rp, mode%damping_sigma, report)
+    call read_whole(file, group, 'number', 1, 1000, 0, mode%number, report)
+    call read_word(file, group, 'medium', .true., text, report)
+    select case (text)
+    case ('vacuum')
+      mode%medium = MEDIUM_VACUUM
+    case ('air')
+      mode%medium = MEDIUM_AIR
+    case default
+      if (len(text) > 0) call report%add(group, 'attribute medium is '//quoted(text)//'; valid: air, vacuum')
+    end select
+    if (file%has(group//'/points') .or. file%has(group//'/shape') .or. file%has(group//'/sigma')) then
+      call read_shape(file, group, mode, report)
+    else if (mode%number == 0) then
+      call report%add(group, 'has neither a shape (points, shape, sigma) nor the attribute number, so that nobody '// &
+                      'knows which mode it is')
+    end if
+  end subroutine read_mode
+
+  subroutine read_shape(file, group, mode, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(measured_mode_t), intent(inout) :: mode
+    type(wing_report_t), intent(inout) :: report
+    real(rp), allocatable :: places(:), values(:), sigma(:)
+    integer :: n
+    call read_real_dataset(file, group//'/points', 2, places, report)
+    call read_real_dataset(file, group//'/shape', 0, values, report, has_units=.false.)
+    call read_real_dataset(file, group//'/sigma', 0, sigma, report, has_units=.false.)
+    n = size(values)
+    if (min(size(places), n, size(sigma)) == 0) return
+    if (size(places) /= 2*n .or. size(sigma) /= n) then
+      call report%add(group, 'points has '//number_text(size(places)/2)//' rows, shape '//number_text(n)// &
+                      ' and sigma '//number_text(size(sigma))//' numbers; they must be as many')
+    else if (n < FEWEST) then
+      call report%add(group//'/shape', 'holds one number; at least '//number_text(FEWEST)//' places make a shape')
+    else if (.not. all(is_finite(places)) .or. .not. all(is_finite(values)) .or. .not. all(is_finite(sigma))) then
+      call report%add(group, 'points, shape or sigma holds a number that is infinite or undefined; leave the place out')
+    else if (any(abs(places) > FAR)) then
+      call report%add(group//'/points', 'holds '//number_text(maxval(abs(places)))//' m; at most '//number_text(FAR)//' m is valid')
+    else if (.not. all(sigma > 0)) then
+      call report%add(group//'/sigma', 'holds '//number_text(minval(sigma))//'; standard deviations must be positive')
+    else if (.not. any(abs(values) > 0)) then
+      call report%add(group//'/shape', 'is 0 everywhere')
+    else
+      mode%place = reshape(places, [2, n])
+      mode%shape = values
+      mode%sigma = sigma
+    end if
+  end subroutine read_shape
+
+  !> Reports places that are not on the wing of this length [m], and modes that are stated twice.
+  subroutine check_modes(modes, wing, length, report)
+    type(measured_mode_t), intent(in) :: modes(:)
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: length
+    type(wing_report_t), intent(inout) :: report
+    type(material_place_t) :: place
+    integer :: i, k
+    do i = 1, size(modes)
+      call report%begin('/modes/'//modes(i)%name//'/points')
+      do k = 1, size(modes(i)%shape)
+        place = find_place(wing%points, wing%triangles, length, modes(i)%place(:, k))
+        if (.not. place%is_found) call report%found('row '//number_text(k)//', ('//number_text(modes(i)%place(1, k))//', '// &
+                                                    number_text(modes(i)%place(2, k))//') m, is not on the wing')
+      end do
+      call report%finish()
+      if (modes(i)%number == 0) cycle
+      do k = 1, i - 1
+        if (modes(k)%number == modes(i)%number .and. modes(k)%medium == modes(i)%medium) &
+          call report%add('/modes/'//modes(i)%name, 'attribute number is '//number_text(modes(i)%number)// &
+                          ', which is that of '//modes(k)%name//' in the same medium too')
+      end do
+    end do
+  end subroutine check_modes
+end module measurement_modes

@@ -1,0 +1,198 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Measured modes against computed ones: the pairs are right though a mode is missing, residuals of a wing's own modes are 0
+!> whatever their size and sign, and derivatives equal differences, also where modes repeat. The argument names a wing file.
+program test_mode_simulation
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use bench_places, only: wing_of_argument
+  use measurement_data, only: measurement_t
+  use measurement_mode_simulation, only: mode_simulation_t
+  use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
+  use sample_wings, only: make_beam
+  use solid_mass, only: lump_mass, mass_params_t, mass_t
+  use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_ADDED, MASS_GRADIENT, MASS_POINT, MASS_VEINS
+  use solid_modal, only: modal_t
+  use solid_model, only: solid_model_t
+  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_stiffness, only: stiffness_t
+  use solid_stiffness_effects, only: parameter_direction
+  use solid_wing, only: wing_t
+  use testkit, only: testkit_t
+  implicit none
+  integer, parameter :: NUMBERS(4) = [1, 2, 4, 5] !< the third mode was not measured
+  type(testkit_t) :: t
+  type(wing_t) :: wing
+  type(solid_model_t) :: model
+  type(solid_params_t) :: params
+  type(mass_parts_t) :: parts
+  type(mode_simulation_t) :: simulation
+  type(measurement_t) :: m
+  real(rp), allocatable :: r(:)
+
+  call t%start(parallel=.false.)
+  wing = wing_of_argument()
+  params = default_params(wing)
+  params%joint = 1.0e-6_rp
+  call prepare()
+  call test_own_modes()
+  call test_slopes('of a wing', 1.0e-7_rp)
+  call test_repeated()
+  call t%finish()
+
+contains
+
+  subroutine prepare()
+    type(mass_t) :: mass
+    type(mass_params_t) :: material
+    type(message_list_t) :: messages
+    type(failure_t) :: failure
+    call lump_mass(wing, material, mass, messages)
+    call parts%init(wing, mass)
+    call model%init(wing, params, failure)
+    call t%check('the wing is valid', messages%count() == 0 .and. .not. failure%failed)
+  end subroutine prepare
+
+  !> A measurement of modes `numbers` of the wing in a vacuum or in air at all points that move in them, of any size and sign.
+  subroutine measure(medium, numbers)
+    integer, intent(in) :: medium, numbers(:)
+    type(modal_t) :: modal
+    type(failure_t) :: failure
+    real(rp) :: mass(3, model%n_all)
+    real(rp), allocatable :: f(:)
+    integer, allocatable :: sites(:)
+    integer :: i
+    call parts%masses(mass_effects_t(), merge(1.2_rp, 0.0_rp, medium == MEDIUM_AIR), mass)
+    call modal%init(model)
+    call modal%solve(mass, maxval(numbers), failure)
+    f = modal%frequencies()
+    sites = [(i, i=1, model%n_points, max(1, model%n_points/13))]
+    m = measurement_t()
+    allocate (m%modes(size(numbers)))
+    do i = 1, size(numbers)
+      associate (mode => m%modes(size(numbers) + 1 - i)) ! not in the order of frequencies
+        mode%name = 'm'//achar(48 + i)
+        mode%medium = medium
+        mode%frequency = f(numbers(i))
+        mode%frequency_sigma = 0.01_rp*mode%frequency
+        mode%place = model%points(:2, sites)
+        mode%shape = (-0.3_rp)**i*modal%shapes(3, sites, numbers(i))
+        mode%sigma = 0.02_rp*maxval(abs(mode%shape))*(1 + 0.5_rp*sin([(1.0_rp*i, i=1, size(sites))]))
+      end associate
+    end do
+    call modal%free()
+    call simulation%init(m, model, parts)
+    if (allocated(r)) deallocate (r)
+    allocate (r(simulation%n))
+  end subroutine measure
+
+  subroutine test_own_modes()
+    logical :: ok
+    integer :: i, n
+    call measure(MEDIUM_AIR, NUMBERS)
+    n = size(NUMBERS)
+    call t%check('there is a number for each frequency and one less than places for each shape', &
+                 simulation%n == n*size(m%modes(1)%shape))
+    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call t%check('modes are computed', ok)
+    call t%check('modes are paired, though one is missing', all([(simulation%targets(i)%lo, i=n, 1, -1)] == NUMBERS))
+    call t%check_below('what is measured on the model itself leaves nothing', maxval(abs(r)), 1.0e-6_rp)
+    call t%check_close('MAC is 1', minval(simulation%targets%mac), 1.0_rp, atol=1.0e-9_rp)
+    m%modes(1)%shape(2) = m%modes(1)%shape(2) + m%modes(1)%sigma(2)
+    call simulation%init(m, model, parts)
+    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call t%check_below('an error of one sd is not more than one, to first order', norm2(r), 1.01_rp)
+    call t%check_below('and most of it is seen', 1 - norm2(r), 0.2_rp)
+    m%modes(1)%number = 3
+    call simulation%init(m, model, parts)
+    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call t%check('a number goes before the shape', simulation%targets(1)%lo == 3 .and. simulation%targets(1)%mac < 0.9_rp)
+  end subroutine test_own_modes
+
+  !> Derivatives at another wing than that of the measurement; differences of fourth order with h = 1e-3, as in test_solid_modal.
+  subroutine test_slopes(what, limit)
+    character(*), intent(in) :: what
+    real(rp), intent(in) :: limit
+    type(solid_params_t) :: other
+    type(mass_effects_t) :: effects
+    type(parameter_t) :: p
+    type(stiffness_t) :: direction
+    integer, parameter :: MASSES(4) = [MASS_VEINS, MASS_GRADIENT, MASS_ADDED, MASS_POINT]
+    character(10), parameter :: NAMES(3) = [character(10) :: 'E', 'D', 'E_gradient']
+    real(rp), allocatable :: column(:)
+    real(rp) :: scale
+    logical :: ok
+    integer :: i
+    if (what == 'of a wing') call measure(MEDIUM_AIR, NUMBERS)
+    allocate (column(simulation%n))
+    other = params
+    other%plate = 1.3_rp*params%plate
+    other%effects%gradient = 0.3_rp
+    effects%corner = [1, 1, model%n_points]
+    effects%share = [0.0_rp, 0.0_rp, 1.0_rp]
+    effects%point = 1.0e-3_rp*(sum(parts%veins) + sum(parts%membrane))
+    effects%gradient = -0.3_rp
+    do i = 1, size(NAMES)
+      call simulation%evaluate(other, effects, r, ok)
+      p = other%describe(other%find(trim(NAMES(i))))
+      call parameter_direction(simulation%model(), other%find(trim(NAMES(i))), direction)
+      call simulation%stiffness_tangent(direction, column)
+      call compare(other, effects, column, other%find(trim(NAMES(i))), 0, 1.0e-3_rp, p%is_log, what//' to '//trim(NAMES(i)), &
+                   1.0_rp, limit)
+    end do
+    do i = 1, size(MASSES)
+      call simulation%evaluate(other, effects, r, ok)
+      call simulation%mass_tangent(MASSES(i), effects, column)
+      scale = merge(effects%point, 1.0_rp, MASSES(i) == MASS_POINT)
+      call compare(other, effects, column, 0, MASSES(i), 1.0e-3_rp*scale, MASSES(i) == MASS_VEINS .or. MASSES(i) == MASS_ADDED, &
+                   what//' to mass '//achar(48 + MASSES(i)), scale, limit)
+    end do
+  end subroutine test_slopes
+
+  !> Differences with respect to parameter i of the wing or effect j of its masses.
+  subroutine compare(other, effects, column, i, j, h, is_log, name, scale, limit)
+    type(solid_params_t), intent(in) :: other
+    type(mass_effects_t), intent(in) :: effects
+    real(rp), intent(in) :: column(:), limit
+    integer, intent(in) :: i, j
+    real(rp), intent(in) :: h, scale
+    logical, intent(in) :: is_log
+    character(*), intent(in) :: name
+    real(rp), parameter :: WEIGHTS(4) = [1.0_rp, -8.0_rp, 8.0_rp, -1.0_rp]/12, AT(4) = [-2, -1, 1, 2]
+    type(solid_params_t) :: changed
+    type(mass_effects_t) :: masses
+    real(rp) :: difference(simulation%n), value
+    logical :: ok
+    integer :: n
+    difference = 0
+    do n = 1, 4
+      changed = other
+      masses = effects
+      value = effects%get(max(1, j))
+      if (i > 0) value = other%get(i)
+      value = merge(value*exp(AT(n)*h), value + AT(n)*h, is_log)
+      if (i > 0) call changed%set(i, value)
+      if (j > 0) call masses%set(j, value)
+      call simulation%evaluate(changed, masses, r, ok)
+      difference = difference + WEIGHTS(n)/h*r
+    end do
+    call t%check_below('derivative '//name, scale*maxval(abs(difference - column)), &
+                       limit*max(1.0_rp, scale*maxval(abs(column))))
+  end subroutine compare
+
+  !> A rod of circular section vibrates at equal frequencies along y and z; the places see z alone, and a mode of the computed pair
+  !> is any mix of both: the pair is taken as one.
+  subroutine test_repeated()
+    logical :: ok
+    integer :: i
+    wing = make_beam(24, 1.0_rp, 0.01_rp, [1.0_rp, 0.0_rp, 0.0_rp])
+    params = default_params(wing)
+    call prepare()
+    call measure(MEDIUM_VACUUM, [1, 3])
+    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call t%check('modes of a rod are computed', ok)
+    call t%check('a measured mode is paired with both of equal frequency', &
+                 all([(simulation%targets(i)%hi - simulation%targets(i)%lo, i=1, 2)] == 1))
+    call t%check_below('the space of both holds the measured one', maxval(abs(r)), 1.0e-3_rp)
+    call test_slopes('of a rod', 1.0e-6_rp)
+  end subroutine test_repeated
+end program test_mode_simulation
