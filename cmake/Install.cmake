@@ -15,7 +15,7 @@ install(DIRECTORY tools/flusi_msm DESTINATION ${share}/tools PATTERN "__pycache_
 install(DIRECTORY tools/slurm/ DESTINATION ${share}/slurm)
 install(FILES tools/pyproject.toml tools/requirements.txt tools/requirements-mesh.txt tools/requirements-render.txt
         DESTINATION ${share}/tools)
-install(DIRECTORY docs/ DESTINATION ${doc}/docs PATTERN "developer" EXCLUDE PATTERN "*.py" EXCLUDE)
+install(DIRECTORY docs/ DESTINATION ${doc}/docs PATTERN "*.py" EXCLUDE)
 install(FILES README.md CHANGELOG.md CITATION.cff LICENSE DESTINATION ${doc})
 
 # The commands: what tools holds that belongs to the package, under the names that pip gives them.

@@ -12,7 +12,7 @@ the signal-to-noise ratio on the small blowfly wing, and 12 cases on the one of 
 first N cases are a sample of all, and each has random numbers of its own. Every case that is finished is a file; what was
 stopped, at any instant, is continued by the same command. Shards K/N of one study may run on several machines with a
 common folder. Verdicts of different programs, told by their SHA-256, are kept apart in the same folder. The archive is one
-file with all verdicts and truths, from which the study is scored, or continued without what the folder had. docs/diagnosis.md
+file with all verdicts and truths, from which the study is scored, or continued without what the folder had. docs/guide/diagnosis.md
 has results.
 """
 import argparse
@@ -192,7 +192,7 @@ def main():
     parser.add_argument("--cases", type=int, default=762, metavar="N")
     parser.add_argument("--seed", type=int, help="of everything; default: that of the folder, or from the operating system")
     parser.add_argument("--folder", type=Path, default=ROOT / "runs/bench_diagnosis")
-    parser.add_argument("--design", default=str(DESIGN), help="of the bending test (docs/blind-tests.md)")
+    parser.add_argument("--design", default=str(DESIGN), help="of the bending test (docs/results/blind-tests.md)")
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/msm_diagnose")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="cases at the same time")
     parser.add_argument("--ranks", type=int, default=1, metavar="N", help="of each run of the program")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A filament that flaps in a stream (ini/flag.ini) on several grids and with other parameters, and its pendulum in a
-fluid at rest, against theory. docs/verification-coupling.md holds the tables and says what is compared.
+fluid at rest, against theory. docs/results/verification-coupling.md holds the tables and says what is compared.
 
 usage: flag.py <flusi> <folder> [case ...]     runs the cases (all of them without names), then prints
        flag.py --table <folder>                prints what is there; the last line is JSON

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Drag of a circular disk and lift and drag of a rectangular plate, both of them wings at rest in a uniform
-flow, against published numbers. docs/verification-wings.md holds the table and says what is compared.
+flow, against published numbers. docs/results/verification-wings.md holds the table and says what is compared.
 
 usage: plates.py <flusi> <folder> [case ...]     runs the cases (all of them without names), then prints
        plates.py --table <folder>                prints what is there

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fits the bending stiffness of a cantilever, and the unknown zero of every loading, to readings of its tip
-!> (docs/prepazy.md), and prints them with 90 % intervals and every reading beside what the beam shows.
+!> (docs/results/prepazy.md), and prints them with 90 % intervals and every reading beside what the beam shows.
 !>
 !> usage: bench_prepazy WING.h5 MEASUREMENT.h5, as tools/import_prepazy makes them
 program prepazy

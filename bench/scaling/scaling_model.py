@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a step sends and computes, from the rules by which ranks share it (docs/transforms.md).
+"""What a step sends and computes, from the rules by which ranks share it (docs/theory/transforms.md).
 
 Bytes and messages are exact for the truncation of iDealias = 1: the test test_traffic holds the program to them. Times are
 those of a machine that is described by a few rates.

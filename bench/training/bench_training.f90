@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How well, how surely and at which cost wings are trained (docs/training-results.md).
+!> How well, how surely and at which cost wings are trained (docs/results/training-results.md).
 !>
 !> usage: bench_training WING.h5 [--seed S | --starts N [FIRST] | --coverage N [FIRST] | --budget GENERATIONS [log | linear]],
 !> a wing with ten joints

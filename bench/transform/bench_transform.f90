@@ -24,7 +24,7 @@ program bench_transform
   call read_arguments()
   call world%start()
   if (.not. HAS_P3DFFT) then
-    if (world%is_root) write (error_unit, '(a)') 'this program was built without P3DFFT (docs/transforms.md)'
+    if (world%is_root) write (error_unit, '(a)') 'this program was built without P3DFFT (docs/theory/transforms.md)'
     call world%stop()
     stop 2
   end if

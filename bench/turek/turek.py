@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An elastic beam behind a cylinder in a channel (ini/turek-hron.ini), cases FSI1 and FSI2 of Turek & Hron (2006, DOI
-10.1007/3-540-34596-5_15), and CFD1 and CFD2 with a rigid beam, on several grids. docs/verification-coupling.md holds the tables
+10.1007/3-540-34596-5_15), and CFD1 and CFD2 with a rigid beam, on several grids. docs/results/verification-coupling.md holds the tables
 and says what is compared.
 
 usage: turek.py <flusi> <folder> [case ...]     runs the cases (all of them without names), then prints

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws kinematics_frames.png of docs/kinematics.md with the matrices of tools/plot_kinematics."""
+"""Draws kinematics_frames.png of docs/guide/kinematics.md with the matrices of tools/plot_kinematics."""
 from pathlib import Path
 
 import numpy as np

@@ -97,7 +97,7 @@ contains
     p%planner = c%get_word('Resolution', 'planner')
     p%transform = c%get_word('Parallel', 'transform')
     if (p%transform == 'p3dfft' .and. .not. HAS_P3DFFT) call c%complain(errors, 'Parallel', 'transform', &
-      'this program was built without P3DFFT: set builtin, or build it again with P3DFFT_ROOT (docs/transforms.md)')
+      'this program was built without P3DFFT: set builtin, or build it again with P3DFFT_ROOT (docs/theory/transforms.md)')
     select case (c%get_word('Dealiasing', 'iDealias'))
     case ('1', 'ellipsoid')
       p%dealias = 'ellipsoid'

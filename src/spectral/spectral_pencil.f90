@@ -3,7 +3,7 @@
 !>
 !> Only sticks inside the truncation are moved between ranks, only retained kx are moved between
 !> planes and lines. The pipeline is fused: products are formed on batches of lines while they are in
-!> cache, physical fields are never stored. Operation counts and measurements: docs/transforms.md.
+!> cache, physical fields are never stored. Operation counts and measurements: docs/theory/transforms.md.
 module spectral_pencil
   use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t, c_null_ptr
   use base_errors, only: require

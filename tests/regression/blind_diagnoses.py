@@ -6,7 +6,7 @@
                   that no entry of the catalogue has
     test_random   six cases with a seed from the operating system, which is printed; three at least have an acceptable
                   verdict, as is true in all but 1.3e-3 of all runs of a program that fails in a tenth of its cases, twice
-                  as often as the targets of docs/diagnosis.md allow. One that always says "adequate" passes in 5 % of all runs
+                  as often as the targets of docs/guide/diagnosis.md allow. One that always says "adequate" passes in 5 % of all runs
     test_controls stated errors of half and twice the true size, nothing hidden in a wing of a finer mesh
     test_tilted   scans that are tilted farther than declared
     test_shuffled scans under each other's names
@@ -85,7 +85,7 @@ def diagnose(case, data, name, timeout=300, **keys):
     check(len((done.out + done.err).splitlines()) <= 15, f"{name}: at most 15 lines on the terminal")
     found = json.loads((case.folder / f"{name}.json").read_text())
     print(f"    {name}: {done.code} {found['verdict']['sentence']}", flush=True)
-    wrong = validate(found, SOURCE / "docs/diagnosis.schema.json")
+    wrong = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not wrong, f"{name}.json is what the schema says: {wrong}")
     check(found["verdict"]["grade"] == {NAMED: "A", SET: "B"}.get(done.code, ""), f"{name}: the grade of {done.code}")
     check(("region" in found["verdict"]) == (done.code == UNKNOWN), f"{name}: an unknown cause, and nothing else, has a region")

@@ -256,11 +256,11 @@ def test_keys(case):
 
 
 def test_reference_of_parameters(case):
-    """docs/parameters.md is what the program says."""
+    """docs/formats/parameters.md is what the program says."""
     done = quiet_run(case, "--parameters", env=NO_MPI)
     no_crash(done)
-    check(done.out == (SOURCE / "docs/parameters.md").read_text(),
-          "docs/parameters.md is current; renew it with `flusi --parameters > docs/parameters.md`")
+    check(done.out == (SOURCE / "docs/formats/parameters.md").read_text(),
+          "docs/formats/parameters.md is current; renew it with `flusi --parameters > docs/formats/parameters.md`")
 
 
 main(globals())

@@ -82,7 +82,7 @@ def test_pendulum(case):
 
 
 def test_flapping(case):
-    """A filament does not hang still in a stream of Re = 200. docs/verification-coupling.md has what is known of its
+    """A filament does not hang still in a stream of Re = 200. docs/results/verification-coupling.md has what is known of its
     motion: 0.30 cycles per L/U for a thin one, up to a fifth more with a mask as thick as on this grid."""
     case.write("run.ini", FILAMENT)
     case.run("run.ini", ranks=0)

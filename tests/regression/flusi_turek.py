@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An elastic beam behind a cylinder in a channel, ini/turek-hron.ini: FSI1 of Turek & Hron (2006) on a grid coarser than
-those of docs/verification-coupling.md, restart within the start of the inflow, mistakes.
+those of docs/results/verification-coupling.md, restart within the start of the inflow, mistakes.
 
 usage: flusi_turek.py <flusi> <h5dump> [tests]
 """

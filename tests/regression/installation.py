@@ -43,7 +43,7 @@ class Installation(unittest.TestCase):
         for program, name in (("flusi", "sphere"), ("flusi", "wing"), ("flusi", "individuals/7"), ("flusi", "free-flight"),
                               ("msm_train", "train")):
             done = self.run_installed(program, self.share / f"ini/{name}.ini", "--check")
-            if name == "train":  # its measurement is made first: docs/training.md
+            if name == "train":  # its measurement is made first: docs/guide/training.md
                 self.assertRegex(done.stdout + done.stderr, "measurement")
             else:
                 self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -93,7 +93,7 @@ class Installation(unittest.TestCase):
         version = re.search(r"^version: ([0-9.]+)", (SOURCE / "CITATION.cff").read_text(), flags=re.M).group(1)
         self.assertEqual(module.name, version)
         self.assertTrue(module.read_text().startswith("#%Module"))
-        self.assertTrue((self.prefix / "share/doc/flusi-msm/docs/parameters.md").exists())
+        self.assertTrue((self.prefix / "share/doc/flusi-msm/docs/formats/parameters.md").exists())
         for name in ("flusi.sbatch", "individuals.sbatch"):
             self.assertTrue(filecmp.cmp(self.share / "slurm" / name, SOURCE / "tools/slurm" / name, shallow=False))
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """msm_diagnose as a user meets it: a hidden change of stiffness along the span is named from data of other mechanics, the
-same on one and on two ranks; the files can be used and are those of docs/diagnosis.schema.json, also of a plan and where
+same on one and on two ranks; the files can be used and are those of docs/formats/diagnosis.schema.json, also of a plan and where
 there are too few data; the diagnosed wing flies, and the report says what the cause changes; draws are kept; mistakes are
 said.
 
@@ -44,7 +44,7 @@ FLUSI = sys.argv.pop(3)
 # ini/diagnose-flight.ini with one wing, one beat and a grid that is too coarse for physics.
 COARSE = {"nx": 32, "ny": 32, "nz": 16, "Tmax": 1.0, "CFL": 0.9, "surface": "penalized", "sponge_thickness": 4}
 EXIT_NAMED, EXIT_SET, EXIT_USER, EXIT_INSUFFICIENT, EXIT_UNWRITABLE = 10, 11, 2, 20, 5
-SCHEMA = SOURCE / "docs/diagnosis.schema.json"
+SCHEMA = SOURCE / "docs/formats/diagnosis.schema.json"
 
 
 def synthesise(case, *arguments, **changes):

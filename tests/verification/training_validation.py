@@ -7,7 +7,7 @@ import json
 import subprocess
 import sys
 
-# The bars that were set beforehand (docs/training-results.md).
+# The bars that were set beforehand (docs/results/training-results.md).
 BARS = {"evaluations": 3000, "E_rel": 1e-6, "joints_rel_max_identifiable": 1e-3, "h": 1e-8}
 SEED = 2
 

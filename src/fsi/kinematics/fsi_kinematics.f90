@@ -8,7 +8,7 @@
 !>
 !> with FLUSI's matrices and its stroke-plane angle eta. Body axes: x forward, y left, z up. The wing frame
 !> is right-handed on both sides; the right wing is the mirror image of the left one, so that +z points
-!> ventrally on the left and dorsally on the right. docs/kinematics.md has the drawing, fsi_wing_mirror the mechanics.
+!> ventrally on the left and dorsally on the right. docs/guide/kinematics.md has the drawing, fsi_wing_mirror the mechanics.
 module fsi_kinematics
   use base_kinds, only: rp
   use fsi_rotation, only: angle_t, cross, rotation_t

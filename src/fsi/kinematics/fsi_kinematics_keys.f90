@@ -43,7 +43,7 @@ contains
       call registry%add_word(SECTION, 'FlappingMotion_'//trim(SIDES(i)), 'none', &
                              NAMED_MOTIONS//'|'//FILE_WORD//'*|'//TABLE_WORD//'*|from_file|from_file_hermite|kinematics_loader|'// &
                              'takeoff', &
-                             'motion of the '//trim(SIDES(i))//' wing: one of FLUSI''s by name (docs/kinematics.md), '// &
+                             'motion of the '//trim(SIDES(i))//' wing: one of FLUSI''s by name (docs/guide/kinematics.md), '// &
                              'series of [kinematics], table, the file that infile names, or none (alpha = 45 degrees, '// &
                              'at rest)', unbuilt='command-line*')
     end do

@@ -43,7 +43,7 @@ contains
       end if
     end if
     if (allocated(problem)) then
-      call errors%add(name//': has no section [kinematics], and as a file of before 2015 '//problem//' (docs/kinematics.md)')
+      call errors%add(name//': has no section [kinematics], and as a file of before 2015 '//problem//' (docs/guide/kinematics.md)')
       return
     end if
     n = nint(x(:3))

@@ -6,7 +6,7 @@
 !> outside does to the wing is F = int chi/C_eta (u - u_s) + d/dt int chi u_s, and the power that the wing gives
 !> to the flow is P = -int u_s . chi/C_eta (u - u_s) - d/dt int chi u_s^2/2, for rigid and deforming wings (Engels et
 !> al. 2016, DOI 10.1137/15M1026006, for forces). It is -M . omega of a rigid wing about a hinge at rest but for the
-!> thickness of the sheet, over which u_s does not vary (docs/verification-wings.md).
+!> thickness of the sheet, over which u_s does not vary (docs/results/verification-wings.md).
 module fsi_wing_loads
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t

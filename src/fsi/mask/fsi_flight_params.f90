@@ -71,7 +71,7 @@ contains
     type(registry_t), intent(inout) :: registry
     integer :: i
     character(3), parameter :: INERTIA(4) = ['Jxx', 'Jyy', 'Jzz', 'Jxy']
-    call registry%add_section(SECTION, 'flapping wings (iMask = Insect); docs/kinematics.md draws the frames')
+    call registry%add_section(SECTION, 'flapping wings (iMask = Insect); docs/guide/kinematics.md draws the frames')
     call registry%add_switch(SECTION, 'LeftWing', .true., 'there is a left wing')
     call registry%add_switch(SECTION, 'RightWing', .true., 'there is a right wing')
     call register_wing_source(registry)

@@ -32,7 +32,7 @@ contains
     type(registry_t), intent(inout) :: registry
     call registry%add_word(SECTION, 'WingShape', 'none', OUTLINE_WORD//'*|'//MESH_WORD//'*|none|'//NAMED_WINGS, &
                            'one of FLUSI''s wings by name, planform file with section [Wing], or triangles of a wing '// &
-                           'file (docs/wing-format.md)', &
+                           'file (docs/formats/wing-format.md)', &
                            unbuilt='pointcloud|mosquito*|pieris*|flapper*|robofly*|paratuposa*|hawkmoth*')
     call registry%add_length(SECTION, 'wing_length', '0.0', 'the planform is scaled so that its largest x is this; '// &
                              '0: lengths of its file are in the units of this file; meshes are in metres', unit='L', &

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What was measured on one wing: heights of its surface at fixed places, unloaded and under point forces,
-!> scalar readings, and natural modes, with their declared accuracy (docs/measurement-format.md). SI units, frame of the wing.
+!> scalar readings, and natural modes, with their declared accuracy (docs/formats/measurement-format.md).
+!> SI units, frame of the wing.
 module measurement_data
   use base_kinds, only: rp
   use io_hdf5, only: NAME_LENGTH

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads a measurement file (docs/measurement-format.md). All mistakes of a file are reported together,
+!> Reads a measurement file (docs/formats/measurement-format.md). All mistakes of a file are reported together,
 !> each with the object; a measurement that is delivered has passed every check of measurement_check.
 module measurement_file
   use base_errors, only: failure_t, message_list_t

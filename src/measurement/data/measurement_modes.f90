@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes that were measured on a wing: their part of a measurement file, `/modes` (docs/measurement-format.md).
+!> Natural modes that were measured on a wing: their part of a measurement file, `/modes` (docs/formats/measurement-format.md).
 module measurement_modes
   use base_kinds, only: rp
   use base_text, only: number_text, quoted

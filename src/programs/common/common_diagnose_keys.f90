@@ -19,7 +19,7 @@ contains
     call register_include(registry)
     call register_wing_keys(registry, required=.true.)
     call registry%add_section('Measurement', 'what the wing did in the experiment')
-    call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
+    call registry%add_text('Measurement', 'file', '', 'measurement file (docs/formats/measurement-format.md); looked for '// &
                            'here and then in the folder of the input file', required=.true.)
     call register_outliers(registry, 'leave_out|keep', 'leave_out')
     call register_instrument_keys(registry)
@@ -39,7 +39,7 @@ contains
                            'baseline; the word none: they are not kept', computed=.true.)
   end subroutine register_diagnose_keys
 
-  !> Writes the reference of these keys, a part of docs/parameters.md.
+  !> Writes the reference of these keys, a part of docs/formats/parameters.md.
   subroutine write_diagnose_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry
@@ -58,7 +58,7 @@ contains
                     above=0.0_rp)
     call r%add_real('Diagnose', 'membrane_sd', 0.1_rp, &
                     'sd of log D that is no discovery: meshes change the effective D by '// &
-                    '5 to 15 % (docs/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
+                    '5 to 15 % (docs/guide/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
     call r%add_word('Diagnose', 'refine', 'yes', 'yes|fit|no', 'fit the baseline on a mesh of half the size too, '// &
                     'and count the difference as an error; fit: and make the whole diagnosis on that mesh, which '// &
                     'takes several times as long; no: the data come from the same mesh, as those of a computed '// &

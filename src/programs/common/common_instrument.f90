@@ -21,7 +21,7 @@ contains
     type(registry_t), intent(inout) :: r
     call r%add_section('Instrument', 'what the measurement did beyond what its file says')
     call r%add_text('Instrument', 'parameters', '', 'pairs of name and value, separated by commas: force_gain, '// &
-                    'force_offset [N], drift and others of docs/effects.md')
+                    'force_offset [N], drift and others of docs/theory/effects.md')
   end subroutine register_instrument_keys
 
   !> Adds the section for those who do not.

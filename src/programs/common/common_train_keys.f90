@@ -20,7 +20,7 @@ contains
     call register_include(registry)
     call register_wing_keys(registry, required=.true.)
     call registry%add_section('Measurement', 'what the wing did in the experiment')
-    call registry%add_text('Measurement', 'file', '', 'measurement file (docs/measurement-format.md); looked for '// &
+    call registry%add_text('Measurement', 'file', '', 'measurement file (docs/formats/measurement-format.md); looked for '// &
                          'here and then in the folder of the input file. Several individuals: a list, separated by '// &
                            'commas; [Wing] file may then be a list as long', required=.true.)
     call register_outliers(registry, 'preset|leave_out|keep', 'preset')
@@ -32,7 +32,7 @@ contains
     call register_saving(registry)
   end subroutine register_train_keys
 
-  !> Writes the reference of these keys, a part of docs/parameters.md.
+  !> Writes the reference of these keys, a part of docs/formats/parameters.md.
   subroutine write_train_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry
@@ -88,7 +88,7 @@ contains
     call register_strategy(r)
   end subroutine register_search
 
-  !> The constants that follow from n and lambda unless they are given; see docs/optimiser.md.
+  !> The constants that follow from n and lambda unless they are given; see docs/theory/optimiser.md.
   subroutine register_strategy(r)
     type(registry_t), intent(inout) :: r
     character(*), parameter :: AUTO = '; -1: by n and lambda'

@@ -27,7 +27,7 @@ contains
     type(registry_t), intent(inout) :: r
     logical, intent(in) :: required
     call r%add_section('Wing', 'the wing and what it is made of')
-   call r%add_text('Wing', 'file', '', 'wing file (docs/wing-format.md); looked for here and then in the folder of '// &
+   call r%add_text('Wing', 'file', '', 'wing file (docs/formats/wing-format.md); looked for here and then in the folder of '// &
                     'the input file', required=required)
 call r%add_real('Wing', 'length', 0.0_rp, 'the wing is made so large, with all its lengths and diameters, that its '// &
                     'largest x is this; 0: as in its file', unit='m', min=0.0_rp)
@@ -48,10 +48,10 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
                     unit='N m/rad', min=-1.0_rp)
     call r%add_text('Wing', 'parameters', '', 'single parameters as pairs of name and value, separated by commas: '// &
                     'joint:NAME [N m/rad], E:VEIN (factor on E), root (factor), diameter_exponent, k_vein, '// &
-                    'k_membrane, k_cross [N/m], and the effects of docs/effects.md')
+                    'k_membrane, k_cross [N/m], and the effects of docs/theory/effects.md')
     call r%add_word('Wing', 'z_side', 'file', 'file|'//z_side_choices('|'), &
                     'which side of which wing +z points to, for effects that tell up from down; file: as the '// &
-                    'wing file says (docs/wing-format.md), or else left ventral')
+                    'wing file says (docs/formats/wing-format.md), or else left ventral')
     call register_effect_keys(r)
   end subroutine register_wing
 

@@ -91,7 +91,7 @@ contains
       if (n_files < 2) call errors%add('--compare-keys needs the names of two key files')
     case default
       if (command%postprocess) call errors%add('--postprocess knows --keyvalues and --compare-keys; '// &
-        'FLUSI''s other tools are in tools/postprocess: docs/post-processing.md')
+        'FLUSI''s other tools are in tools/postprocess: docs/guide/post-processing.md')
       if (n_files < 1) call errors%add('the name of a parameter file is missing')
       command%ini = command%file
     end select
@@ -128,7 +128,7 @@ contains
                             '            5 files cannot be written: the disk is full, or the folder read-only', &
                             '              or missing; what was complete before is kept', &
                                             '', &
-                                            'parameters: docs/parameters.md, examples: ini/']
+                                            'parameters: docs/formats/parameters.md, examples: ini/']
     call print_lines(unit, LINES)
   end subroutine print_usage
 end module flusi_command

@@ -56,7 +56,7 @@ contains
     call registry%key_only_if('Sponge', 'iSpongeType', 'Sponge', 'iVorticitySponge', YES)
   end subroutine set_conditions
 
-  !> Writes the reference of all keys, docs/parameters.md.
+  !> Writes the reference of all keys, docs/formats/parameters.md.
   subroutine write_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry

@@ -68,7 +68,7 @@ contains
                                             '           12 a cause that is not in the catalogue', &
                                             '           20 not enough data                 5 files cannot be written', &
                                             "Open MPI's mpirun calls every code but 0 an error; with -q it does not.", &
-                                            'parameters: docs/parameters.md, example: ini/diagnose.ini']
+                                            'parameters: docs/formats/parameters.md, example: ini/diagnose.ini']
     call print_lines(unit, LINES)
   end subroutine print_diagnose_usage
 end module diagnose_command

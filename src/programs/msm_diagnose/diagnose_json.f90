@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> NAME.json: everything that a diagnosis found, for programs. Its form is told by `schema_version` and
-!> docs/diagnosis.md.
+!> docs/guide/diagnosis.md.
 module diagnose_json
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t

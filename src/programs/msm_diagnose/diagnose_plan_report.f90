@@ -101,7 +101,7 @@ contains
     end associate
   end subroutine print_detectable
 
-  !> Writes NAME_plan.json (docs/diagnosis.schema.json).
+  !> Writes NAME_plan.json (docs/formats/diagnosis.schema.json).
   subroutine write_plan(s, design, snr, helpful, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(design_t), intent(in) :: design

@@ -65,7 +65,7 @@ contains
                                            '            2 mistake in the input            start again with --restart', &
                             '            5 files cannot be written: the disk is full, or the folder read-only', &
                                             '', &
-                                            'parameters: docs/parameters.md, example: ini/train.ini']
+                                            'parameters: docs/formats/parameters.md, example: ini/train.ini']
     call print_lines(unit, LINES)
   end subroutine print_train_usage
 end module train_command

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What a wing must satisfy before anything is computed with it: every number finite and of a possible
 !> size, every index valid, the triangles a flat surface, the veins along its edges, everything in one piece and
-!> held at the root. docs/wing-format.md lists the rules.
+!> held at the root. docs/formats/wing-format.md lists the rules.
 module solid_wing_check
   use base_kinds, only: rp
   use base_text, only: number_text, quoted

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads a wing file (docs/wing-format.md). All mistakes of a file are reported together, each with the
+!> Reads a wing file (docs/formats/wing-format.md). All mistakes of a file are reported together, each with the
 !> object, the index and the value; a wing that is delivered has passed every check of solid_wing_check.
 module solid_wing_file
   use base_errors, only: failure_t, message_list_t

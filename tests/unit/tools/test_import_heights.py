@@ -116,7 +116,7 @@ class Import(unittest.TestCase):
 
     @unittest.skipUnless(READER, "needs the reader")
     def test_example_of_the_documentation_is_read(self):
-        text = (SOURCE / "docs/measurement-format.md").read_text()
+        text = (SOURCE / "docs/formats/measurement-format.md").read_text()
         code = re.search(r"## A measurement in Python\n\n```python\n(.*?)```", text, re.S)[1]
         subprocess.run([sys.executable, "-c", code], check=True, cwd=self.folder)
         run = subprocess.run([READER, str(WING), str(self.folder / "measurement.h5")], capture_output=True, text=True)

@@ -42,7 +42,7 @@ class Schema(unittest.TestCase):
     def test_diagnosis(self):
         """Every keyword in every branch, also of those that no data has come by, is known, and every reference leads
         somewhere."""
-        schema = json.loads((SOURCE / "docs/diagnosis.schema.json").read_text())
+        schema = json.loads((SOURCE / "docs/formats/diagnosis.schema.json").read_text())
         pending = [schema, *schema["$defs"].values()]
         while pending:
             part = pending.pop()

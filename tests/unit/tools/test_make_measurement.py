@@ -305,7 +305,7 @@ class Experiments(WithFolder):
 
 
 class Documentation(WithFolder):
-    text = (SOURCE / "docs/synthetic-measurements.md").read_text()
+    text = (SOURCE / "docs/guide/synthetic-measurements.md").read_text()
 
     def test_example(self):
         data = json.loads(re.search("```json\n(.*?)```", self.text, re.S).group(1))

@@ -610,8 +610,8 @@ def test_package_lists_its_modules():
 
 
 def test_examples_of_the_document(tmp_path, monkeypatch):
-    """The table and the Python of docs/make-wing.md do what they say, and the options that it names exist."""
-    text = (SOURCE / "docs/make-wing.md").read_text(encoding="utf-8")
+    """The table and the Python of docs/guide/make-wing.md do what they say, and the options that it names exist."""
+    text = (SOURCE / "docs/guide/make-wing.md").read_text(encoding="utf-8")
     problems = Problems()
     table = text.split("```toml\n")[1].split("```")[0]
     wing = traced_wing(read_toml(write(tmp_path, table, "wing.toml"), problems), problems, mesher="own")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""flusi-post against fields that are known exactly. Sums of a few modes are band-limited: what the tools do with them is exact
+"""postprocess against fields that are known exactly. Sums of a few modes are band-limited: what the tools do with them is exact
 up to the rounding of double precision, 1e-12 of the largest value."""
 import contextlib
 import io
@@ -312,7 +312,7 @@ class Postprocess(unittest.TestCase):
         self.refused("give files of one time", "magnitude", "ux_01.h5", "uy_06.h5", "uz_01.h5", "m_01.h5")
         self.refused("would overwrite an input", "remove-mean", "ux_01.h5", "./ux_01.h5")
         self.refused("end in .h5", "remove-mean", "ux_01.h5", "out.dat")
-        self.refused("2 arguments are given; use: flusi-post upsample", "upsample", "ux_01.h5", "ux_02.h5")
+        self.refused("2 arguments are given; use: postprocess upsample", "upsample", "ux_01.h5", "ux_02.h5")
         self.refused("do you mean --trapezoidal?", "time-avg", "ux_01.h5", "m_01.h5", "--trapezoid")
         self.refused("holds none of the points 0 to 15", "crop", "ux_01.h5", "ux_07.h5", "16:20", "0:1", "0:1")
         self.refused("is not x, y or z", "extract-slice", "ux_01.h5", "ux_07.h5", "xy", "3")
@@ -321,7 +321,7 @@ class Postprocess(unittest.TestCase):
     def test_help(self):
         text = overview()
         for name in TOOLS:
-            self.assertIn(f"flusi-post {TOOLS[name].name}", call(name, "--help"))
+            self.assertIn(f"postprocess {TOOLS[name].name}", call(name, "--help"))
             self.assertIn(TOOLS[name].about, text)
 
     def test_slabs(self):

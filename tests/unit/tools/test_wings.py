@@ -195,7 +195,7 @@ class Triangulations(unittest.TestCase):
 
 class Document(InFolder):
     def test_example_in_wing_format(self):
-        text = (SOURCE / "docs" / "wing-format.md").read_text(encoding="utf-8")
+        text = (SOURCE / "docs/formats/wing-format.md").read_text(encoding="utf-8")
         code = text.split("```python\n")[1].split("```")[0].replace('"strip.h5"', "PATH")
         exec(code, {"PATH": self.folder / "strip.h5"})  # the document of this project
         self.assert_read(self.folder / "strip.h5")

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a step sends: the counted bytes and messages of every rank are those of the model in docs/transforms.md, to the
+!> What a step sends: the counted bytes and messages of every rank are those of the model in docs/theory/transforms.md, to the
 !> last byte, on 1 to 8 ranks and all their process grids. The model is written here from the rules of sharing alone.
 program test_traffic
   use base_errors, only: failure_t

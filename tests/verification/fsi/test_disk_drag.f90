@@ -5,7 +5,7 @@
 !>
 !> The mask reaches t/2 beyond the planform, which is that much smaller: the disk of diameter 1 is the mask. Wall and
 !> blockage are taken into account as in test_sphere_drag: nothing is fitted. The sheet is as thin as a mask can be,
-!> t = 2 dx = 1/6. docs/verification-wings.md has the table over resolution, thickness and box: the drag may differ
+!> t = 2 dx = 1/6. docs/results/verification-wings.md has the table over resolution, thickness and box: the drag may differ
 !> by 5 %, the scatter of the correlation, and by 3 %, which blockage by 5 % is known to. At the end of the run drag is
 !> 1.5 % (Re 100) above its steady value.
 program test_disk_drag

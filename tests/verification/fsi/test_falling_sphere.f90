@@ -9,7 +9,7 @@
 !> are 3.5 % on 6 cells, and 2.1 % on 12.
 !>
 !> With the argument `fine` one sphere at Re 41, density 2.56 (the glass bead of Mordant & Pinton 2000,
-!> DOI 10.1007/PL00011074) on 12 cells a diameter; its numbers are in docs/free-flight.md.
+!> DOI 10.1007/PL00011074) on 12 cells a diameter; its numbers are in docs/guide/free-flight.md.
 program test_falling_sphere
   use base_constants, only: PI
   use base_errors, only: failure_t

@@ -33,7 +33,7 @@ program test_solid_warm_starts
   call work%init(model)
   call check_case(5.0e9_rp, 5.0_rp, 8, 0.4e-3_rp, is_straight=.true.)
   call check_case(5.0e9_rp, 5.0_rp, 2, 4.73989640152215e-3_rp, is_straight=.false.)
-  ! The neighbour's path goes around a cusp into another shape without a snap, and stumbles there (docs/statics.md).
+  ! The neighbour's path goes around a cusp into another shape without a snap, and stumbles there (docs/theory/statics.md).
   call check_case(5.0e9_rp, 0.05_rp, 3, 1.63972085334973e-03_rp, is_straight=.false.)
   call work%free()
   call t%finish()

@@ -28,7 +28,7 @@ class Stiffness:
     k_membrane: float = 1.0e5
     k_cross: float = 1.0e5
     cross_springs: bool = False
-    poisson: float = -1 / 3           # of the membrane's bending; see docs/synthetic-measurements.md
+    poisson: float = -1 / 3           # of the membrane's bending; see docs/guide/synthetic-measurements.md
     plate: str = "morley"             # or edges
     veins: dict = field(default_factory=dict)   # name: factor on E
     joints: dict = field(default_factory=dict)  # name: [N m/rad]; the others bend as their vein

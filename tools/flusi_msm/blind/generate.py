@@ -5,10 +5,10 @@ sealed until the verdicts on all of them are written (tools/blindscore).
 usage: blindgen DESIGN.json FOLDER --cases N [--seed S] [--mix null=1,single=2] [--snr LOW HIGH] [--jobs N]
        blindgen DESIGN.json FOLDER --fixed [NAME ...]
 
-A design is a case of make_measurement (docs/synthetic-measurements.md), whose mechanics are used; nothing is shared with
+A design is a case of make_measurement (docs/guide/synthetic-measurements.md), whose mechanics are used; nothing is shared with
 flusi or with what fits or diagnoses. Without --seed the operating system gives one. The same seed gives the same bytes; a
 batch that was interrupted is completed, and made larger by a larger N. --fixed makes the cases in the design's section
-"fixed", with open truths. docs/blind-tests.md describes all.
+"fixed", with open truths. docs/results/blind-tests.md describes all.
 """
 import argparse
 from pathlib import Path

@@ -5,7 +5,7 @@ mesh of the wing file and those on a finer one. The last line is JSON.
 
 usage: blindscore FOLDER [--verdicts FOLDER/verdicts] [-o scores.json] [--figure confusion.png]
 
-The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/blind-tests.md says
+The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/results/blind-tests.md says
 what is read from it.
 """
 import argparse

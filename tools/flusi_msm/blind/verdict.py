@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What msm_diagnose writes, as the verdict that blind cases are scored by (docs/blind-tests.md)."""
+"""What msm_diagnose writes, as the verdict that blind cases are scored by (docs/results/blind-tests.md)."""
 
 SCHEMA = "flusi-msm diagnosis"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a measurement file (docs/measurement-format.md) from height maps in CSV or NPZ files.
+"""Makes a measurement file (docs/formats/measurement-format.md) from height maps in CSV or NPZ files.
 
 usage: import_heights LIST.csv -o measurement.h5 --height-units um --axis-units mm --force-units mN --height-sd 5
 

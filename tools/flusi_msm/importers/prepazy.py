@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a wing file and a measurement file from the bending readings of the Pre-Pazy wing (docs/prepazy.md).
+"""Makes a wing file and a measurement file from the bending readings of the Pre-Pazy wing (docs/results/prepazy.md).
 
 usage: import_prepazy FOLDER --wing prepazy.h5 -o measurement.h5 [--sd MM]
 

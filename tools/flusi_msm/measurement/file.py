@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measurement files (docs/measurement-format.md): writes what was measured on a wing, in SI units."""
+"""Measurement files (docs/formats/measurement-format.md): writes what was measured on a wing, in SI units."""
 import h5py
 import numpy as np
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws readings of a beam's tip, the fitted beam and what is left (docs/prepazy.md).
+"""Draws readings of a beam's tip, the fitted beam and what is left (docs/results/prepazy.md).
 
 usage: bench_prepazy prepazy.h5 measurement.h5 > fit.txt; plot_prepazy fit.txt -o prepazy.png
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command flusi-post: finds the tool, its words and options, and runs it."""
+"""The command postprocess: finds the tool, its words and options, and runs it."""
 from __future__ import annotations
 
 import difflib
@@ -12,9 +12,9 @@ from flusi_msm.errors import InputError, run_command
 from flusi_msm.postprocess import point_tools, size_tools, sum_tools, vector_tools  # noqa: F401
 from flusi_msm.postprocess.registry import PRECISIONS, TOOLS, Call, Tool
 
-ABOUT = """flusi-post TOOL ARGUMENTS   computes with field files (*.h5), under the names of FLUSI's postprocessing tools
-flusi-post TOOL --help      what a tool does
-flusi-post --help           this list
+ABOUT = """postprocess TOOL ARGUMENTS   computes with field files (*.h5), under the names of FLUSI's postprocessing tools
+postprocess TOOL --help      what a tool does
+postprocess --help           this list
 
 Every tool that writes fields takes --single-precision or --double-precision; without them a result has the precision of the
 first input. Tools said to need fields keep that many in memory, in double precision; the others read slabs.
@@ -42,7 +42,7 @@ def find(name: str) -> Tool:
     if key not in TOOLS:
         near = difflib.get_close_matches(key, TOOLS, 1, 0.5)
         raise InputError(f"'{key}' is not a tool" + (f"; do you mean {near[0]}?" if near else "")
-                         + " (flusi-post --help lists all; docs/post-processing.md tells FLUSI's that are not offered)")
+                         + " (postprocess --help lists all; docs/guide/post-processing.md tells FLUSI's that are not offered)")
     return TOOLS[key]
 
 
@@ -89,7 +89,7 @@ def run(arguments: List[str]) -> None:
 
 
 def main() -> None:
-    run_command("flusi-post", lambda: run(sys.argv[1:]))
+    run_command("postprocess", lambda: run(sys.argv[1:]))
 
 
 if __name__ == "__main__":

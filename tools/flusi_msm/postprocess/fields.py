@@ -63,7 +63,7 @@ class Field:
     def number(self, name: str) -> float:
         """The attribute of that name."""
         if name not in self.attributes:
-            raise InputError(f"{self.path}: has no attribute '{name}': give it one with flusi-post set-hdf5-attribute "
+            raise InputError(f"{self.path}: has no attribute '{name}': give it one with postprocess set-hdf5-attribute "
                              f"{self.path} {name} 1 VALUE")
         return float(np.ravel(self.attributes[name])[0])
 
@@ -72,7 +72,7 @@ class Field:
         """Edges of the periodic box along x, y, z."""
         length = np.ravel(self.attributes.get("domain_size", ())).astype(float)
         if length.size != 3 or not (length > 0).all():
-            raise InputError(f"{self.path}: has no domain_size: give it one with flusi-post set-hdf5-attribute "
+            raise InputError(f"{self.path}: has no domain_size: give it one with postprocess set-hdf5-attribute "
                              f"{self.path} domain_size 3 LX,LY,LZ")
         return length
 
@@ -126,7 +126,7 @@ def open_fields(paths: Sequence[str], same_time: bool = False) -> List[Field]:
     for other in fields[1:]:
         if other.n != first.n:
             raise InputError(f"{other.path} has {points(other.n)} points, but {first.path} has {points(first.n)}: bring one to the "
-                             f"size of the other with flusi-post upsample")
+                             f"size of the other with postprocess upsample")
         sizes = [f.attributes.get("domain_size") for f in (first, other)]
         if all(size is not None for size in sizes) and not np.allclose(*sizes, rtol=1e-6, atol=0):
             raise InputError(f"{other.path} and {first.path} are of different boxes (domain_size {box_text(sizes[1])} and "
@@ -161,7 +161,7 @@ class Output:
         for name, value in kept.items():
             self._data.attrs[name] = np.atleast_1d(value) if np.asarray(value).dtype.kind in "fiu" else value
         self._data.attrs["nxyz"] = np.array(self.shape[::-1], dtype="i4")
-        self._data.attrs["program"] = np.bytes_(f"flusi-msm flusi-post {tool}")
+        self._data.attrs["program"] = np.bytes_(f"flusi-msm postprocess {tool}")
 
     def __enter__(self) -> "Output":
         return self

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a tool of flusi-post is: its words, its options, what it keeps in memory, and the function that does it."""
+"""What a tool of postprocess is: its words, its options, what it keeps in memory, and the function that does it."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -64,7 +64,7 @@ class Tool:
     def usage(self) -> str:
         last = len(self.words) - (0 if any(word.startswith("[") for word in self.words) else self.optional)
         words = " ".join(word if i < last else f"[{word}]" for i, word in enumerate(self.words))
-        return f"flusi-post {self.name} {words}" + "".join(
+        return f"postprocess {self.name} {words}" + "".join(
             f" [--{name}{' VALUE' * count}]" for name, (count, _) in self.options.items())
 
 

@@ -2,7 +2,7 @@
 """Wing surfaces that a run writes beside its fields: wing_left_<label>.h5, wing_right_<label>.h5.
 
 The wing frame has x from root to tip, y toward the leading edge, z to the lower side of the left wing and to the
-upper side of the right one (docs/kinematics.md)."""
+upper side of the right one (docs/guide/kinematics.md)."""
 import numpy as np
 
 from flusi_msm.results.files import InputError

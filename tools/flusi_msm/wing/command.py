@@ -18,7 +18,7 @@ from flusi_msm.wing.trace import Sketch, Trace, polygon_area, trace_of
 MM = 1e-3
 SMALL_ANGLE = 8.0  # degrees; what is smaller is told
 KINDS = ("calliphora", "plate", "strip")
-USAGE = """make_wing DRAWING.svg [-o wing.h5]        outline and veins traced in Inkscape (docs/make-wing.md)
+USAGE = """make_wing DRAWING.svg [-o wing.h5]        outline and veins traced in Inkscape (docs/guide/make-wing.md)
        make_wing WING.toml [-o wing.h5]          the same in a table, or a table that adds to a drawing
        make_wing WING.ini --length MM            a Fourier outline of FLUSI or WABBIT, without veins
        make_wing calliphora FILE [--edge MM]     the blowfly wing of this package
@@ -107,7 +107,7 @@ def save_picture(wing: Wing, quality: Quality, path: Path) -> None:
 
 
 def _drawing_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="make_wing", usage=USAGE, description="Makes wing files (docs/wing-format.md).")
+    parser = argparse.ArgumentParser(prog="make_wing", usage=USAGE, description="Makes wing files (docs/formats/wing-format.md).")
     parser.add_argument("drawing", metavar="DRAWING", help=".svg, .toml or .ini")
     parser.add_argument("-o", "--output", metavar="FILE", help="wing file to write (default: as DRAWING, with .h5)")
     parser.add_argument("--edge", type=float, metavar="MM", help="edge length of the mesh (default: about 1000 points)")

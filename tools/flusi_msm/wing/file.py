@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings in memory and in wing files (docs/wing-format.md). Points are counted from 0 here, from 1 in files."""
+"""Wings in memory and in wing files (docs/formats/wing-format.md). Points are counted from 0 here, from 1 in files."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field

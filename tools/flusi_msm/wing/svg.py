@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings traced in Inkscape or another editor of SVG files: which shape is what (docs/make-wing.md)."""
+"""Wings traced in Inkscape or another editor of SVG files: which shape is what (docs/guide/make-wing.md)."""
 from __future__ import annotations
 
 import re

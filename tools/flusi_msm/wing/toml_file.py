@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings as tables: a TOML file that holds outline, veins, joints and root, or adds to a drawing (docs/make-wing.md)."""
+"""Wings as tables: a TOML file that holds outline, veins, joints and root, or adds to a drawing (docs/guide/make-wing.md)."""
 from __future__ import annotations
 
 import difflib

@@ -134,7 +134,7 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> What the wings that bend are made of, and whether their coupling is safe for them (docs/flexible-wings.md).
+  !> What the wings that bend are made of, and whether their coupling is safe for them (docs/guide/flexible-wings.md).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings

@@ -29,7 +29,7 @@ contains
     call register_saving(registry)
   end subroutine register_solid_keys
 
-  !> Writes the reference of these keys, the third part of docs/parameters.md.
+  !> Writes the reference of these keys, the third part of docs/formats/parameters.md.
   subroutine write_solid_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry

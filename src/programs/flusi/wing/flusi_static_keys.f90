@@ -21,7 +21,7 @@ contains
     call register_rest(registry)
   end subroutine register_static_keys
 
-  !> Writes the reference of these keys, the second part of docs/parameters.md.
+  !> Writes the reference of these keys, the second part of docs/formats/parameters.md.
   subroutine write_static_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry
