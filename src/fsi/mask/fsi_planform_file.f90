@@ -112,6 +112,7 @@ contains
     call registry%add_switch(W, 'corrugated', .false., 'a corrugated wing', unbuilt='corrugation')
     call registry%add_switch(W, 'bristled', .false., 'a bristled wing', unbuilt='bristles')
     call registry%add_inert(W, 'wing_thickness_value', 'FLUSI''s thickness in the file of the wing')
+    call registry%add_inert(W, 'wing_thickness_profile', 'FLUSI''s variable thickness')
     call registry%add_inert(W, 'corrugation_*', 'FLUSI''s corrugation')
     call registry%add_inert(W, 'bristle*', 'FLUSI''s bristles')
     call registry%add_inert(W, 'wing_bounding_box', 'FLUSI''s bounding box')
