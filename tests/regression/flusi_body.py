@@ -138,6 +138,28 @@ def test_soft_wings(case):
         check(low <= top <= high + 1e-12, f"{name}: chi is at most {high}, not {top}")
 
 
+def test_corrugated(case):
+    """Wings with a relief: in the mask they are mirror images of each other and no flat ones; without thickness they fly, too."""
+    (case.folder / "w.ini").write_text(
+        "[Wing]\ntype=fourier;\na0_wings=0.6;\nai_wings=0.0;\nbi_wings=0.0;\nx0w=-0.1;\ny0w=0.5;\ncorrugated=yes;\n"
+        "corrugation_profile=(/0.0 0.3\n0.2 -0.1\n0.0 0.3/)\nwing_thickness_distribution=variable;\n"
+        "wing_thickness_profile=(/0.2 0.3\n0.4 0.3/)\n")
+    ini = merged(BODY, {"Insects": {"BodyType": None, "BodyMotion": None, "WingShape": f"from_file::{case.folder}/w.ini", "wing_ramp": 0.0},
+                        "Saving": {"iSaveMask": "yes", "tsave": 0.05, "field_precision": "double"}, "Time": {"nt": 4, "CFL": 0.4}})
+    dry = make(case.sub("dry"), merged(ini, {"DryRun": {"dry_run_without_fluid": "yes"}, "Time": {"nt": None, "Tmax": 0.1}}), 2)
+    for name in ("mask_000000.h5", "mask_000100.h5"):
+        mask = dry.field(name)
+        rows = [mask[32 * n:32 * (n + 1)] for n in range(32 * 16)]  # x of (y, z)
+        for z in range(16):
+            for y in range(1, 32):
+                close(rows[y + 32 * z], rows[(32 - y) + 32 * z], 1e-12, "left and right wing")
+    check(len({x for x in dry.field("mask_000000.h5") if x > 0}) > 50, "there are wings")
+    thin = make(case.sub("thin"), merged(ini, {"Insects": {"surface": "thin"}}), 1)
+    done = thin.run("run.ini", "--check")
+    check("has a variable thickness, which counts only" in done.out + done.err, f"what does not count is told: {done.err}")
+    check(len(thin.series("slip.t").rows) > 1, "wings without thickness fly")
+
+
 def test_sphere(case):
     """The body called sphere without wings is the sphere of iMask, with its smoothing."""
     flow = merged(WING, {**STILL, "MeanFlow": {"iMeanFlow_x": "fixed", "ux": 1.0}})
