@@ -20,7 +20,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from flusi_msm.results.ini import with_values  # noqa: E402
+from flusi_msm.results.ini import with_values
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER = (0.754, 0.167, 5.228)  # mN, mN, mW: Truong et al., Table 2, rigid wings

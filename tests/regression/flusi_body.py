@@ -8,7 +8,8 @@ The grids are far too coarse for physics; what is tested is that parts fit toget
 """
 import math
 
-from flusi_wing import BEAT, WING, make, restarted, same_on_ranks
+from flusi_flexible import FLIGHT
+from flusi_wing import BEAT, WING, make, restarted, same_on_ranks, steps
 from whole_program import EXIT_USER, check, close, main, merged
 
 BODY = merged(WING, {
@@ -54,6 +55,59 @@ def test_thin(case):
     check_parts(run)
 
 
+FLEXIBLE = merged(FLIGHT, {**STILL, "Insects": {"BodyType": "ellipsoid", "L_body": 0.8, "b_body": 0.15}, "Wing": {"E": 2e9},
+                           "MeanFlow": {"iMeanFlow": None, **{f"iMeanFlow_{axis}": "free" for axis in "xyz"}},
+                           "Time": {"nt": 10}, "Saving": {"tsave": 9, "tintegral": 1e-9}})
+
+
+def flown(case, ini, *parts, ranks=1):
+    """A run in parts of so many steps, each the restart of the one before."""
+    for number, nt in enumerate(parts):
+        case.write("run.ini", merged(ini, steps(nt)))
+        case.run("run.ini", *(["--restart"] if number else []), ranks=ranks)
+    return case
+
+
+def same_in_parts_and_on_ranks(case, ini, *names):
+    """Restart to the bit, and the same numbers on two ranks but for their last digit. Returns the run on one."""
+    whole, parts, two = flown(case.sub("whole"), ini, 10), flown(case.sub("parts"), ini, 6, 10), flown(case.sub("two"), ini, 10, ranks=2)
+    for name in ("forces.t", "forces_part1.t", "bending_left.t", "wing_right.t", "meanflow.t", *names):
+        check(whole.series(name).lines == parts.series(name).lines, f"{name}: restart to the last digit")
+        a, b = whole.series(name).rows, two.series(name).rows
+        check(len(a) == len(b) > 9, f"{name} has the same records on two ranks")
+        for p, q in zip(zip(*a), zip(*b)):
+            close(p, q, 2e-8, f"a column of {name}")
+    check(max(abs(row[1]) for row in whole.series("bending_left.t").rows) > 1e-4, "the wing bends")
+    return whole
+
+
+def test_flexible_thin(case):
+    """Flexible wings without thickness beside a body in the mask. The flow loses in a step the force of the markers in it and
+    that of the body, with the weights of Adams-Bashforth."""
+    run = same_in_parts_and_on_ranks(case, merged(FLEXIBLE, {"Insects": {"surface": "thin"}}))
+    check_parts(run)
+    flow, body = run.series("meanflow.t").rows, run.series("forces_part1.t").rows
+    wings = [run.series(f"forces_part{n}.t").rows for n in "23"]
+    for axis in (1, 2, 3):
+        scale = max(abs(row[axis]) for rows in (body, *wings) for row in rows)
+        for n in range(2, len(flow)):
+            dt = flow[n][0] - flow[n - 1][0]
+            force = 1.5 * body[n - 1][axis] - 0.5 * body[n - 2][axis] + sum(rows[n][axis] for rows in wings)
+            change = 32 * (flow[n][axis] - flow[n - 1][axis]) / dt
+            check(abs(change + force) < 1e-5 * scale, f"record {n}, axis {axis}: {change} is not {-force}")
+
+
+def test_flexible_free(case):
+    """Flexible wings in the mask on a body that flies: momentum of insect and flow changes by the weight alone."""
+    ini = merged(FLEXIBLE, {"Insects": {"BodyMotion": "free_flight", "mass": 50.0, "gravity": -0.05, "J_body_yawpitchroll": "4.0 4.0 3.0"},
+                            "Flexible_wing": {"coupling": "weak"}, "Time": {"dt_fixed": 2.5e-3}})
+    run = same_in_parts_and_on_ranks(case, ini, "rigidsolidsolver.t", "free_flight.t")
+    rows = [(a[0], [a[16 + i] + 32 * b[1 + i] for i in range(3)]) for a, b in zip(run.series("free_flight.t").rows,
+                                                                                 run.series("meanflow.t").rows)]
+    for time, momentum in rows:
+        check(max(abs(p - q - w * time) for p, q, w in zip(momentum, rows[0][1], (0, 0, -2.5))) < 1e-6, f"{momentum} at {time}")
+
+
 def test_covered(case):
     """Wings without thickness inside a body at rest, where the mask is 1, are part of it."""
     ini = merged(merged(BODY, STILL), THIN)
@@ -82,6 +136,28 @@ def test_soft_wings(case):
         run = make(case.sub(name), merged(ini, {"Insects": {"wing_edges": edges}}), 2)
         top = max(run.field("mask_000000.h5"))
         check(low <= top <= high + 1e-12, f"{name}: chi is at most {high}, not {top}")
+
+
+def test_corrugated(case):
+    """Wings with a relief: in the mask they are mirror images of each other and no flat ones; without thickness they fly, too."""
+    (case.folder / "w.ini").write_text(
+        "[Wing]\ntype=fourier;\na0_wings=0.6;\nai_wings=0.0;\nbi_wings=0.0;\nx0w=-0.1;\ny0w=0.5;\ncorrugated=yes;\n"
+        "corrugation_profile=(/0.0 0.3\n0.2 -0.1\n0.0 0.3/)\nwing_thickness_distribution=variable;\n"
+        "wing_thickness_profile=(/0.2 0.3\n0.4 0.3/)\n")
+    ini = merged(BODY, {"Insects": {"BodyType": None, "BodyMotion": None, "WingShape": f"from_file::{case.folder}/w.ini", "wing_ramp": 0.0},
+                        "Saving": {"iSaveMask": "yes", "tsave": 0.05, "field_precision": "double"}, "Time": {"nt": 4, "CFL": 0.4}})
+    dry = make(case.sub("dry"), merged(ini, {"DryRun": {"dry_run_without_fluid": "yes"}, "Time": {"nt": None, "Tmax": 0.1}}), 2)
+    for name in ("mask_000000.h5", "mask_000100.h5"):
+        mask = dry.field(name)
+        rows = [mask[32 * n:32 * (n + 1)] for n in range(32 * 16)]  # x of (y, z)
+        for z in range(16):
+            for y in range(1, 32):
+                close(rows[y + 32 * z], rows[(32 - y) + 32 * z], 1e-12, "left and right wing")
+    check(len({x for x in dry.field("mask_000000.h5") if x > 0}) > 50, "there are wings")
+    thin = make(case.sub("thin"), merged(ini, {"Insects": {"surface": "thin"}}), 1)
+    done = thin.run("run.ini", "--check")
+    check("has a variable thickness, which counts only" in done.out + done.err, f"what does not count is told: {done.err}")
+    check(len(thin.series("slip.t").rows) > 1, "wings without thickness fly")
 
 
 def test_sphere(case):

@@ -11,9 +11,8 @@ import sys
 from pathlib import Path
 
 HERE, BUILD = Path(sys.argv[1]), sys.argv[2]
-sys.path.insert(0, str(HERE))
 sys.dont_write_bytecode = True
-import scaling_model as model  # noqa: E402
+import scaling_model as model
 
 FAILED = []
 

@@ -18,6 +18,7 @@ module fsi_flight_params
   use fsi_thin_keys, only: read_thin_keys, register_thin_keys, thin_params_t
   use fsi_solid_shape, only: shape_holder_t, solid_shape_t
   use fsi_wing_motion, only: wing_motion_t
+  use fsi_wing_solids, only: fourier_wing_t
   use fsi_wing_source, only: draws_to_outline, mean_chord, read_wing_shape, register_wing_source
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -139,7 +140,8 @@ contains
     end if
     edges = draws_to_outline(config, params%thin%is_thin)
     call read_wing_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, solid, &
-                         merge(2*params%half_thickness, 0.0_rp, edges), errors, notices, world, mesh)
+                         merge(0.0_rp, 2*params%half_thickness, config%get_word(SECTION, 'wings') == 'flexible'), edges, &
+                         errors, notices, world, mesh)
     if (edges .and. .not. allocated(solid)) call complain_edges(config, errors)
     allocate (params%wings(count(is_there)))
     n = 0
@@ -155,7 +157,7 @@ contains
         wing%is_mirrored = wing%mount%mirrors(z_is_dorsal)
         if (wing%is_mirrored) wing%points(3, :) = -points(3, :)
         wing%triangles = triangles
-        if (allocated(solid)) call make_solid(wing%solid, solid, params%smoothing)
+        if (allocated(solid)) call make_solid(wing%solid, solid, params%smoothing, wing%is_mirrored)
         wing%inertia = read_inertia(config)
         wing%moments = read_moments(config, wing)
         call read_one_motion(config, ini, i, t_end, wing%motion, errors, notices, world)
@@ -192,13 +194,18 @@ contains
       'of one of FLUSI''s wings by name, or a Fourier outline from a file; valid for this wing: round')
   end subroutine complain_edges
 
-  subroutine make_solid(solid, shape, smoothing)
+  subroutine make_solid(solid, shape, smoothing, is_mirrored)
     type(rigid_body_t), intent(inout) :: solid
     class(solid_shape_t), intent(in) :: shape
     real(rp), intent(in) :: smoothing
+    logical, intent(in) :: is_mirrored
     type(shape_holder_t), allocatable :: parts(:)
     allocate (parts(1))
     allocate (parts(1)%shape, source=shape)
+    select type (wing => parts(1)%shape)
+    type is (fourier_wing_t)
+      if (is_mirrored) wing%side = -1
+    end select
     call solid%init(parts, smoothing)
   end subroutine make_solid
 

@@ -9,6 +9,7 @@ module fsi_planform
   use base_errors, only: require
   use base_kinds, only: rp
   use fsi_fourier_outline, only: fourier_outline_t
+  use fsi_wing_relief, only: wing_relief_t
   implicit none
   private
   public :: planform_t, fourier_planform, polygon_planform, curve_planform, rectangular_planform, elliptic_planform
@@ -20,6 +21,7 @@ module fsi_planform
   type :: planform_t
     real(rp), allocatable :: outline(:, :) !< (2, n) x, y
     type(fourier_outline_t) :: fourier     !< the same, of one that was given so and has not been stretched
+    type(wing_relief_t) :: relief          !< of one with such an outline, if it is not flat or of constant thickness
   contains
     procedure :: area => planform_area
     procedure :: span => planform_span
@@ -143,6 +145,7 @@ contains
   subroutine planform_rescale(self, tip, mean_chord)
     class(planform_t), intent(inout) :: self
     real(rp), intent(in) :: tip, mean_chord
+    if (tip > 0) self%relief = self%relief%scaled(tip/maxval(self%outline(1, :)))
     if (tip > 0 .and. allocated(self%fourier%ai)) self%fourier = self%fourier%scaled(tip/maxval(self%outline(1, :)))
     if (mean_chord > 0 .and. allocated(self%fourier%ai)) deallocate (self%fourier%ai) ! no such series any more
     if (tip > 0) self%outline = self%outline*(tip/maxval(self%outline(1, :)))

@@ -69,6 +69,8 @@ contains
       if (kind == 'ellipse') planform = elliptic_planform(root, tip, chord, front)
     end select
     if (errors%count() > errors_before) return
+    call read_relief(config, kind, planform, errors)
+    if (errors%count() > errors_before) return
     span = planform%span()
     if (span(2) <= 0 .or. planform%area() <= 0) then
       call config%complain(errors, W, 'type', 'the outline encloses nothing at positive x')
@@ -107,12 +109,16 @@ contains
     end do
     call registry%add_real(W, 'x0w', 0.0_rp, 'chordwise place of the centre of R(theta)', unit='length')
     call registry%add_real(W, 'y0w', 0.0_rp, 'spanwise place of the centre of R(theta)', unit='length')
-    call registry%add_word(W, 'wing_thickness_distribution', 'constant', 'constant', 'thickness over the wing', &
-                           unbuilt='variable')
-    call registry%add_switch(W, 'corrugated', .false., 'a corrugated wing', unbuilt='corrugation')
+    call registry%add_word(W, 'wing_thickness_distribution', 'constant', 'constant|variable', 'thickness over the wing')
+    call registry%add_matrix(W, 'wing_thickness_profile', 0, 'variable: thickness on a lattice, rows along the chord from the '// &
+                             'trailing edge, columns along the span from the root')
+    call registry%add_switch(W, 'corrugated', .false., 'a corrugated wing')
+    call registry%add_matrix(W, 'corrugation_profile', 0, 'corrugated: height on such a lattice, along FLUSI''s z_w of the '// &
+                             'right wing, to its lower side; the left wing is its mirror image')
+    call registry%add_reals(W, 'corrugation_array_bbox', [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp], 'box of the lattices: chordwise, '// &
+                            'then spanwise ends; 0: that of the outline', unit='length', length=4)
     call registry%add_switch(W, 'bristled', .false., 'a bristled wing', unbuilt='bristles')
     call registry%add_inert(W, 'wing_thickness_value', 'FLUSI''s thickness in the file of the wing')
-    call registry%add_inert(W, 'corrugation_*', 'FLUSI''s corrugation')
     call registry%add_inert(W, 'bristle*', 'FLUSI''s bristles')
     call registry%add_inert(W, 'wing_bounding_box', 'FLUSI''s bounding box')
   end subroutine register_wing_keys
@@ -151,6 +157,45 @@ contains
                                   config%get_real(W, 'y0w'))
     end if
   end subroutine read_fourier
+
+  !> Corrugation and variable thickness of a wing with a Fourier outline.
+  subroutine read_relief(config, kind, planform, errors)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: kind
+    type(planform_t), intent(inout) :: planform
+    type(message_list_t), intent(inout) :: errors
+    character(*), parameter :: HEIGHT = 'corrugation_profile', THICKNESS = 'wing_thickness_profile'
+    logical :: has(2)
+    has = [config%get_switch(W, 'corrugated'), config%get_word(W, 'wing_thickness_distribution') == 'variable']
+    if (.not. any(has)) return
+    if (kind /= 'fourier' .or. config%get_real(W, 'mean_chord') > 0) then
+      call config%complain(errors, W, trim(merge('corrugated                 ', 'wing_thickness_distribution', has(1))), &
+                           'needs type = fourier, without mean_chord')
+      return
+    end if
+    associate (relief => planform%relief, outline => planform%outline)
+      if (has(1)) call take(HEIGHT, relief%height)
+      if (has(2)) call take(THICKNESS, relief%thickness)
+      if (allocated(relief%thickness)) then
+        if (any(relief%thickness < 0) .or. .not. any(relief%thickness > 0)) &
+          call config%complain(errors, W, THICKNESS, 'has a negative thickness, or none at all')
+      end if
+      relief%box = config%get_reals(W, 'corrugation_array_bbox')
+      if (.not. any(abs(relief%box) > 0)) relief%box = [minval(outline(2, :)), maxval(outline(2, :)), &
+                                                        minval(outline(1, :)), maxval(outline(1, :))]
+      if (relief%box(2) <= relief%box(1) .or. relief%box(4) <= relief%box(3)) &
+        call config%complain(errors, W, 'corrugation_array_bbox', 'is no box; valid: chord from, to, span from, to')
+    end associate
+
+  contains
+
+    subroutine take(key, values)
+      character(*), intent(in) :: key
+      real(rp), allocatable, intent(out) :: values(:, :)
+      values = config%get_matrix(W, key)
+      if (minval(shape(values)) < 2) call config%complain(errors, W, key, 'is missing, or has less than two rows or columns')
+    end subroutine take
+  end subroutine read_relief
 
   !> The numbers of a list, or of a matrix row by row.
   function series_of(config, key, as_matrix) result(x)

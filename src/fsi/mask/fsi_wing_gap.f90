@@ -65,20 +65,33 @@ contains
     real(rp), intent(in) :: shift(3), limit
     type(triangle_t) :: triangle
     real(rp) :: corners(3, 3), low(3), high(3), d2, v, w
-    integer :: t, p
+    integer :: near(size(a%points, 2)) !< points of `a` in the box of `b`, the first n_near
+    integer :: n_near, t, i, p
     distance = limit
+    low = minval(b%points, 2) + shift - limit
+    high = maxval(b%points, 2) + shift + limit
+    n_near = 0
+    do p = 1, size(a%points, 2)
+      if (any(a%points(:, p) < low .or. a%points(:, p) > high)) cycle
+      n_near = n_near + 1
+      near(n_near) = p
+    end do
     low = minval(a%points, 2)
     high = maxval(a%points, 2)
     do t = 1, size(b%triangles, 2)
       corners = b%points(:, b%triangles(:, t)) + spread(shift, 2, 3)
-      if (any(minval(corners, 2) > high + distance) .or. any(maxval(corners, 2) < low - distance)) cycle
-      triangle = make_triangle(corners(:, 1), corners(:, 2), corners(:, 3))
-      do p = 1, size(a%points, 2)
-        if (any(a%points(:, p) > maxval(corners, 2) + distance) .or. &
-            any(a%points(:, p) < minval(corners, 2) - distance)) cycle
-        call triangle%closest(a%points(:, p), d2, v, w)
-        distance = min(distance, sqrt(d2))
-      end do
+      associate (first => minval(corners, 2), last => maxval(corners, 2))
+        if (any(first > high + distance) .or. any(last < low - distance)) cycle
+        triangle = make_triangle(corners(:, 1), corners(:, 2), corners(:, 3))
+        do i = 1, n_near
+          p = near(i)
+          if (a%points(1, p) > last(1) + distance .or. a%points(1, p) < first(1) - distance) cycle
+          if (a%points(2, p) > last(2) + distance .or. a%points(2, p) < first(2) - distance) cycle
+          if (a%points(3, p) > last(3) + distance .or. a%points(3, p) < first(3) - distance) cycle
+          call triangle%closest(a%points(:, p), d2, v, w)
+          distance = min(distance, sqrt(d2))
+        end do
+      end associate
     end do
   end function from_points
 end module fsi_wing_gap

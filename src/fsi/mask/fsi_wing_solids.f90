@@ -6,6 +6,7 @@ module fsi_wing_solids
   use fluid_bodies, only: mask_profile
   use fsi_fourier_outline, only: fourier_outline_t
   use fsi_solid_shape, only: solid_shape_t
+  use fsi_wing_relief, only: wing_relief_t
   implicit none
   private
   public :: fourier_wing_t, panel_wing_t, make_fourier_wing, make_panel_wing
@@ -14,6 +15,8 @@ module fsi_wing_solids
   type, extends(solid_shape_t) :: fourier_wing_t
     type(fourier_outline_t) :: outline
     real(rp) :: half_thickness = 0
+    type(wing_relief_t) :: relief
+    real(rp) :: side = 1 !< along which z the heights are; -1: a mirror image
   contains
     procedure :: mask_at => fourier_mask
   end type fourier_wing_t
@@ -30,21 +33,30 @@ module fsi_wing_solids
 
 contains
 
-  type(fourier_wing_t) function make_fourier_wing(outline, planform, thickness) result(shape)
+  type(fourier_wing_t) function make_fourier_wing(outline, planform, thickness, relief) result(shape)
     type(fourier_outline_t), intent(in) :: outline
     real(rp), intent(in) :: planform(:, :) !< (2, n) points of the outline
     real(rp), intent(in) :: thickness
+    type(wing_relief_t), intent(in), optional :: relief
+    real(rp) :: reach
     shape%outline = outline
     shape%half_thickness = thickness/2
-    shape%low = [minval(planform, 2), -thickness/2]
-    shape%high = [maxval(planform, 2), thickness/2]
+    if (present(relief)) shape%relief = relief
+    reach = shape%relief%reach(thickness)
+    shape%low = [minval(planform, 2), -reach]
+    shape%high = [maxval(planform, 2), reach]
   end function make_fourier_wing
 
   pure real(rp) function fourier_mask(self, x, h) result(chi)
     class(fourier_wing_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h
     real(rp) :: arm(2)
-    chi = mask_profile(abs(x(3)) - self%half_thickness, h)
+    if (self%relief%exists()) then
+      chi = mask_profile(abs(x(3) - self%side*self%relief%height_at(x(2), x(1))) - &
+                         self%relief%thickness_at(x(2), x(1), 2*self%half_thickness)/2, h)
+    else
+      chi = mask_profile(abs(x(3)) - self%half_thickness, h)
+    end if
     if (chi <= 0) return
     arm = [x(2), x(1)] - self%outline%centre
     chi = chi*mask_profile(norm2(arm) - self%outline%radius(arm), h)

@@ -70,7 +70,7 @@ contains
 
   !> Points and triangles of the wing, L, along axes of which z points to its dorsal side or not.
   subroutine read_wing_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, solid, &
-                             thickness, errors, notices, world, mesh)
+                             thickness, ends_at_outline, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     type(grid_t), intent(in) :: grid
@@ -80,6 +80,7 @@ contains
     logical, intent(out) :: z_is_dorsal
     class(solid_shape_t), allocatable, intent(out) :: solid !< the wing up to its outline, of `thickness` [L]; 0: none
     real(rp), intent(in) :: thickness
+    logical, intent(in) :: ends_at_outline !< it is wanted; one that is not flat, or of variable thickness, always is
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
     type(wing_t), intent(in), optional :: mesh
@@ -109,8 +110,8 @@ contains
         factor = 1/file_unit
         if (length > 0) factor = factor*(length/maxval(planform%outline(1, :)))
         if (length > 0) planform%outline = planform%outline*(length/maxval(planform%outline(1, :)))
-        if (thickness > 0 .and. allocated(planform%fourier%ai)) allocate (solid, source= &
-          make_fourier_wing(planform%fourier%scaled(factor), planform%outline, thickness))
+        planform%relief = planform%relief%scaled(factor)
+        if (allocated(planform%fourier%ai)) call take_fourier()
       end if
       edge = max(grid%max_spacing(), maxval(planform%outline(1, :))/40)
       if (config%is_given(SECTION, 'wing_edge')) edge = config%get_real(SECTION, 'wing_edge')
@@ -129,6 +130,7 @@ contains
         end if
         ! Chords of the outline cut its bulges; the mean chord is the planform's all the same.
         points(2, :) = points(2, :)*(planform%mean_chord()/mean_chord(points, triangles))
+        if (planform%relief%exists()) call lift_points()
       end if
     else if (index(word, MESH_WORD) == 1) then
       path = named_path(word(len(MESH_WORD) + 1:), ini, world)
@@ -160,6 +162,29 @@ contains
 
   contains
 
+    !> The wing of a file as a solid.
+    subroutine take_fourier()
+      logical :: wanted
+      wanted = ends_at_outline .or. (planform%relief%exists() .and. config%get_word(SECTION, 'wing_edges') == 'auto')
+      if (thickness > 0 .and. wanted) then
+        allocate (solid, source=make_fourier_wing(planform%fourier%scaled(factor), planform%outline, thickness, &
+                                                  planform%relief))
+      else if (allocated(planform%relief%thickness)) then
+        call config%complain(notices, SECTION, 'WingShape', 'has a variable thickness, which counts only for rigid wings in '// &
+                             'the mask (surface = penalized) that end at their outline (wing_edges = flusi)')
+      end if
+    end subroutine take_fourier
+
+    !> Points go to the height of the wing there; those beside its box, at the rim, to that of the box.
+    subroutine lift_points()
+      integer :: i
+      associate (b => planform%relief%box)
+        do i = 1, size(points, 2)
+          points(3, i) = planform%relief%height_at(max(b(1), min(b(2), points(2, i))), max(b(3), min(b(4), points(1, i))))
+        end do
+      end associate
+    end subroutine lift_points
+
     subroutine take_named()
       numbers%span = config%get_real(SECTION, 'L_span')
       numbers%front = config%get_real(SECTION, 'b_top')
@@ -175,7 +200,7 @@ contains
       call make_named_wing(word, numbers, 1.0_rp, 0.0_rp, planform, solid)
       factor = 1
       if (length > 0) factor = length/maxval(planform%outline(1, :))
-      call make_named_wing(word, numbers, factor, thickness, planform, solid)
+      call make_named_wing(word, numbers, factor, merge(thickness, 0.0_rp, ends_at_outline), planform, solid)
     end subroutine take_named
 
     function tip_text(is_scaled)

@@ -7,7 +7,10 @@ program test_planform
   use fsi_planform, only: planform_t
   use fsi_planform_file, only: read_planform, read_planform_text
   use fsi_planform_mesh, only: triangulate_planform
+  use fsi_rigid_body, only: rigid_body_t
+  use fsi_solid_shape, only: shape_holder_t
   use fsi_surface, only: surface_t
+  use fsi_wing_solids, only: fourier_wing_t, make_fourier_wing
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = new_line('a')
@@ -50,6 +53,7 @@ program test_planform
   call test_mesh('polygon', planform, 0.03_rp, 1.0e-2_rp)
 
   call test_calliphora()
+  call test_relief()
   call test_mistakes()
   call kit%finish()
 
@@ -139,6 +143,40 @@ contains
                          rtol=0.05_rp)
   end subroutine test_calliphora
 
+  !> A round wing whose height and thickness are bilinear, along the chord c and the span s: z = c + 2 s + 3 c s, t = 0.1 (1 + s).
+  subroutine test_relief()
+    type(planform_t) :: wing
+    type(fourier_wing_t) :: solid
+    type(rigid_body_t) :: body
+    type(shape_holder_t), allocatable :: parts(:)
+    character(*), parameter :: RELIEF = 'ai_wings=0.0'//NL//'bi_wings=0.0'//NL//'corrugated=yes'//NL// &
+      'wing_thickness_distribution=variable'//NL//'corrugation_array_bbox=-1 1 0 1'//NL// &
+      'corrugation_profile=(/-1 -2'//NL//'0 2'//NL//'1 6/)'//NL//'wing_thickness_profile=(/0.1 0.2'//NL//'0.1 0.2/)'
+    real(rp), parameter :: C = -0.13_rp, S = 0.61_rp, H = 0.02_rp, Z = C + 2*S + 3*C*S, T = 0.1_rp*(1 + S)
+    wing = planform_of(FOURIER//RELIEF)
+    call kit%check_close('the height is bilinear', wing%relief%height_at(C, S), Z, rtol=1.0e-14_rp)
+    call kit%check_close('so is the thickness', wing%relief%thickness_at(C, S, 9.0_rp), T, rtol=1.0e-14_rp)
+    call kit%check('there is nothing beyond the box', .not. any(abs([wing%relief%height_at(0.0_rp, 1.01_rp), &
+                                                     wing%relief%thickness_at(1.01_rp, 0.5_rp, 9.0_rp)]) > 0))
+    solid = make_fourier_wing(wing%fourier, wing%outline, 9.0_rp, wing%relief)
+    call kit%check_close('half of chi is half the thickness above that height', solid%mask_at([S, C, Z + T/2], H), 0.5_rp, &
+                         rtol=1.0e-12_rp)
+    call kit%check_close('all of it in the middle', solid%mask_at([S, C, Z], H), 1.0_rp, rtol=1.0e-12_rp)
+    solid%side = -1
+    call kit%check_close('the other wing is a mirror image', solid%mask_at([S, C, -Z - T/2], H), 0.5_rp, rtol=1.0e-12_rp)
+    allocate (parts(1))
+    allocate (parts(1)%shape, source=solid)
+    call body%init(parts, H)
+    ! The outline is a circle of radius 0.3 about (-0.1, 0.5); its step adds pi h^2 (1 - 8/pi^2). Moments are sums over
+    ! points h/2 apart.
+    call kit%check_close('its volume is area times mean thickness', body%displaced%mass, &
+                         0.15_rp*PI*(0.3_rp**2 + H**2*(1 - 8/PI**2)), rtol=2.0e-3_rp)
+    wing%relief = wing%relief%scaled(2.0_rp)
+    call kit%check_close('twice as large', wing%relief%height_at(2*C, 2*S), 2*Z, rtol=1.0e-14_rp)
+    wing = planform_of(FOURIER//'length=0.4'//NL//RELIEF) ! half as large, as the tip was at 0.8
+    call kit%check_close('as large as length says', wing%relief%height_at(C/2, S/2), Z/2, rtol=1.0e-14_rp)
+  end subroutine test_relief
+
   subroutine test_mistakes()
     call refuse('an unknown type', 'type=delta', 'type')
     call refuse('no coefficients', 'type=fourier', 'a0_wings')
@@ -151,8 +189,13 @@ contains
     call refuse('two chords at one x', 'type=polygon'//NL//'outline=(/0 0'//NL//'1 0'//NL//'1 -1'//NL//'0 -1'//NL// &
                 '0.9 -0.7'//NL//'0 -0.5/)', 'type')
     call refuse('a wing behind its hinge', 'type=polygon'//NL//'outline=(/-2 0'//NL//'-1 0'//NL//'-1 1/)', 'type')
-    call refuse('corrugation, which is not built', 'type=ellipse'//NL//'length=1'//NL//'mean_chord=1'//NL// &
+    call refuse('corrugation of an ellipse', 'type=ellipse'//NL//'length=1'//NL//'mean_chord=1'//NL// &
                 'corrugated=yes', 'corrugated')
+    call refuse('corrugation without a profile', 'type=fourier'//NL//'a0_wings=0.6'//NL//'ai_wings=0.0'//NL//'bi_wings=0.0'// &
+                NL//'corrugated=yes', 'corrugation_profile')
+    call refuse('a negative thickness', 'type=fourier'//NL//'a0_wings=0.6'//NL//'ai_wings=0.0'//NL//'bi_wings=0.0'// &
+                NL//'wing_thickness_distribution=variable'//NL//'wing_thickness_profile=(/0.1 0.1'//NL//'0.1 -0.1/)', &
+                'wing_thickness_profile')
   end subroutine test_mistakes
 
   !> The text must be refused with a message that names `key`.

@@ -4,9 +4,11 @@ import csv
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
+from flusi_msm.plots import cycle as plot_cycle
 from flusi_msm.results import cycles as beats
 from flusi_msm.results.files import InputError, read_series
 from synthetic import CYCLE_MEANS, picture, run_tool, write_flapping_run, write_table
@@ -111,6 +113,19 @@ class Pictures(Cycle):
         done = self.assert_picture(self.run_folder, "--cycles", "3-4", out=self.run_folder / "cycle.png")
         self.assertIn("mean lift               5.25 \u00b1 0.25 = 1.053 mN", done.stdout)
 
+    def test_the_start_of_the_flow_is_beyond_the_axes(self):
+        """A spike in the first tenth of cycle 1 does not scale the panel, and the picture says so."""
+        for spike in (0.0, 1e3):
+            run = beats.FlappingRun(self.run_folder)
+            run.signals["lift"].values[run.signals["lift"].x < 0.05] += spike
+            figures = []
+            with mock.patch.object(plot_cycle, "save", lambda figure, out: figures.append(figure)):
+                plot_cycle.draw([(run, [1], "rigid")], None)
+            lift = figures[0].axes[0]
+            _, high = lift.get_ylim()
+            self.assertLess(high, 15)  # 3.5 + 5 sin and the drift of 0.5 a cycle, with room
+            self.assertEqual(any(plot_cycle.NOTE in ax.get_xlabel() for ax in figures[0].axes), spike > 0)
+
     def test_two_runs_and_their_numbers(self):
         write_flapping_run(self.folder / "flexible", factor=0.5)
         table = self.folder / "cycle.csv"
@@ -137,11 +152,10 @@ class Pictures(Cycle):
         self.assertIn("not shaded", done.stderr)
 
     def test_start_of_the_flow(self):
-        """One first record far above all others does not set the scale; one that is not does."""
-        from flusi_msm.plots import cycle as plot_cycle
-        curve = np.array([70.0, 1.0, -2.0, 3.0])
-        self.assertEqual(plot_cycle.settled(curve).max(), 3)
-        self.assertEqual(plot_cycle.settled(curve / [20, 1, 1, 1]).max(), 3.5)
+        """The first tenth of cycle 1 does not set the scale; that of another cycle does."""
+        phases, curve = np.array([0.0, 0.09, 0.11, 1.0]), np.array([70.0, 9.0, -2.0, 3.0])
+        self.assertEqual(plot_cycle.settled(phases, curve, [1, 2]).max(), 3)
+        self.assertEqual(plot_cycle.settled(phases, curve, [2]).max(), 70)
 
     def test_refusals(self):
         def refused(*arguments, because):

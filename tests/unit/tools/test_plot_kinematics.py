@@ -60,10 +60,10 @@ class PlotKinematics(unittest.TestCase):
         self.assert_picture(BLOWFLY, "--eta", -70, "-o", self.folder / "out.png")
 
     def test_hermite_beside_the_file(self):
-        self.assert_picture(self.write("k.ini", HERMITE), "--eta", -50, "--pitch", -30, out="k.png")
+        self.assert_picture(self.write("k.ini", HERMITE), "--eta", -50, "--pitch", -30, out="k_kinematics.png")
 
     def test_table(self):
-        self.assert_picture(self.write("k.dat", TABLE), "--count", 5, out="k.png")
+        self.assert_picture(self.write("k.dat", TABLE), "--count", 5, out="k_kinematics.png")
 
     def test_fourier_angles(self):
         motion = plot_kinematics.read_motion(BLOWFLY)

@@ -190,7 +190,7 @@ class Quickstart(unittest.TestCase):
         self.assert_exit(self.quickstart("run", "ini/sphere.ini"), 0)
         folder = f"{self.tree}/runs/sphere"
         self.assertEqual(self.calls("python"),
-                         [f"{self.tree}/tools/plot_slice {folder} -o {folder}/sphere.png",
+                         [f"{self.tree}/tools/plot_slice {folder} -o {folder}/flow.png",
                           f"{self.tree}/tools/plot_series {folder}/forces.t -o {folder}/forces.png"])
 
     def test_pictures_of_wings(self):
@@ -198,7 +198,7 @@ class Quickstart(unittest.TestCase):
         self.assert_exit(self.quickstart("run"), 0)
         folder = f"{self.tree}/runs/wing"
         self.assertEqual(self.calls("python"),
-                         [f"{self.tree}/tools/plot_slice {folder} -o {folder}/wing.png",
+                         [f"{self.tree}/tools/plot_slice {folder} -o {folder}/flow.png",
                           f"{self.tree}/tools/plot_cycle {folder} -o {folder}/beat.png",
                           f"{self.tree}/tools/render {folder} -o {folder}/wings.png",
                           f"{self.tree}/tools/plot_slice {folder} --section left -o {folder}/sections.png"])

@@ -7,6 +7,7 @@ from pathlib import Path
 import matplotlib
 
 matplotlib.use("Agg")
+import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -228,6 +229,29 @@ class Pictures(unittest.TestCase):
 
         self.assertGreater(blue(), 0.01)
         self.assertEqual(blue("--no-twin"), 0.0)
+
+    def test_a_body(self):
+        """Its surface is drawn, covers as much as it should, and is one of the surfaces; a file of something else is named."""
+        corners = np.array([[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]], dtype=float)
+        faces = [[a, b, c] for a in (0, 1) for b in (2, 3) for c in (4, 5)]
+        with h5py.File(self.folder / "body_001000.h5", "w") as file:
+            file["points"], file["triangles"] = 0.4 * corners + (2, 2, 1), np.array(faces, dtype="i4")
+        scene = render.Scene(render.Snapshot(self.folder, "001000"), None)
+        bodies = [s for s in scene.surfaces([]) if s.colour == render.to_rgb(render.BODY)]
+        self.assertEqual([len(s.points) for s in bodies], [6])
+        for path in self.folder.glob("wing_*.h5"):
+            path.unlink()
+        out = self.folder / "x.png"
+        self.assert_picture("--with", "numpy", "--wings", "--view", "0,0", "-o", out, out="x.png", says="wings only")
+        brown = np.array(render.to_rgb(render.BODY))
+        pixels = plt.imread(out)[:, :, :3]
+        direction = pixels / np.maximum(np.linalg.norm(pixels, axis=2, keepdims=True), 1e-9)
+        share = np.mean(direction @ (brown / np.linalg.norm(brown)) > 0.9995)
+        # A square on its corner that fills the height (1/1.04 of it): half of that squared over the width, and the legend.
+        self.assertAlmostEqual(share, 0.5 * 0.75 / 1.04**2 * 6 / 6.35, delta=0.06)
+        with h5py.File(self.folder / "body_001000.h5", "w") as file:
+            file["points"] = corners
+        self.assertIn("not the surface of a body", run_tool("render", self.folder).stderr)
 
     def test_stored_magnitude_and_automatic_choice(self):
         x, y, z = grid(self.n, self.length)

@@ -213,6 +213,15 @@ class Pictures(InFolder):
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertGreater(picture.stat().st_size, 20000)
 
+    def test_a_picture_has_a_name_of_its_own(self):
+        """NAME.png is the picture of make_wing, which stays."""
+        (self.folder / "a.h5").write_bytes((SOURCE / "wings" / "plate.h5").read_bytes())
+        (self.folder / "a.png").write_text("that of make_wing")
+        run = run_tool("plot_wing", self.folder / "a.h5")
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        self.assertGreater((self.folder / "a_mesh.png").stat().st_size, 10000)
+        self.assertEqual((self.folder / "a.png").read_text(), "that of make_wing")
+
     def write_shape(self, name, wing, bend, **facts):
         """A deformed wing as the solver saves it: z = bend x^2."""
         u = np.zeros_like(wing.points)

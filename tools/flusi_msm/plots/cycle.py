@@ -87,7 +87,8 @@ def draw(runs, out):
     for ax, (main, extra) in zip(axes[:, 0], shown):
         shade(ax, down, labelled=ax is axes[0, 0])
         draw_panel(ax, runs, main, extra)
-    axes[-1, 0].set_xlabel("$t/T$")
+    cut = any(starts_suddenly(run, cycles, main) for run, cycles, _ in runs for main, _ in shown if main in run.signals)
+    axes[-1, 0].set_xlabel("$t/T$" + (f"\n{NOTE}" if cut else ""))
     figure.align_ylabels()
     save(figure, out)
 
@@ -118,9 +119,23 @@ def shade(ax, down, labelled):
                     ha="center", va="top", fontsize="small", color="0.35")
 
 
-def settled(values):
-    """Without the first one if that is the flow's sudden start, which would make everything else small."""
-    return values[1:] if len(values) > 2 and abs(values[0]) > 2 * np.abs(values[1:]).max() else values
+START = 0.1  # of the first cycle, in which the flow starts: peaks in summary.txt leave it out, too
+NOTE = f"axes and peaks leave out t/T < {START:g} of cycle 1, in which the flow starts"
+
+
+def settled(phases, values, cycles):
+    """Without the start of the flow, which would make everything else small."""
+    chosen = phases >= START if 1 in cycles else np.full(len(phases), True)
+    return values[chosen] if chosen.any() else values
+
+
+def starts_suddenly(run, cycles, quantity):
+    """Whether the start of the flow in cycle 1 is higher than all that follows."""
+    if 1 not in cycles:
+        return False
+    phases, values = run.signals[quantity].cycle(1)
+    rest = settled(phases, values, [1])
+    return np.ptp(np.append(values, 0.0)) > 1.02 * np.ptp(np.append(rest, 0.0))
 
 
 def draw_panel(ax, runs, main, extra):
@@ -134,17 +149,17 @@ def draw_panel(ax, runs, main, extra):
             if cycles != [n]:
                 ax.plot(*run.signals[main].cycle(n), color=colour, alpha=0.35, linewidth=0.6, zorder=1.5)
         text = [label if len(runs) > 1 else span(cycles), f"mean {mean_text(run, main, cycles, spread=False)}"]
-        strong.append(best_curve(run, main, cycles))
-        ax.plot(*strong[-1], color=colour, linewidth=1.8, label=", ".join(text), zorder=2.5)
+        strong.append((cycles, *best_curve(run, main, cycles)))
+        ax.plot(*strong[-1][1:], color=colour, linewidth=1.8, label=", ".join(text), zorder=2.5)
         ax.axhline(run.means(main, cycles)[0], color=colour, linewidth=0.9, linestyle=(0, (1, 1.5)), zorder=2)
         for quantity in moving(run, extra):
-            strong.append(best_curve(run, quantity, cycles))
-            ax.plot(*strong[-1], "--", color=colour, linewidth=1.1, zorder=2.5)
+            strong.append((cycles, *best_curve(run, quantity, cycles)))
+            ax.plot(*strong[-1][1:], "--", color=colour, linewidth=1.1, zorder=2.5)
     if any(moving(run, extra) for run, _, _ in runs):
         ax.plot([], [], "--", color="0.3", linewidth=1.1, label=" ".join(extra).replace(" power", ""))
     ax.set_xlim(0, 1)
-    low = min(0.0, *(np.min(settled(y)) for _, y in strong))
-    high = max(0.0, *(np.max(settled(y)) for _, y in strong))
+    low = min(0.0, *(np.min(settled(x, y, cycles)) for cycles, x, y in strong))
+    high = max(0.0, *(np.max(settled(x, y, cycles)) for cycles, x, y in strong))
     room = 0.08 * ((high - low) or 1.0)
     ax.set_ylim(low - room, high + 1.8 * room)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2 if len(runs) < 2 else 1, borderaxespad=0.2,

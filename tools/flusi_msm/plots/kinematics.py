@@ -236,11 +236,12 @@ def main():
                         "plane of the body axes x and y)")
     parser.add_argument("--pitch", type=float, default=0.0, help="pitch of the body in degrees; negative is nose up")
     parser.add_argument("--count", type=int, default=11, help="chords drawn in each half stroke")
-    parser.add_argument("-o", "--output", help="picture to write (default: beside the file, .png)")
+    parser.add_argument("-o", "--output", help="picture to write (default: beside the file, NAME_kinematics.png)")
     a = parser.parse_args()
     if a.count < 2:
         raise InputError("--count takes 2 or more")
-    draw(a.file, a.eta, a.pitch, a.count, a.output or Path(a.file).with_suffix(".png"))
+    draw(a.file, a.eta, a.pitch, a.count,
+         a.output or Path(a.file).with_name(f"{Path(a.file).stem}_kinematics.png"))
 
 
 def command() -> None:

@@ -172,10 +172,16 @@ def draw(wing, mesh=True, names=True, values=None, label=""):
     return figure
 
 
+def beside(path, kind):
+    """Where the picture of a file goes; NAME.png is that of tools/make_wing."""
+    return Path(path).with_name(f"{Path(path).stem}_{kind}.png")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("wing", metavar="WING", nargs="?", help="wing file")
-    parser.add_argument("-o", "--output", metavar="PNG", help="picture to write (default: the last file as .png)")
+    parser.add_argument("-o", "--output", metavar="PNG", help="picture to write (default: beside the last file, "
+                        "NAME_mesh.png, with --shape NAME_shape.png)")
     parser.add_argument("--shape", nargs="+", metavar="FILE", help="deformed wings of flusi --static or --solid")
     parser.add_argument("--no-mesh", action="store_true", help="leave out the edges of the mesh")
     parser.add_argument("--no-names", action="store_true", help="leave out the names of the veins")
@@ -188,13 +194,13 @@ def main():
         parser.error("give a wing file or --shape with deformed wings")
     if options.shape:
         save(draw_shapes([read_shape(path) for path in options.shape]),
-             options.output or Path(options.shape[-1]).with_suffix(".png"))
+             options.output or beside(options.shape[-1], "shape"))
         return
     wing = read_wing(options.wing)
     wing.title = wing.title or Path(options.wing).stem
     values = field_of(options.field, options.dataset, len(wing.points)) if options.field else None
     save(draw(wing, not options.no_mesh, not options.no_names, values, options.label),
-         options.output or Path(options.wing).with_suffix(".png"))
+         options.output or beside(options.wing, "mesh"))
 
 
 def command() -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws the wings and iso-surfaces of the magnitude of the vorticity in perspective: of the last snapshot of a run, of
-the one nearest to a time, or of all. Uses vorabs, or else vorx, vory, vorz, or else the velocity; the wings are those
-of wing_left_<label>.h5 and wing_right_<label>.h5, or else the surface of the mask. Over a flexible wing its rigid twin is
+the one nearest to a time, or of all. Uses vorabs, or else vorx, vory, vorz, or else the velocity; wings and body are those
+of wing_left_<label>.h5, wing_right_<label>.h5 and body_<label>.h5, or else the surface of the mask. Over a flexible wing its rigid twin is
 drawn, where the wing would be if it did not bend; --wings draws wings and twins without vortices."""
 import argparse
 import sys
@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from flusi_msm.errors import run_command
 from flusi_msm.render.isosurface import iso_surface
 from flusi_msm.render.renderers import Camera, Surface, choose_renderer
-from flusi_msm.render.wing_surface import surfaces_of
+from flusi_msm.render.wing_surface import load_body, surfaces_of
 from flusi_msm.results.files import (
     InputError,
     Snapshot,
@@ -36,6 +36,7 @@ LEVELS = (100.0, 150.0, 200.0)  # of the paper, in units of the wing beat freque
 COLOURS = ("#8ec7e8", "#1f4e9e", "#d7301f")  # light blue, dark blue, red
 OPACITIES = (0.2, 0.3, 1.0)
 WING = "#c9b48a"
+BODY = "#7a6a55"
 TWIN, TWIN_OPACITY = "#0072B2", 0.35  # the rigid twin of a flexible wing
 VIEWS = {"perspective": (-125.0, 35.0), "top": (-90.0, 90.0), "side": (-90.0, 0.0), "front": (180.0, 0.0),
          "behind": (0.0, 20.0)}
@@ -100,7 +101,9 @@ class Scene:
                       for wing in surfaces_of(snapshot)]
         self.twins = [(wing.rigid_points, wing.triangles, vertex_normals(wing.rigid_points, wing.triangles))
                       for wing in surfaces_of(snapshot) if twins and wing.rigid_points is not None]
-        if not self.wings and self.mask is not None:
+        body = load_body(snapshot)
+        self.body = [] if body is None else [(*body, vertex_normals(*body))]
+        if not self.wings and not self.body and self.mask is not None:
             self.wings = [iso_surface(self.mask, 0.5, self.origin, self.spacing)]
 
     def fluid(self):
@@ -108,6 +111,7 @@ class Scene:
 
     def surfaces(self, levels):
         found = [Surface(*wing, to_rgb(WING), 1.0) for wing in self.wings]
+        found += [Surface(*body, to_rgb(BODY), 1.0) for body in self.body]
         found += [Surface(*twin, to_rgb(TWIN), TWIN_OPACITY) for twin in self.twins]
         for level, colour, opacity in zip(levels, *colours_of(len(levels))):
             found.append(Surface(*iso_surface(self.values, level, self.origin, self.spacing), to_rgb(colour), opacity))
@@ -149,6 +153,8 @@ def compose(pixels, scene, levels, camera, out):
                for level, colour, opacity in zip(levels, *colours_of(len(levels)))]
     if scene.wings:
         handles.append(Patch(facecolor=WING, label="wings"))
+    if scene.body:
+        handles.append(Patch(facecolor=BODY, label="body"))
     if scene.twins:
         handles.append(Patch(facecolor=TWIN, alpha=0.35 + 0.65 * TWIN_OPACITY, label="rigid wings"))
     figure.legend(handles=handles, loc="upper right", ncols=len(handles), borderaxespad=0.3, handlelength=1.2,
@@ -208,7 +214,7 @@ def main():
                         "--view=-125,35 is perspective")
     parser.add_argument("--stride", type=int, help="use every n-th point of the grid (default: by its size)")
     parser.add_argument("--height", type=int, default=900, help="of the picture in pixels (default 900)")
-    parser.add_argument("--wings", action="store_true", help="draw the wings only")
+    parser.add_argument("--wings", action="store_true", help="draw wings and body only")
     parser.add_argument("--no-twin", action="store_true", help="do not draw the rigid twins of flexible wings")
     parser.add_argument("--with", dest="renderer", choices=("auto", "pyvista", "numpy"), default="auto")
     parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures "
@@ -241,6 +247,7 @@ def main():
     shown = [s.points for s in surfaces] + [wing.points for at in chosen for wing in surfaces_of(at)]
     shown += [wing.rigid_points for at in chosen for wing in surfaces_of(at)
               if wing.rigid_points is not None and not a.no_twin]
+    shown += [body[0] for body in map(load_body, chosen) if body is not None]
     camera = Camera(*view, np.concatenate(shown), ASPECT)
     render, note = choose_renderer(a.renderer)
     what = f"|omega| = {', '.join(f'{level:g}' for level in levels)} (largest {np.nanmax(last.values):.4g})"
@@ -252,7 +259,7 @@ def main():
         name = f"render_{snapshot.label}.png"
         out = (a.output or a.folder) / name if a.all else a.output or a.folder / name
         compose(render(scene.surfaces(levels), camera, a.height), scene, levels, camera, out)
-        if not scene.wings:
+        if not scene.wings and not scene.body:
             print(f"note: no wing surfaces and no mask at {snapshot.label}", file=sys.stderr)
 
 

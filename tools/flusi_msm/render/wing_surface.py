@@ -67,6 +67,23 @@ class WingSurface:
         return segments[through][hit[through]].reshape(-1, 2, 2)
 
 
+def load_body(snapshot):
+    """(points (n, 3), triangles (m, 3)) of body_<label>.h5, the surface of a body, or None where there is none."""
+    import h5py
+    path = snapshot.folder / f"body_{snapshot.label}.h5"
+    if not path.is_file():
+        return None
+    try:
+        with h5py.File(path, "r") as file:
+            points, triangles = file["points"][...].astype(float), file["triangles"][...].astype(int)
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"{path}: not the surface of a body: {str(error).strip(chr(39))}") from None
+    if points.ndim != 2 or triangles.ndim != 2 or points.shape[1] != 3 or triangles.shape[1] != 3 or \
+            triangles.min(initial=0) < 0 or triangles.max(initial=0) >= len(points):
+        raise InputError(f"{path}: not the surface of a body: points must be (n, 3) and triangles (m, 3) of them")
+    return points, triangles
+
+
 def surface_path(snapshot, side):
     return snapshot.folder / f"wing_{side}_{snapshot.label}.h5"
 
