@@ -10,6 +10,7 @@ import numpy as np
 
 from _project_python import PACKAGES, stop_without
 from flusi_msm.errors import InputError
+from flusi_msm.seal import write_seal  # noqa: F401  for those that write files of measurements
 
 
 def run_tool(name, main):

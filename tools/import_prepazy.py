@@ -22,7 +22,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from _flusi_io import InputError, run_tool  # noqa: E402
+from _flusi_io import InputError, run_tool, write_seal  # noqa: E402
 from _measurement_file import SCHEMA, VERSION  # noqa: E402
 from _wing_file import Wing, write_wing  # noqa: E402
 
@@ -96,6 +96,7 @@ def write_readings(path, loadings, sd):
                     seen.attrs["value"] = np.float64(reading)
                     seen.attrs["sigma"] = np.float64(sd)
             file.create_group("accuracy")
+        write_seal(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error}") from error
 
