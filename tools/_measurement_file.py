@@ -10,7 +10,7 @@ SCHEMA, VERSION = "flusi-msm measurement", 1
 
 def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, title="", unloaded_sigma=None,
                       sigmas=None):
-    """Writes a measurement file, sealed, in the layout of HDF5 1.8, whose metadata carry checksums.
+    """Writes a measurement file with a seal in the layout of HDF5 1.8, whose metadata carry checksums.
 
     x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})}; without heights (None)
     it is the plan of an experiment;

@@ -185,21 +185,21 @@ contains
   end subroutine file_close
 
   !> Closes a file that was written under a temporary name and renames it to `path`; after a failure it
-  !> is removed instead. With `durable` the content is on the disk before the rename; with `sealed` the file gets a seal
+  !> is removed instead. With `durable` the content is on the disk before the rename; with `with_seal` the file gets a seal
   !> (io_seal), for which one process reads all of it. Collective.
-  subroutine file_publish(self, path, durable, failure, sealed)
+  subroutine file_publish(self, path, durable, failure, with_seal)
     class(hdf5_file_t), intent(inout) :: self
     character(*), intent(in) :: path
     logical, intent(in) :: durable
     type(failure_t), intent(inout) :: failure
-    logical, intent(in), optional :: sealed
+    logical, intent(in), optional :: with_seal
     logical :: ok, ignored
     ok = .true.
     if (durable) call self%flush(failure)
     call self%close(failure)
     if (self%world%is_root) then
-      if (present(sealed) .and. .not. failure%failed) then
-        if (sealed) call write_seal(self%path, ok)
+      if (present(with_seal) .and. .not. failure%failed) then
+        if (with_seal) call write_seal(self%path, ok)
       end if
       if (failure%failed) then
         call remove_file(self%path, ok)

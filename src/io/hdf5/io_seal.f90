@@ -3,7 +3,7 @@
 !>
 !>     flusi-msm seal 1 crc32 5f3a09c1 bytes 0000000000029455
 !>
-!> HDF5 does not read behind the end that a file states, so that every reader opens a sealed file as before; what writes into
+!> HDF5 does not read behind the end that a file states, so that every reader opens a file with a seal as before; what writes into
 !> one cuts the seal off, and then the file is one without a seal, not a damaged one. The library itself does not survive all
 !> damage. Therefore the seal is looked at before a file is opened, and a file without one is opened by another process first.
 module io_seal

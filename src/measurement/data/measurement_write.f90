@@ -47,7 +47,7 @@ contains
     call file%close(failure)
     if (failure%failed) return
     call write_seal(path, ok)
-    if (.not. ok) call failure%raise(path//': cannot be sealed; is the disk full?')
+    if (.not. ok) call failure%raise(path//': cannot get a seal; is the disk full?')
   end subroutine write_measurement
 
   subroutine write_accuracy(file, m, failure)

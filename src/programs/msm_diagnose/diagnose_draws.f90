@@ -115,7 +115,7 @@ contains
                      'statistic of each family of unknown causes, sorted', failure)
       call put_table(file, 'combined', reshape(c%combined, [c%n_draws, 1]), &
                      'smallest weighted log p, sorted', failure)
-      call file%publish(self%path, .false., failure, sealed=.true.)
+      call file%publish(self%path, .false., failure, with_seal=.true.)
     end associate
   end subroutine draws_keep
 

@@ -119,7 +119,7 @@ def sorted_wing(wing):
 
 
 def write_wing(path, wing):
-    """Writes a wing file, sealed, in the layout of HDF5 1.8, whose metadata carry checksums."""
+    """Writes a wing file with a seal in the layout of HDF5 1.8, whose metadata carry checksums."""
     def dataset(group, name, values, kind, units=None):
         made = group.create_dataset(name, data=np.asarray(values, kind), track_times=False)
         if units:
