@@ -25,6 +25,7 @@ module diagnosis_band
   use inference_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
   use inference_second_look, only: model_error_t
   use inference_whitener, only: whitener_t
+  use io_journal, only: journal_t
   use least_squares_fit, only: fit_options_t
   use measurement_experiment, only: experiment_t
   use parallel_world, only: world_t
@@ -56,6 +57,7 @@ module diagnosis_band
   contains
     procedure :: init => band_init
     procedure :: find => band_find
+    procedure :: use_journal => band_use_journal
     procedure :: renew => band_renew
     procedure :: serve => band_serve
     procedure :: dismiss => band_dismiss
@@ -101,6 +103,13 @@ contains
     self%simulator%noise = s%noise%model
     self%simulator%membrane_sd = s%membrane_sd
   end subroutine band_init
+
+  !> What the farm of the other mesh answers goes into `journal`, too. On rank 0.
+  subroutine band_use_journal(self, journal)
+    class(mesh_band_t), intent(inout) :: self
+    type(journal_t), pointer, intent(in) :: journal
+    self%simulator%journal => journal
+  end subroutine band_use_journal
 
   !> Rank 0: fits both and gives the band to the simulator of the diagnosis. The others are in `serve`.
   subroutine band_find(self, s, simulator)

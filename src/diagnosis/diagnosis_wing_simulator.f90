@@ -10,12 +10,14 @@
 !>     end if
 module diagnosis_wing_simulator
   use base_kinds, only: rp
+  use diagnosis_answers, only: ask_farm
   use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES, TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use inference_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
+  use io_journal, only: journal_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t
@@ -45,6 +47,7 @@ module diagnosis_wing_simulator
     type(bins_t) :: bins
     type(noise_model_t) :: noise
     integer :: n_evaluations = 0
+    type(journal_t), pointer :: journal => null() !< of what a farm has answered, on rank 0
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     integer, private :: gain = 0, membrane = 0   !< quantities that are the gain of all forces, and D; 0: none
@@ -186,20 +189,17 @@ contains
     real(rp), intent(in) :: q(:)
     real(rp), allocatable, intent(out) :: outputs(:, :)
     logical, intent(out) :: is_valid
-    real(rp), allocatable :: inputs(:, :), results(:, :), seconds(:)
-    integer, allocatable :: statuses(:), loads(:)
+    real(rp), allocatable :: inputs(:, :), results(:, :)
+    integer, allocatable :: loads(:)
     integer :: l, n
     loads = [(l, l=1, size(self%experiment%loads))]
     if (allocated(self%is_skipped)) loads = pack(loads,.not. self%is_skipped)
     n = size(loads)
-    allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(task, size(columns)), n), &
-              seconds(n), statuses(n))
+    allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(task, size(columns)), n))
     do l = 1, n
       inputs(:, l) = task_input(task, loads(l), self%here%is_start(loads(l)), self%here%aside(:, loads(l)), q, columns)
     end do
-    call self%farm%share(self%runner, reshape(self%here%shapes, [size(self%here%shapes)]))
-    call self%farm%run(self%runner, [(l, l=1, n)], inputs, results, statuses, seconds)
-    is_valid = all(statuses == 0)
+    call ask_farm(self%farm, self%runner, self%journal, [self%here%shapes], inputs, results, is_valid)
     self%n_evaluations = self%n_evaluations + 1
     if (n == size(self%experiment%loads)) then
       call move_alloc(results, outputs)

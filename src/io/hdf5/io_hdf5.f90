@@ -9,6 +9,7 @@ module io_hdf5
   use base_errors, only: failure_t, require
   use base_files, only: file_exists, remove_file, empty_file, replace_file
   use base_text_file, only: reserve_space
+  use io_seal, only: write_seal
   use parallel_world, only: world_t
   use mpi_f08, only: MPI_INFO_NULL
   use hdf5, only: HID_T, HSIZE_T, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_CLOSE_STRONG_F, &
@@ -184,21 +185,26 @@ contains
   end subroutine file_close
 
   !> Closes a file that was written under a temporary name and renames it to `path`; after a failure it
-  !> is removed instead. With `durable` the content is on the disk before the rename. Collective.
-  subroutine file_publish(self, path, durable, failure)
+  !> is removed instead. With `durable` the content is on the disk before the rename; with `with_seal` the file gets a seal
+  !> (io_seal), for which one process reads all of it. Collective.
+  subroutine file_publish(self, path, durable, failure, with_seal)
     class(hdf5_file_t), intent(inout) :: self
     character(*), intent(in) :: path
     logical, intent(in) :: durable
     type(failure_t), intent(inout) :: failure
+    logical, intent(in), optional :: with_seal
     logical :: ok, ignored
     ok = .true.
     if (durable) call self%flush(failure)
     call self%close(failure)
     if (self%world%is_root) then
+      if (present(with_seal) .and. .not. failure%failed) then
+        if (with_seal) call write_seal(self%path, ok)
+      end if
       if (failure%failed) then
         call remove_file(self%path, ok)
       else
-        call replace_file(self%path, path, durable, ok)
+        if (ok) call replace_file(self%path, path, durable, ok)
         if (.not. ok) call remove_file(self%path, ignored)
       end if
     end if

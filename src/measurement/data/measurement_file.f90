@@ -7,6 +7,7 @@ module measurement_file
   use base_text, only: number_text, quoted
   use io_arrays, only: is_group, read_text
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use io_seal, only: guard_input
   use io_suggest, only: suggestion_t
   use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
   use measurement_check, only: check_measurement
@@ -19,7 +20,7 @@ module measurement_file
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: read_measurement
+  public :: read_measurement, read_measurement_unguarded
 
   character(*), parameter :: SCHEMA = 'flusi-msm measurement'
   integer, parameter :: VERSION = 1
@@ -38,34 +39,49 @@ contains
     type(message_list_t), intent(inout) :: messages
     logical, intent(in), optional :: may_be_plan
     type(wing_report_t) :: report
-    type(hdf5_file_t) :: file
-    type(failure_t) :: failure, ignored
-    logical :: may_plan
+    type(failure_t) :: failure
+    logical :: may_plan, is_read
     integer :: i
+    may_plan = .false.
+    if (present(may_be_plan)) may_plan = may_be_plan
+    call guard_input(path, 'measurement', failure)
+    call read_measurement_unguarded(path, may_plan, measurement, is_read, report, failure)
+    if (failure%failed) call messages%add(failure%reason)
+    if (is_read) call check_measurement(measurement, wing, report)
+    do i = 1, report%messages%count()
+      call messages%add(report%messages%text(i))
+    end do
+  end subroutine read_measurement
+
+  !> Reads a measurement file as it stands. It is not compared with a wing, nor looked at as a whole: damage that the HDF5
+  !> library does not survive ends the process. `is_read` if it is a measurement file; its mistakes are in `report`.
+  subroutine read_measurement_unguarded(path, may_be_plan, measurement, is_read, report, failure)
+    character(*), intent(in) :: path
+    logical, intent(in) :: may_be_plan
+    type(measurement_t), intent(inout) :: measurement
+    logical, intent(out) :: is_read
+    type(wing_report_t), intent(inout) :: report
+    type(failure_t), intent(inout) :: failure
+    type(hdf5_file_t) :: file
+    type(failure_t) :: ignored
+    is_read = .false.
+    if (failure%failed) return
     report%path = path
     call file%open_serial(path, failure)
-    if (failure%failed) then
-      call messages%add(failure%reason)
-      return
-    end if
+    if (failure%failed) return
     call check_schema(file, 'measurement', SCHEMA, VERSION, report)
-    if (report%is_clean()) then
+    is_read = report%is_clean()
+    if (is_read) then
       call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'modes', 'accuracy', &
                                      'calibration', 'extra'], report)
       call read_accuracy(file, measurement, report)
       call read_calibration(file, measurement, report)
       call read_modes(file, measurement%modes, measurement%air_density, report)
-      may_plan = .false.
-      if (present(may_be_plan)) may_plan = may_be_plan
-      call read_all_heights(file, may_plan, measurement, report)
+      call read_all_heights(file, may_be_plan, measurement, report)
       call read_observations(file, measurement, report)
-      call check_measurement(measurement, wing, report)
     end if
     call file%close(ignored)
-    do i = 1, report%messages%count()
-      call messages%add(report%messages%text(i))
-    end do
-  end subroutine read_measurement
+  end subroutine read_measurement_unguarded
 
   subroutine read_accuracy(file, m, report)
     type(hdf5_file_t), intent(in) :: file

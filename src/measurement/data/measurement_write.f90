@@ -6,6 +6,7 @@ module measurement_write
   use io_attributes, only: put_attribute
   use io_datasets, only: write_slab
   use io_hdf5, only: hdf5_file_t
+  use io_seal, only: write_seal
   use measurement_data, only: measurement_t, measured_load_t, observation_t, QUANTITY_DISPLACEMENT
   use measurement_modes, only: measured_mode_t, MEDIUM_NAMES
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
@@ -23,6 +24,7 @@ contains
     type(measurement_t), intent(in) :: m
     type(failure_t), intent(inout) :: failure
     type(hdf5_file_t) :: file
+    logical :: ok
     integer :: i
     call file%create_serial(path, failure)
     call put_attribute(file, '/', 'schema', 'flusi-msm measurement', failure)
@@ -51,6 +53,9 @@ contains
       call write_mode(file, m%modes(i), failure)
     end do
     call file%close(failure)
+    if (failure%failed) return
+    call write_seal(path, ok)
+    if (.not. ok) call failure%raise(path//': cannot get a seal; is the disk full?')
   end subroutine write_measurement
 
   subroutine write_mode(file, mode, failure)

@@ -5,7 +5,6 @@
 module diagnose_draws
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals
   use base_errors, only: failure_t
-  use base_files, only: file_exists
   use base_kinds, only: i8, rp
   use base_process, only: process_id
   use base_text, only: number_text
@@ -14,6 +13,7 @@ module diagnose_draws
   use io_arrays, only: read_reals
   use io_attributes, only: get_attribute, put_attribute
   use io_hdf5, only: hdf5_file_t
+  use io_seal, only: check_seal, SEAL_GOOD
   use io_table, only: put_table
   implicit none
   private
@@ -41,10 +41,12 @@ contains
     type(failure_t) :: failure, ignored
     integer(i8) :: stored, checksum
     integer :: version_found, sizes(4)
+    integer :: seal
     logical :: ok(3)
     is_found = .false.
     if (self%path == '') return
-    if (.not. file_exists(self%path)) return
+    call check_seal(self%path, seal)
+    if (seal /= SEAL_GOOD) return
     call file%open_serial(self%path, failure)
     call get_attribute(file, '/', 'version', version_found, failure)
     call get_attribute(file, '/', 'key', stored, failure)
@@ -113,7 +115,7 @@ contains
                      'statistic of each family of unknown causes, sorted', failure)
       call put_table(file, 'combined', reshape(c%combined, [c%n_draws, 1]), &
                      'smallest weighted log p, sorted', failure)
-      call file%publish(self%path, .false., failure)
+      call file%publish(self%path, .false., failure, with_seal=.true.)
     end associate
   end subroutine draws_keep
 

@@ -2,6 +2,8 @@
 !> A diagnosis from beginning to end. Rank 0 leads, all ranks solve.
 module diagnose_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
+  use base_checksum, only: checksum_text
   use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -22,6 +24,7 @@ module diagnose_job
   use diagnosis_zeros, only: compare_zeros, zeros_t
   use inference_engine, only: diagnosis_t, run_diagnosis
   use io_aside, only: put_aside, ASIDE
+  use io_journal, only: journal_t
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
   use parallel_world, only: world_t
   implicit none
@@ -40,6 +43,7 @@ module diagnose_job
     logical :: has_band = .false. !< the band can be sought
     type(failure_t) :: failure
     type(lock_t), private :: lock !< of the files, on rank 0
+    type(journal_t), private :: journal !< of what was computed, on rank 0
     integer :: code = EXIT_OK   !< of the program
   contains
     procedure :: load => diagnose_load
@@ -108,6 +112,7 @@ contains
       if (self%failure%failed) self%code = EXIT_NUMERICAL
       return
     end if
+    call begin_journal(self, command)
     if (self%has_band) then
       call self%band%find(self%settings, self%simulator)
       if (.not. self%band%is_found) write (error_unit, '(a)') 'notice: what the mesh does is not known, and not '// &
@@ -160,6 +165,22 @@ contains
     flush (error_unit)
   end subroutine prepare_files
 
+  !> Rank 0: from now on what was computed is kept, and a diagnosis of the same inputs that did not end is gone on with.
+  subroutine begin_journal(self, command)
+    class(diagnose_t), intent(inout), target :: self
+    type(diagnose_command_t), intent(in) :: command
+    type(journal_t), pointer :: journal
+    logical :: goes_on
+    journal => self%journal
+    call journal%start(self%settings%name//'.journal', checksum_text(self%settings%config%inputs()//' '//command%refine//' '// &
+                                                                  BUILD_VERSION//' '//BUILD_COMMIT), goes_on)
+    if (goes_on) write (error_unit, '(a)') 'notice: '//self%settings%name// &
+      '.journal is of a diagnosis of the same inputs that did not end; this one goes on with it'
+    flush (error_unit)
+    self%simulator%journal => journal
+    if (self%has_band) call self%band%use_journal(journal)
+  end subroutine begin_journal
+
   !> Does tasks for rank 0. On the other ranks.
   subroutine diagnose_serve(self)
     class(diagnose_t), intent(inout) :: self
@@ -205,6 +226,7 @@ contains
     class(diagnose_t), intent(inout) :: self
     if (self%failure%failed) write (error_unit, '(a)') 'msm_diagnose: '//self%failure%reason
     flush (error_unit)
+    call self%journal%finish(self%code /= EXIT_UNWRITABLE)
     call self%lock%release()
     call self%simulator%free()
     if (self%has_band) call self%band%free()

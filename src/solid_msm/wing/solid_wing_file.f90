@@ -9,6 +9,7 @@ module solid_wing_file
                        is_finite
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use io_seal, only: guard_input
   use parallel_world, only: world_t
   use solid_wing, only: wing_t, z_side_choices, Z_SIDES
   use solid_wing_check, only: check_wing, joint_on_vein
@@ -17,7 +18,7 @@ module solid_wing_file
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: read_wing, load_wing
+  public :: read_wing, read_wing_unguarded, load_wing
 
   character(*), parameter :: SCHEMA = 'flusi-msm wing'
   integer, parameter :: VERSION = 1
@@ -25,8 +26,22 @@ module solid_wing_file
 contains
 
   !> Reads the wing file `path` in this process alone; MPI need not run. If `messages` has no more entries
-  !> than before, `wing` is complete and checked; otherwise its content is undefined.
+  !> than before, `wing` is complete and checked; otherwise its content is undefined. Damage becomes a message (see io_seal).
   subroutine read_wing(path, wing, messages)
+    character(*), intent(in) :: path
+    type(wing_t), intent(out) :: wing
+    type(message_list_t), intent(inout) :: messages
+    type(failure_t) :: failure
+    call guard_input(path, 'wing', failure)
+    if (failure%failed) then
+      call messages%add(failure%reason)
+    else
+      call read_wing_unguarded(path, wing, messages)
+    end if
+  end subroutine read_wing
+
+  !> The same with no look at the file as a whole: damage that the HDF5 library does not survive ends the process.
+  subroutine read_wing_unguarded(path, wing, messages)
     character(*), intent(in) :: path
     type(wing_t), intent(out) :: wing
     type(message_list_t), intent(inout) :: messages
@@ -49,7 +64,7 @@ contains
     do i = 1, report%messages%count()
       call messages%add(report%messages%text(i))
     end do
-  end subroutine read_wing
+  end subroutine read_wing_unguarded
 
   !> Rank 0 reads the file; all ranks get the wing and the messages. Collective.
   subroutine load_wing(world, path, wing, messages)

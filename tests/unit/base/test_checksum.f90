@@ -2,7 +2,9 @@
 !> The checksum sees every bit and every place, and does not see how the work was split.
 program test_checksum
   use base_checksum, only: checksum_reals, checksum_integers, checksum_text, checksum_add
+  use base_crc32, only: crc32_t
   use base_kinds, only: rp, i8
+  use, intrinsic :: iso_fortran_env, only: int8
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: t
@@ -40,5 +42,21 @@ program test_checksum
                checksum_text('ab') /= checksum_text('ab ') .and. checksum_text('') /= checksum_text(' '))
   call t%check('integers are words too', checksum_integers([transfer(1.5_rp, 0_i8)], &
                                                            3_i8) == checksum_reals([1.5_rp], 3_i8))
+  call sum_of_bytes()
   call t%finish()
+
+contains
+
+  !> The check value of the standard, and of all bytes; Python's zlib.crc32 gives the same.
+  subroutine sum_of_bytes()
+    integer(int8), parameter :: DIGITS(9) = [(int(48 + i, int8), i=1, 9)]
+    integer(int8) :: bytes(256)
+    type(crc32_t) :: none, digit_sum, byte_sum
+    bytes = [(int(i - merge(256, 0, i > 127), int8), i=0, 255)]
+    call digit_sum%add(DIGITS(:4))
+    call digit_sum%add(DIGITS(5:))
+    call byte_sum%add(bytes)
+    call t%check('CRC-32 of nothing, of 123456789 in parts, and of all bytes', none%value() == '00000000' .and. &
+                 digit_sum%value() == 'cbf43926' .and. byte_sum%value() == '29058c73')
+  end subroutine sum_of_bytes
 end program test_checksum

@@ -12,6 +12,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from flusi_msm.errors import InputError
+from flusi_msm.seal import check_seal, write_seal
 from flusi_msm.wing.bent_shape import read_shape, section
 from flusi_msm.wing.file import Z_SIDES, Wing, read_wing, sorted_wing
 from flusi_msm.wing.shapes import make_calliphora, make_plate, make_strip
@@ -59,6 +61,26 @@ class Shipped(InFolder):
             self.assertEqual(sorted(map(str, new)), sorted(map(str, old)))
             self.assertEqual([key for key in new if new[key] != old[key]], [], name)
             self.assertLess((SOURCE / "wings" / name).stat().st_size, 300000)
+            self.assertTrue(check_seal(self.folder / name) and check_seal(SOURCE / "wings" / name), name)
+
+    def test_seal(self):
+        """Readers do not see a seal, what changes a file cuts it off, and a changed byte is told."""
+        path = self.folder / "wing.h5"
+        path.write_bytes((SOURCE / "wings/plate.h5").read_bytes())
+        sealed = path.read_bytes()
+        path.write_bytes(sealed[:5000] + bytes([sealed[5000] ^ 1]) + sealed[5001:])
+        with self.assertRaisesRegex(InputError, "wing.h5: is damaged: its bytes differ from the checksum"):
+            read_wing(path)
+        path.write_bytes(sealed)
+        write_seal(path)
+        self.assertEqual(path.read_bytes(), sealed)  # one seal is enough
+        with h5py.File(path, "r+") as file:
+            file.attrs["title"] = np.bytes_("another")
+        self.assertFalse(check_seal(path))
+        self.assert_read(path)
+        run_tool("seal", path)
+        self.assertIn("sealed", run_tool("seal", "--check", path).stdout)
+        self.assert_read(path)
 
 
 class Blowfly(InFolder):

@@ -19,6 +19,7 @@ import numpy as np
 
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.measurement.file import SCHEMA, VERSION
+from flusi_msm.seal import write_seal
 from flusi_msm.wing.file import Wing, write_wing
 
 LENGTH = 0.55        # [m] from the clamp to the tip
@@ -91,6 +92,7 @@ def write_readings(path, loadings, sd):
                     seen.attrs["value"] = np.float64(reading)
                     seen.attrs["sigma"] = np.float64(sd)
             file.create_group("accuracy")
+        write_seal(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error}") from error
 

@@ -4,13 +4,14 @@ import h5py
 import numpy as np
 
 from flusi_msm.results.files import InputError
+from flusi_msm.seal import write_seal
 
 SCHEMA, VERSION = "flusi-msm measurement", 1
 
 
 def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, title="", unloaded_sigma=None,
                       sigmas=None):
-    """Writes a measurement file in the layout of HDF5 1.8, whose metadata carry checksums.
+    """Writes a measurement file with a seal in the layout of HDF5 1.8, whose metadata carry checksums.
 
     x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})}; without heights (None)
     it is the plan of an experiment;
@@ -46,6 +47,7 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
             attributes("accuracy", accuracy)
             if calibration:
                 attributes("calibration", calibration)
+        write_seal(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error}") from error
 

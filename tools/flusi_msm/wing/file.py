@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from flusi_msm.errors import InputError
+from flusi_msm.seal import check_seal, write_seal
 
 SCHEMA, VERSION = "flusi-msm wing", 1
 Z_SIDES = ("left ventral", "right dorsal", "left dorsal", "right ventral")
@@ -118,7 +119,7 @@ def sorted_wing(wing):
 
 
 def write_wing(path, wing):
-    """Writes a wing file in the layout of HDF5 1.8, whose metadata carry checksums."""
+    """Writes a wing file with a seal in the layout of HDF5 1.8, whose metadata carry checksums."""
     def dataset(group, name, values, kind, units=None):
         made = group.create_dataset(name, data=np.asarray(values, kind), track_times=False)
         if units:
@@ -153,6 +154,7 @@ def write_wing(path, wing):
                 if len(joint) == 2:
                     made.attrs["vein"] = np.bytes_(joint[0])
             dataset(file, "root/nodes", np.asarray(wing.root) + 1, "<i4")
+        write_seal(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error}") from None
 
@@ -163,6 +165,7 @@ def read_wing(path):
         return value.decode() if isinstance(value, bytes) else str(value)
 
     try:
+        check_seal(path)
         with h5py.File(path, "r") as file:
             if text(file.attrs.get("schema", "")) != SCHEMA or file.attrs.get("version") != VERSION:
                 raise InputError(f"{path}: not a wing file of version {VERSION}")
