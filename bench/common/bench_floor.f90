@@ -47,11 +47,12 @@ contains
     type(plan_t) :: plan
     type(c_ptr) :: half_handle, line_handle
     complex(rp), pointer, contiguous :: half(:)
-    real(rp), pointer, contiguous :: line(:)
+    real(rp), pointer, contiguous :: line(:), lines(:, :)
     real(rp) :: begun
     batch = max(1, 1500/n)
     call alloc_complex(int((n/2 + 1)*batch, c_size_t), half_handle, half)
     call alloc_real(int(n*batch, c_size_t), line_handle, line)
+    lines(1:n, 1:batch) => line
     if (backward) then
       call plan_c2r(plan, n, batch, half, line, effort_flag('measure'))
     else
@@ -63,9 +64,9 @@ contains
     begun = cpu()
     do while (cpu() - begun < PROBE_SECONDS)
       if (backward) then
-        call execute_c2r(plan, half, line)
+        call execute_c2r(plan, half, lines)
       else
-        call execute_r2c(plan, line, half)
+        call execute_r2c(plan, lines, half)
       end if
       repeats = repeats + 1
     end do

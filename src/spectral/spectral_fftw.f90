@@ -127,7 +127,7 @@ contains
                                          1_c_int, half(1), flag)
   end subroutine plan_r2c
 
-  !> Runs an in-place complex plan on the buffer it was made for.
+  !> Runs an in-place complex plan on a buffer of its size, aligned to 16 bytes.
   subroutine execute_complex(plan, work)
     type(plan_t), intent(in) :: plan
     complex(rp), contiguous, target, intent(inout) :: work(:)
@@ -136,18 +136,18 @@ contains
     if (c_associated(plan%handle)) call fftw_execute_dft(plan%handle, work, same)
   end subroutine execute_complex
 
-  !> Runs a complex-to-real plan.
+  !> Runs a complex-to-real plan; the lines of `out` lie one behind the other.
   subroutine execute_c2r(plan, in, out)
     type(plan_t), intent(in) :: plan
     complex(rp), contiguous, intent(inout) :: in(:)
-    real(rp), contiguous, intent(inout) :: out(:)
+    real(rp), contiguous, intent(inout) :: out(:, :)
     call fftw_execute_dft_c2r(plan%handle, in, out)
   end subroutine execute_c2r
 
-  !> Runs a real-to-complex plan.
+  !> Runs a real-to-complex plan; the lines of `in` lie one behind the other.
   subroutine execute_r2c(plan, in, out)
     type(plan_t), intent(in) :: plan
-    real(rp), contiguous, intent(inout) :: in(:)
+    real(rp), contiguous, intent(inout) :: in(:, :)
     complex(rp), contiguous, intent(inout) :: out(:)
     call fftw_execute_dft_r2c(plan%handle, in, out)
   end subroutine execute_r2c

@@ -57,7 +57,7 @@ contains
     character(*), intent(in) :: effort  !< FFTW planning: 'estimate' or 'measure'
     integer, intent(in) :: max_in, max_out
     integer(c_size_t) :: sticks_words, planes_words, rows_words, lines_words
-    integer :: row, column
+    integer :: row, column, lines
     logical :: possible
     self%world = world
     self%grid = grid
@@ -100,8 +100,9 @@ contains
     end if
     allocate (self%planes(self%stages%n_kx*grid%n(2), max(max_in, max_out)))
     allocate (self%modes(self%sticks%nkz, STICK_BATCH, max(max_in, max_out)))
-    allocate (self%fields_in(grid%n(1), self%stages%line_batch, max_in))
-    allocate (self%fields_out(grid%n(1), self%stages%line_batch, max_out))
+    ! An even number of lines: FFTW has planned for fields that begin where complex numbers do.
+    lines = self%stages%line_batch + mod(self%stages%line_batch, 2)
+    allocate (self%fields_in(grid%n(1), lines, max_in), self%fields_out(grid%n(1), lines, max_out))
     self%modes = 0
     self%fields_in = 0
     self%fields_out = 0
@@ -222,13 +223,12 @@ contains
     n_out = kernels%n_out
     if (.not. is_wanted(kernels, 1, self%block%count(2), z)) then
       do f = 1, n_out
-        call self%stages%clear_plane(self%sticks, self%planes_out%data, z, nz, f, n_out)
+        call self%stages%runs%clear_plane(self%planes_out%data, z, nz, f, n_out)
       end do
       return
     end if
     do f = 1, n_in
-      call self%stages%buffer_to_plane(self%sticks, self%planes_in%data, z, nz, f, n_in)
-      self%planes(:, f) = self%stages%plane(1:size(self%planes, 1))
+      call self%stages%buffer_to_plane(self%planes_in%data, z, nz, f, n_in, self%planes(:, f))
     end do
     do first = 1, self%block%count(2), self%stages%line_batch
       count = min(self%stages%line_batch, self%block%count(2) - first + 1)
@@ -237,18 +237,15 @@ contains
         cycle
       end if
       do f = 1, n_in
-        call self%stages%plane_to_lines(self%planes(:, f), first, count)
-        call copy_lines(self%grid%n(1)*count, self%stages%line, self%fields_in(:, :, f))
+        call self%stages%plane_to_lines(self%planes(:, f), first, count, self%fields_in(:, :, f))
       end do
       call kernels%product(first, count, z, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
       do f = 1, n_out
-        call copy_lines(self%grid%n(1)*count, self%fields_out(:, :, f), self%stages%line)
-        call self%stages%lines_to_plane(self%planes(:, f), first, count)
+        call self%stages%lines_to_plane(self%fields_out(:, :, f), self%planes(:, f), first, count)
       end do
     end do
     do f = 1, n_out
-      self%stages%plane(1:size(self%planes, 1)) = self%planes(:, f)
-      call self%stages%plane_to_buffer(self%sticks, self%planes_out%data, z, nz, f, n_out)
+      call self%stages%plane_to_buffer(self%planes(:, f), self%planes_out%data, z, nz, f, n_out)
     end do
   end subroutine slab_plane
 
@@ -270,13 +267,11 @@ contains
         cycle
       end if
       do f = 1, n_in
-        call self%stages%rows_to_lines(self%rows_in%data, first, count, z, nz, f, n_in)
-        call copy_lines(self%grid%n(1)*count, self%stages%line, self%fields_in(:, :, f))
+        call self%stages%rows_to_lines(self%rows_in%data, first, count, z, nz, f, n_in, self%fields_in(:, :, f))
       end do
       call kernels%product(first, count, z, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
       do f = 1, n_out
-        call copy_lines(self%grid%n(1)*count, self%fields_out(:, :, f), self%stages%line)
-        call self%stages%lines_to_rows(self%rows_out%data, first, count, z, nz, f, n_out)
+        call self%stages%lines_to_rows(self%fields_out(:, :, f), self%rows_out%data, first, count, z, nz, f, n_out)
       end do
     end do
   end subroutine pencil_lines
@@ -289,14 +284,6 @@ contains
     if (associated(kernels%lines)) is_wanted = any(kernels%lines(first:first + count - 1, z))
   end function is_wanted
 
-  !> Copies the used part of a batch of lines.
-  pure subroutine copy_lines(n, from, to)
-    integer, intent(in) :: n
-    real(rp), intent(in) :: from(n)
-    real(rp), intent(inout) :: to(n)
-    to = from
-  end subroutine copy_lines
-
   !> y transforms of all planes, then the row exchange. Collective over the row.
   subroutine planes_to_lines_exchange(self, n_fields)
     class(pencil_t), intent(inout) :: self
@@ -305,8 +292,8 @@ contains
     nz = self%block%count(3)
     do f = 1, n_fields
       do z = 1, nz
-        call self%stages%buffer_to_plane(self%sticks, self%planes_in%data, z, nz, f, n_fields)
-        call self%stages%plane_to_rows(self%rows_work%data, z, nz, f, n_fields)
+        call self%stages%buffer_to_plane(self%planes_in%data, z, nz, f, n_fields, self%planes(:, 1))
+        call self%stages%plane_to_rows(self%planes(:, 1), self%rows_work%data, z, nz, f, n_fields)
       end do
     end do
     call row_exchange(self, n_fields, self%rows_work%data, self%rows_in%data, .true.)
@@ -321,8 +308,8 @@ contains
     call row_exchange(self, n_fields, self%rows_out%data, self%rows_work%data, .false.)
     do f = 1, n_fields
       do z = 1, nz
-        call self%stages%rows_to_plane(self%rows_work%data, z, nz, f, n_fields)
-        call self%stages%plane_to_buffer(self%sticks, self%planes_out%data, z, nz, f, n_fields)
+        call self%stages%rows_to_plane(self%rows_work%data, z, nz, f, n_fields, self%planes(:, 1))
+        call self%stages%plane_to_buffer(self%planes(:, 1), self%planes_out%data, z, nz, f, n_fields)
       end do
     end do
   end subroutine lines_to_planes_exchange

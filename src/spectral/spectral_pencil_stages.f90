@@ -12,12 +12,13 @@ module spectral_pencil_stages
   use spectral_fftw, only: alloc_complex, alloc_real, free_buffer, plan_t, plan_lines, plan_columns, plan_c2r, &
                            plan_r2c, execute_complex, execute_c2r, execute_r2c, free_plan
   use spectral_grid, only: grid_t
+  use spectral_runs, only: runs_t
   use spectral_sticks, only: sticks_t
   implicit none
   private
   public :: stages_t, STICK_BATCH
 
-  integer, parameter :: STICK_BATCH = 8 !< sticks per z transform: eight lines stay in the L1 cache
+  integer, parameter :: STICK_BATCH = 16 !< sticks per z transform: long pieces of the buffers, work in the L2 cache
 
   !> Small in-cache work buffers with their plans, and the geometry of the exchanges.
   type :: stages_t
@@ -30,11 +31,9 @@ module spectral_pencil_stages
     integer, allocatable :: y_start(:), y_count(:)   !< (0:rows-1) lines of each row
     integer, allocatable :: kx_count(:)              !< (0:rows-1) kx columns of each row
     complex(rp), pointer, contiguous :: z_work(:) => null()  !< (nz, STICK_BATCH)
-    complex(rp), pointer, contiguous :: plane(:) => null()   !< (n_kx, ny)
     complex(rp), pointer, contiguous :: half(:) => null()    !< (n_half, line_batch)
-    real(rp), pointer, contiguous :: line(:) => null()       !< (nx, line_batch)
-    type(c_ptr), private :: z_handle = c_null_ptr, plane_handle = c_null_ptr, half_handle = c_null_ptr, &
-                            line_handle = c_null_ptr
+    type(c_ptr), private :: z_handle = c_null_ptr, half_handle = c_null_ptr
+    type(runs_t) :: runs
     type(plan_t), private :: z_backward, z_forward, y_backward, y_forward, x_backward, x_forward
   contains
     procedure :: init => stages_init
@@ -43,7 +42,7 @@ module spectral_pencil_stages
     procedure :: buffer_to_plane, plane_to_buffer
     procedure :: plane_to_rows, rows_to_plane
     procedure :: plane_to_lines, lines_to_plane, rows_to_lines, lines_to_rows
-    procedure :: clear_plane, clear_rows
+    procedure :: clear_rows
   end type stages_t
 
 contains
@@ -56,6 +55,9 @@ contains
     type(block_t), intent(in) :: block
     integer, intent(in) :: rows, columns, row
     integer(c_int), intent(in) :: flag
+    complex(rp), pointer, contiguous :: plane(:)
+    real(rp), pointer, contiguous :: line(:)
+    type(c_ptr) :: plane_handle, line_handle
     integer :: i
 
     self%nx = grid%n(1)
@@ -80,21 +82,23 @@ contains
       if (i >= sticks%n_jx) self%kx_count(i) = 0
     end do
 
+    call self%runs%init(sticks, columns)
     call alloc_complex(int(self%nz, c_size_t)*STICK_BATCH, self%z_handle, self%z_work)
-    call alloc_complex(int(self%n_kx, c_size_t)*self%ny, self%plane_handle, self%plane)
     call alloc_complex(int(self%n_half, c_size_t)*self%line_batch, self%half_handle, self%half)
-    call alloc_real(int(self%nx, c_size_t)*self%line_batch, self%line_handle, self%line)
     call plan_lines(self%z_backward, self%nz, STICK_BATCH, self%z_work, 1, flag)
     call plan_lines(self%z_forward, self%nz, STICK_BATCH, self%z_work, -1, flag)
-    call plan_columns(self%y_backward, self%n_kx, self%ny, self%plane, 1, flag)
-    call plan_columns(self%y_forward, self%n_kx, self%ny, self%plane, -1, flag)
-    call plan_c2r(self%x_backward, self%nx, self%line_batch, self%half, self%line, flag)
-    call plan_r2c(self%x_forward, self%nx, self%line_batch, self%line, self%half, flag)
+    ! Planes and lines are the caller's; these two serve the planner only.
+    call alloc_complex(int(self%n_kx, c_size_t)*self%ny, plane_handle, plane)
+    call alloc_real(int(self%nx, c_size_t)*self%line_batch, line_handle, line)
+    call plan_columns(self%y_backward, self%n_kx, self%ny, plane, 1, flag)
+    call plan_columns(self%y_forward, self%n_kx, self%ny, plane, -1, flag)
+    call plan_c2r(self%x_backward, self%nx, self%line_batch, self%half, line, flag)
+    call plan_r2c(self%x_forward, self%nx, self%line_batch, line, self%half, flag)
+    call free_buffer(plane_handle)
+    call free_buffer(line_handle)
     ! FFTW_MEASURE scribbles on the buffers; a half-filled batch must not transform garbage.
     self%z_work = 0
-    self%plane = 0
     self%half = 0
-    self%line = 0
   end subroutine stages_init
 
   !> Releases buffers and plans.
@@ -107,9 +111,7 @@ contains
     call free_plan(self%x_backward)
     call free_plan(self%x_forward)
     call free_buffer(self%z_handle)
-    call free_buffer(self%plane_handle)
     call free_buffer(self%half_handle)
-    call free_buffer(self%line_handle)
   end subroutine stages_free
 
   !> Inverse z transform of `count` sticks from local stick `first` on, written to the column-exchange
@@ -196,59 +198,25 @@ contains
   end subroutine shrink_modes
 
   !> Assembles plane `z` (local) of field `f` from the column-exchange buffer and transforms it to
-  !> physical y, in self%plane(n_kx, ny).
-  subroutine buffer_to_plane(self, sticks, buffer, z, n_planes, f, n_fields)
-    class(stages_t), intent(inout) :: self
-    type(sticks_t), intent(in) :: sticks
+  !> physical y, in plane(n_kx, ny), which FFTW aligns or Fortran allocates.
+  subroutine buffer_to_plane(self, buffer, z, n_planes, f, n_fields, plane)
+    class(stages_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
     integer, intent(in) :: z, n_planes, f, n_fields
-    integer :: q, s, n, start
-    self%plane = 0
-    do q = 0, self%columns - 1
-      start = sticks%part_start(q)
-      n = sticks%part_start(q + 1) - start
-      associate (base => start*n_planes*n_fields + n*(z - 1 + n_planes*(f - 1)))
-        do s = 1, n
-          self%plane(sticks%plane_index(start + s)) = buffer(base + s)
-        end do
-      end associate
-    end do
-    call execute_complex(self%y_backward, self%plane)
+    complex(rp), contiguous, intent(inout) :: plane(:)
+    call self%runs%fill_plane(buffer, z, n_planes, f, n_fields, plane)
+    call execute_complex(self%y_backward, plane)
   end subroutine buffer_to_plane
 
-  !> Transforms self%plane forward in y and puts its sticks into the column-exchange buffer.
-  subroutine plane_to_buffer(self, sticks, buffer, z, n_planes, f, n_fields)
-    class(stages_t), intent(inout) :: self
-    type(sticks_t), intent(in) :: sticks
-    complex(rp), contiguous, intent(inout) :: buffer(:)
-    integer, intent(in) :: z, n_planes, f, n_fields
-    integer :: q, s, n, start
-    call execute_complex(self%y_forward, self%plane)
-    do q = 0, self%columns - 1
-      start = sticks%part_start(q)
-      n = sticks%part_start(q + 1) - start
-      associate (base => start*n_planes*n_fields + n*(z - 1 + n_planes*(f - 1)))
-        do s = 1, n
-          buffer(base + s) = self%plane(sticks%plane_index(start + s))
-        end do
-      end associate
-    end do
-  end subroutine plane_to_buffer
-
-  !> Puts zeros where `plane_to_buffer` would put plane `z` of field `f`.
-  pure subroutine clear_plane(self, sticks, buffer, z, n_planes, f, n_fields)
+  !> Transforms `plane` forward in y and puts its sticks into the column-exchange buffer.
+  subroutine plane_to_buffer(self, plane, buffer, z, n_planes, f, n_fields)
     class(stages_t), intent(in) :: self
-    type(sticks_t), intent(in) :: sticks
+    complex(rp), contiguous, intent(inout) :: plane(:)
     complex(rp), contiguous, intent(inout) :: buffer(:)
     integer, intent(in) :: z, n_planes, f, n_fields
-    integer :: q, n, start, base
-    do q = 0, self%columns - 1
-      start = sticks%part_start(q)
-      n = sticks%part_start(q + 1) - start
-      base = start*n_planes*n_fields + n*(z - 1 + n_planes*(f - 1))
-      buffer(base + 1:base + n) = 0
-    end do
-  end subroutine clear_plane
+    call execute_complex(self%y_forward, plane)
+    call self%runs%take_plane(plane, buffer, z, n_planes, f, n_fields)
+  end subroutine plane_to_buffer
 
   !> Puts zeros where `lines_to_rows` would put lines first .. first+count-1.
   pure subroutine clear_rows(self, buffer, first, count, z, n_planes, f, n_fields)
@@ -265,9 +233,10 @@ contains
     end do
   end subroutine clear_rows
 
-  !> self%plane -> blocks per row rank of the row-exchange buffer.
-  subroutine plane_to_rows(self, buffer, z, n_planes, f, n_fields)
+  !> plane(n_kx, ny) -> blocks per row rank of the row-exchange buffer.
+  subroutine plane_to_rows(self, plane, buffer, z, n_planes, f, n_fields)
     class(stages_t), intent(in) :: self
+    complex(rp), contiguous, intent(in) :: plane(:)
     complex(rp), contiguous, intent(inout) :: buffer(:)
     integer, intent(in) :: z, n_planes, f, n_fields
     integer :: p, n, from, to
@@ -275,29 +244,32 @@ contains
       n = self%n_kx*self%y_count(p)
       from = self%n_kx*self%y_start(p)
       to = from*n_planes*n_fields + n*(z - 1 + n_planes*(f - 1))
-      buffer(to + 1:to + n) = self%plane(from + 1:from + n)
+      buffer(to + 1:to + n) = plane(from + 1:from + n)
     end do
   end subroutine plane_to_rows
 
   !> The way back of `plane_to_rows`.
-  subroutine rows_to_plane(self, buffer, z, n_planes, f, n_fields)
-    class(stages_t), intent(inout) :: self
+  subroutine rows_to_plane(self, buffer, z, n_planes, f, n_fields, plane)
+    class(stages_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
     integer, intent(in) :: z, n_planes, f, n_fields
+    complex(rp), contiguous, intent(inout) :: plane(:)
     integer :: p, n, from, to
     do p = 0, self%rows - 1
       n = self%n_kx*self%y_count(p)
       to = self%n_kx*self%y_start(p)
       from = to*n_planes*n_fields + n*(z - 1 + n_planes*(f - 1))
-      self%plane(to + 1:to + n) = buffer(from + 1:from + n)
+      plane(to + 1:to + n) = buffer(from + 1:from + n)
     end do
   end subroutine rows_to_plane
 
-  !> Inverse x transform of lines first .. first+count-1 of `plane` (n_kx, ny), one row of ranks.
-  subroutine plane_to_lines(self, plane, first, count)
+  !> Inverse x transform of lines first .. first+count-1 of `plane` (n_kx, ny) into lines(nx, line_batch), one row of
+  !> ranks. Lines beyond `count` are undefined.
+  subroutine plane_to_lines(self, plane, first, count, lines)
     class(stages_t), intent(inout) :: self
     complex(rp), contiguous, intent(in) :: plane(:)
     integer, intent(in) :: first, count
+    real(rp), contiguous, intent(inout) :: lines(:, :)
     integer :: l, from, to
     do l = 1, count
       from = self%n_kx*(first + l - 2)
@@ -305,16 +277,18 @@ contains
       self%half(to + 1:to + self%n_kx) = plane(from + 1:from + self%n_kx)
       self%half(to + self%n_kx + 1:to + self%n_half) = 0
     end do
-    call execute_c2r(self%x_backward, self%half, self%line)
+    call execute_c2r(self%x_backward, self%half, lines)
   end subroutine plane_to_lines
 
-  !> Forward x transform of self%line into lines first .. first+count-1 of `plane`.
-  subroutine lines_to_plane(self, plane, first, count)
+  !> Forward x transform of `count` of lines(nx, line_batch) into lines first .. first+count-1 of `plane`. All must be
+  !> finite.
+  subroutine lines_to_plane(self, lines, plane, first, count)
     class(stages_t), intent(inout) :: self
+    real(rp), contiguous, intent(inout) :: lines(:, :)
     complex(rp), contiguous, intent(inout) :: plane(:)
     integer, intent(in) :: first, count
     integer :: l, from, to
-    call execute_r2c(self%x_forward, self%line, self%half)
+    call execute_r2c(self%x_forward, lines, self%half)
     do l = 1, count
       to = self%n_kx*(first + l - 2)
       from = self%n_half*(l - 1)
@@ -323,11 +297,12 @@ contains
   end subroutine lines_to_plane
 
   !> Inverse x transform of lines first .. first+count-1 of plane `z`, field `f`, from the blocks of
-  !> all row ranks.
-  subroutine rows_to_lines(self, buffer, first, count, z, n_planes, f, n_fields)
+  !> all row ranks into `lines`, as `plane_to_lines` does.
+  subroutine rows_to_lines(self, buffer, first, count, z, n_planes, f, n_fields, lines)
     class(stages_t), intent(inout) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
     integer, intent(in) :: first, count, z, n_planes, f, n_fields
+    real(rp), contiguous, intent(inout) :: lines(:, :)
     integer :: l, p, i, base, from, to, ny
     ny = self%y_count(self%row)
     do l = 1, count
@@ -342,17 +317,18 @@ contains
         base = base + self%kx_count(p)*ny*n_planes*n_fields
       end do
     end do
-    call execute_c2r(self%x_backward, self%half, self%line)
+    call execute_c2r(self%x_backward, self%half, lines)
   end subroutine rows_to_lines
 
-  !> Forward x transform of self%line into the blocks of all row ranks.
-  subroutine lines_to_rows(self, buffer, first, count, z, n_planes, f, n_fields)
+  !> Forward x transform of `lines` into the blocks of all row ranks.
+  subroutine lines_to_rows(self, lines, buffer, first, count, z, n_planes, f, n_fields)
     class(stages_t), intent(inout) :: self
+    real(rp), contiguous, intent(inout) :: lines(:, :)
     complex(rp), contiguous, intent(inout) :: buffer(:)
     integer, intent(in) :: first, count, z, n_planes, f, n_fields
     integer :: l, p, i, base, from, to, ny
     ny = self%y_count(self%row)
-    call execute_r2c(self%x_forward, self%line, self%half)
+    call execute_r2c(self%x_forward, lines, self%half)
     do l = 1, count
       from = self%n_half*(l - 1)
       base = 0
