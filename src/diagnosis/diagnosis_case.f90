@@ -12,6 +12,7 @@ module diagnosis_case
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t
   use measurement_sought, only: sought_t
+  use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
   use solid_wing_case, only: wing_case_t
@@ -31,6 +32,7 @@ module diagnosis_case
     type(wing_patterns_t) :: patterns
     type(bins_t) :: bins
     type(noise_estimate_t) :: noise
+    type(mass_parts_t) :: parts             !< of the mass of the wing, if it has one
     type(diagnosis_options_t) :: options
     logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
     type(wing_t) :: file_wing               !< as in the file and the input, where `setup` has the finer one

@@ -152,12 +152,15 @@ contains
     logical :: ok
     text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation with it once more [sd]'//new_line('a')
     do i = 1, size(next%order)
-      associate (load => s%measurement%loads(next%order(i)))
-        write (line, '(a,4(",",es12.5))') ',', load%point, load%force, next%now(1)
-        text = text//number_text(i)//','//load%name//trim(line(2:))
-        write (line, '(",",es12.5)') next%after(next%order(i))
-        text = text//trim(line)//new_line('a')
-      end associate
+      line = ',,,' ! a mode has no place and no force
+      if (next%order(i) <= size(s%measurement%loads)) then
+        associate (load => s%measurement%loads(next%order(i)))
+          write (line, '(3(",",es12.5))') load%point, load%force
+        end associate
+      end if
+      text = text//number_text(i)//','//s%measurement%surface_name(next%order(i))//trim(line)
+      write (line, '(2(",",es12.5))') next%now(1), next%after(next%order(i))
+      text = text//trim(line)//new_line('a')
     end do
     do i = 1, size(next%places)
       associate (load => next%places(i))

@@ -79,7 +79,7 @@ contains
     type(failure_t) :: failure
     associate (s => self%settings)
       call self%simulator%init(self%world, s%experiment, s%setup%wing, s%catalogue%quantities, s%catalogue%kinds, &
-                               s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns)
+                               s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns, s%parts)
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
       if (s%options%is_scale_known .and. .not. s%measurement%is_plan) self%simulator%noise%factor = 1

@@ -79,7 +79,7 @@ contains
     call json%open_list('next_measurements')
     do i = 1, size(next%order)
       call json%open_object('')
-      call json%put('repeat', s%measurement%loads(next%order(i))%name)
+      call json%put('repeat', s%measurement%surface_name(next%order(i)))
       call json%put('separation_sd', next%after(next%order(i)))
       call json%put('separation_now_sd', next%now(1))
       call json%close()
@@ -203,7 +203,7 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     call json%open_object('baseline')
-    call json%put('observations', s%bins%n)
+    call json%put('observations', s%bins%n + s%measurement%count_mode_observations())
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
     call json%put('chi2', d%plain%chi2)

@@ -38,7 +38,8 @@ contains
       if (s%fits_finer) line = line(:len_trim(line) - 1)//', on which all is fitted)'
       write (unit, '(a)') trim(line)
     end if
-    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%plain%chi2, ' of ', s%bins%n, &
+    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%plain%chi2, ' of ', &
+        s%bins%n + s%measurement%count_mode_observations(), &
       '; variance over that of the noise model ', d%scale
     write (unit, '(a)') trim(line)
     write (line, '(a,a,a,f0.1)') 'misfit    global p = ', probability_text(d%decision%log_p_global), &
@@ -90,7 +91,7 @@ contains
     cause = effect_name(next%cause)
     rival = effect_name(next%rivals(1))
     after = next%after(next%order(1))
-    what = 'repeat '//s%measurement%loads(next%order(1))%name
+    what = 'repeat '//s%measurement%surface_name(next%order(1))
     if (size(next%places) > 0) then
       associate (load => next%places(1))
         if (load%after > after) then
@@ -123,6 +124,12 @@ contains
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     character(120) :: line
+    if (s%measurement%count_modes() > 0) then
+      write (line, '(a,i0,a,i0,a)') 'data      ', s%measurement%count_modes(), ' natural modes, ', &
+        s%measurement%count_mode_observations(), ' numbers; '
+      write (unit, '(a)') trim(line)//' '//s%measurement_path
+      if (size(s%measurement%loads) == 0) return
+    end if
     if (.not. any(s%measurement%loads%has_surface)) then
       write (line, '(a,i0,a,i0,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
         ' readings of single points; '
