@@ -34,14 +34,25 @@ contains
     type(catalogue_t), intent(inout) :: c
     integer, intent(in) :: number
     type(parameter_t) :: p
-    type(quantity_t) :: quantity
     p = describe_mass_effect(number, 0.0_rp)
-    quantity = quantity_t(p%name, p%unit, p%is_log, 0.0_rp, p%prior_sd, p%lower, p%upper)
-    if (p%is_log) quantity%lower = log(p%lower)
-    if (p%is_log) quantity%upper = log(p%upper)
-    n = c%add_quantity(quantity, wing_quantity_t(kind=KIND_MASS, number=number, is_log=p%is_log))
+    n = c%add_quantity(quantity_of(p), wing_quantity_t(kind=KIND_MASS, number=number, is_log=p%is_log))
   end function add_effect
 
+  !> The coordinate of a parameter, at its null.
+  function quantity_of(p) result(quantity)
+    type(parameter_t), intent(in) :: p
+    type(quantity_t) :: quantity
+    quantity%name = p%name
+    quantity%unit = p%unit
+    quantity%is_log = p%is_log
+    quantity%prior_sd = p%prior_sd
+    quantity%lower = p%lower
+    quantity%upper = p%upper
+    if (p%is_log) quantity%lower = log(p%lower)
+    if (p%is_log) quantity%upper = log(p%upper)
+  end function quantity_of
+
+  !> Entries of what the wing weighs, and of a mass at any place.
   subroutine enter_inertia(c, e, wing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -87,8 +98,7 @@ contains
     p = describe_mass_effect(MASS_POINT, sum(e%masses))
     call lattice(wing, e%model%size, share, places)
     do k = 1, size(places, 2)
-      n = c%add_quantity(quantity_t(p%name, p%unit, .false., 0.0_rp, p%prior_sd, p%lower, p%upper), &
-                         wing_quantity_t(kind=KIND_POINT_MASS, disc=[places(:, k), share*e%model%size]))
+      n = c%add_quantity(quantity_of(p), wing_quantity_t(kind=KIND_POINT_MASS, disc=[places(:, k), share*e%model%size]))
       call append_variant(variants, 'at ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', n, places(:, k))
       variants(size(variants))%is_finer = is_finer
     end do

@@ -12,7 +12,7 @@ module diagnosis_wing_modes
   use measurement_mode_simulation, only: mode_simulation_t
   use measurement_place, only: find_place, material_place_t
   use solid_effects, only: EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST
-  use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_POINT
+  use solid_mass_effects, only: describe_mass_effect, mass_effects_t, mass_parts_t, MASS_POINT
   use solid_model, only: solid_model_t
   use solid_params, only: parameter_t, solid_params_t
   use solid_stiffness, only: stiffness_t
@@ -234,7 +234,8 @@ contains
   end subroutine modes_tangents
 
   !> At q: nuisance(n), what D in error by membrane_sd does, if quantity `membrane` is D (0: none), and, unless patterns(n, :)
-  !> has no columns, in the first ones what unit stiffness around each place(2, :) [m] does.
+  !> has no columns, in the first ones what unit stiffness around each place(2, :) [m] does. Without bending tests the forces of
+  !> unknown causes are those of inertia: in the next ones a mass of the usual prior at each place.
   subroutine modes_directions(self, q, membrane, membrane_sd, place, radius, nuisance, patterns, ok)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius
@@ -242,7 +243,9 @@ contains
     real(rp), intent(inout) :: nuisance(:), patterns(:, :)
     logical, intent(out) :: ok
     real(rp) :: residuals(self%n)
-    integer :: i
+    type(mass_effects_t) :: effects
+    type(parameter_t) :: p
+    integer :: i, n
     call self%evaluate(q, residuals, ok)
     if (.not. ok) return
     if (membrane > 0) then
@@ -251,6 +254,15 @@ contains
     end if
     do i = 1, min(size(place, 2), size(patterns, 2))
       call damage_tangent(self, [place(:, i), radius], patterns(:, i))
+    end do
+    n = size(place, 2)
+    if (size(self%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
+    p = describe_mass_effect(MASS_POINT, sum(self%bare%masses))
+    effects = self%effects
+    do i = 1, n
+      call put_at(self%bare, place(:, i), effects)
+      call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
+      patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
     end do
   end subroutine modes_directions
 

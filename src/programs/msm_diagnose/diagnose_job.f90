@@ -15,6 +15,7 @@ module diagnose_job
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use diagnose_summary, only: print_verdict
   use diagnosis_band, only: mesh_band_t
+  use diagnosis_mode_report, only: describe_modes
   use diagnosis_next, only: next_t, rank_loads
   use diagnosis_noise, only: judge_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
@@ -128,6 +129,7 @@ contains
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
     call ask(self, questions)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
+    call describe_modes(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros, unknown)
     call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, unknown, self%failure)

@@ -6,6 +6,7 @@ module diagnose_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
+  use diagnose_modes, only: put_modes
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnose_unknown, only: put_unknown
@@ -65,6 +66,7 @@ contains
     call put_extension(json, s, d)
     call put_validation(json, d)
     call put_zeros(json, zeros)
+    call put_modes(json, s, d)
     call json%open_list('questions')
     do i = 1, size(questions)
       call json%open_object('')

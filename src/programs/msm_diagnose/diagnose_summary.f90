@@ -3,6 +3,7 @@
 module diagnose_summary
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_modes, only: print_modes
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_unknown, only: print_unknown
   use diagnosis_band, only: mesh_band_t
@@ -19,7 +20,7 @@ module diagnose_summary
 
 contains
 
-  !> At most 14 lines, and 15 with the notice of a wrong declared error.
+  !> At most 14 lines, and 15 with the notice of a wrong declared error; two more with natural modes.
   subroutine print_verdict(unit, s, d, band, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -35,6 +36,8 @@ contains
     if (band%is_found) then
       write (line, '(a,f0.2,a,f0.1,a,i0,a)') 'mesh      changes heights by ', 1.0e6_rp*band%rms, &
         ' um rms after a refit, as a signal-to-noise ratio of ', band%snr, ' (', band%n_points, ' points)'
+      if (s%bins%n == 0) write (line, '(a,f0.1,a,i0,a)') 'mesh      changes modes after a refit, as a signal-to-noise ratio of ', &
+        band%snr, ' (', band%n_points, ' points)'
       if (s%fits_finer) line = line(:len_trim(line) - 1)//', on which all is fitted)'
       write (unit, '(a)') trim(line)
     end if
@@ -70,6 +73,7 @@ contains
         ' for a location that was left out'
       write (unit, '(a)') trim(line)
     end if
+    call print_modes(unit, s, d)
     if (size(next%order) > 0) call print_next(unit, s, d, next)
     extended = ''
     if (d%extended%is_found) extended = ', _extended.ini'
