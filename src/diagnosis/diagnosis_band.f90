@@ -13,13 +13,13 @@
 !>
 !> Both fits are rough: what they lack lies along the unknowns of the baseline, which are fitted anew in all that follows.
 module diagnosis_band
-  use base_errors, only: failure_t
+  use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_SOFT
+  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
@@ -29,6 +29,8 @@ module diagnosis_band
   use least_squares_fit, only: fit_options_t
   use measurement_experiment, only: experiment_t
   use parallel_world, only: world_t
+  use solid_mass, only: lump_mass, mass_t
+  use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
   use solid_wing_refine, only: refine_params, refine_wing
@@ -76,6 +78,10 @@ contains
     type(bins_t) :: bins
     type(solid_params_t) :: params
     type(wing_t) :: fine
+    type(mass_parts_t) :: parts
+    type(mass_t) :: mass
+    type(message_list_t) :: messages
+    real(rp), allocatable :: masses(:)
     self%world = world
     self%options = roughly(s%options%fit)
     self%is_coarser = s%fits_finer
@@ -88,8 +94,14 @@ contains
       params = refine_params(s%setup%asked)
     end if
     self%n_points = size(self%parents, 2)
+    allocate (masses(0))
+    if (s%measurement%count_modes() > 0) then ! modes need the mass of this mesh
+      call lump_mass(self%wing, s%setup%material, mass, messages)
+      masses = mass%nodal
+      call parts%init(self%wing, mass)
+    end if
     call self%experiment%init(s%measurement, self%wing, params, [integer ::], s%experiment%options, failure, &
-                              s%instrument)
+                              s%instrument, masses=masses)
     if (failure%failed) return
     call make_bins(self%experiment, s%bins%size, bins)
     if (bins%n /= s%bins%n) then
@@ -99,7 +111,7 @@ contains
     call make_catalogue(self%experiment, self%wing, s%sought%numbers, s%prior_decades, self%catalogue)
     allocate (patterns%place(2, 0))
     call self%simulator%init(world, self%experiment, self%wing, self%catalogue%quantities, self%catalogue%kinds, &
-                             self%catalogue%n_baseline, self%catalogue%effects, bins, patterns)
+                             self%catalogue%n_baseline, self%catalogue%effects, bins, patterns, parts)
     self%simulator%noise = s%noise%model
     self%simulator%membrane_sd = s%membrane_sd
   end subroutine band_init
@@ -128,7 +140,8 @@ contains
       call fit_both(self, s, simulator, self%simulator, whitener, coarse, fine, jacobian)
     end if
     if (.not. self%is_found) return
-    self%rms = sqrt(sum((fine - coarse)**2)/n)
+    n = simulator%bins%n ! heights and readings, but no modes
+    self%rms = sqrt(sum((fine(:n) - coarse(:n))**2)/max(1, n))
     white(:, 1) = fine - coarse
     call whitener%apply(white)
     call whitener%apply(jacobian)
@@ -209,7 +222,7 @@ contains
       select case (one%kind)
       case (KIND_SOFT)
         if (others(j)%vein == one%vein .and. abs(others(j)%share - one%share) < NEAR) exit
-      case (KIND_DAMAGE)
+      case (KIND_DAMAGE, KIND_POINT_MASS)
         if (all(abs(others(j)%disc - one%disc) <= 1.0e-6_rp*one%disc(3))) exit
       case default
         if (others(j)%number == one%number) exit

@@ -3,6 +3,7 @@
 !> the statistics. SI units.
 module diagnosis_case
   use base_kinds, only: rp
+  use diagnosis_mode_row, only: mode_row_t
   use diagnosis_noise, only: noise_estimate_t
   use diagnosis_wing_bins, only: bins_t
   use diagnosis_wing_catalogue, only: catalogue_t
@@ -12,6 +13,7 @@ module diagnosis_case
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t
   use measurement_sought, only: sought_t
+  use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
   use solid_wing_case, only: wing_case_t
@@ -31,7 +33,9 @@ module diagnosis_case
     type(wing_patterns_t) :: patterns
     type(bins_t) :: bins
     type(noise_estimate_t) :: noise
+    type(mass_parts_t) :: parts             !< of the mass of the wing, if it has one
     type(diagnosis_options_t) :: options
+    type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
     logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
     type(wing_t) :: file_wing               !< as in the file and the input, where `setup` has the finer one
     type(solid_params_t) :: file_asked

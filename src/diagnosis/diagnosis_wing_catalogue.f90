@@ -4,9 +4,10 @@
 module diagnosis_wing_catalogue
   use base_kinds, only: rp
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_named, millimetres, percent
+  use diagnosis_wing_inertia, only: add_air, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: needs_holds, needs_levels, needs_mass, needs_membrane, needs_sides, &
-                                  needs_small_deflections, needs_springs_both_ways
+                                  needs_small_deflections, needs_springs_both_ways, needs_stress_free_rest
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
   use inference_simulator, only: quantity_t, variant_t
   use measurement_experiment, only: experiment_t
@@ -43,6 +44,7 @@ contains
       catalogue%quantities(n)%prior_sd = decades*DECADE
       if (.not. catalogue%quantities(n)%is_log) catalogue%quantities(n)%prior_sd = decades
     end do
+    call add_air(catalogue, experiment)
     do i = 1, size(experiment%measurement%zeros)
       n = catalogue%add_quantity(quantity_t('zero:'//trim(experiment%measurement%zeros(i)), 'm', .false., 0.0_rp, &
                                             0.0_rp, -experiment%model%size, experiment%model%size), &
@@ -51,6 +53,7 @@ contains
     catalogue%n_baseline = size(catalogue%quantities)
     call enter_structure(catalogue, experiment, numbers)
     call enter_scans(catalogue, experiment, wing)
+    call enter_inertia(catalogue, experiment, wing)
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 
@@ -86,11 +89,11 @@ contains
                      'The membrane stretches less easily along the span than across it, or the other way round.', '')
     call enter_named(c, e, numbers, 'pretension', 'stretched membrane', [character(20) :: 'pretension'], .true., &
                      'The membrane is stretched between the veins already when nothing pushes, like a drumskin.', &
-                     needs_springs_both_ways(e))
+                     needs_stress_free_rest(e, needs_springs_both_ways(e)))
     call enter_named(c, e, numbers, 'camber', 'a wing that is not flat', &
                      [character(20) :: 'camber_span', 'camber_chord', 'camber_twist'], .true., &
                      'The wing is curved or twisted when nothing pushes, and stiffer or softer for that.', &
-                     needs_membrane(e))
+                     needs_stress_free_rest(e, needs_membrane(e)))
     call enter_named(c, e, numbers, 'vein_torsion', 'veins that resist torsion', [character(20) :: 'torsion'], .true., &
                      'Veins resist being twisted about themselves, not only being bent.', needs_membrane(e))
     ! Veins that twist freely have modes of their own, which little torsion ends: its tangent at null shows them alone.

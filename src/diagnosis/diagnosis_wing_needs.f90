@@ -7,7 +7,7 @@ module diagnosis_wing_needs
   implicit none
   private
   public :: needs_holds, needs_levels, needs_membrane, needs_mass, needs_sides, needs_small_deflections, &
-            needs_springs_both_ways
+            needs_springs_both_ways, needs_stress_free_rest
 
   real(rp), parameter :: SAME_PLACE = 0.02_rp !< of the wing's size
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
@@ -20,7 +20,9 @@ contains
     character(:), allocatable :: missing
     missing = ''
     associate (hold => e%measurement%loads%hold)
-      if (any(hold < 0)) then
+      if (size(hold) == 0) then
+        missing = 'needs bending tests'
+      else if (any(hold < 0)) then
         missing = 'needs the hold of all loads'
       else if (maxval(hold) < 1.5_rp*minval(hold)) then
         missing = 'needs two times of holding that differ'
@@ -72,6 +74,16 @@ contains
     missing = needs_membrane(e)
     if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
   end function needs_springs_both_ways
+
+  !> What bends or stretches the wing at rest: no natural modes, which are those about a flat wing without stress. `otherwise` is
+  !> what else is missing.
+  function needs_stress_free_rest(e, otherwise) result(missing)
+    type(experiment_t), intent(in) :: e
+    character(*), intent(in) :: otherwise
+    character(:), allocatable :: missing
+    missing = otherwise
+    if (e%measurement%count_modes() > 0) missing = 'cannot be sought where natural modes are in the data'
+  end function needs_stress_free_rest
 
   !> Weight: the mass of the wing.
   function needs_mass(e) result(missing)

@@ -8,8 +8,10 @@
 !> | SOFT | log of a factor on the stiffness of one hinge of a vein |
 !> | DAMAGE | log of a factor on all stiffness inside a disc |
 !> | ZERO | [m] unknown offset of scalar observations |
+!> | MASS | of an effect of the masses, by its number in solid_mass_effects; natural modes alone feel it |
+!> | POINT_MASS | [kg] a mass at a place, the same |
 !>
-!> Quantities of the last but two kinds have the same parameter at many places, of which one at a time may differ from
+!> Soft hinges, damage and point masses have the same parameter at many places, of which one at a time may differ from
 !> its null; an experiment is made for those that do.
 module diagnosis_wing_quantities
   use base_errors, only: failure_t, require
@@ -20,14 +22,17 @@ module diagnosis_wing_quantities
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_quantity_t, setup_t, make_setup, is_setup_for, setup_coordinates, quantity_tangent, setup_params
+  public :: wing_quantity_t, differing, find_quantity, setup_t, make_setup, is_setup_for, setup_coordinates, &
+            quantity_tangent, setup_params
 
-  integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5
+  integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
+                                KIND_MASS = 6, KIND_POINT_MASS = 7
 
   type :: wing_quantity_t
     integer :: kind = KIND_PARAMETER
     integer :: number = 0        !< of the parameter, the hinge or the offset
-    real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage
+    real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
+    logical :: is_log = .false.  !< of an effect of the masses: the coordinate is a logarithm
     integer :: vein = 0          !< of a soft hinge
     real(rp) :: share = 0        !< its place, of the vein's length
     real(rp) :: null = 0         !< coordinate at which it does nothing, or where the wing has it
@@ -41,14 +46,26 @@ module diagnosis_wing_quantities
 
 contains
 
-  !> Quantities that differ from their null at q.
+  !> Quantities of the shape under a load that differ from their null at q.
   pure function differing(quantities, q) result(numbers)
     type(wing_quantity_t), intent(in) :: quantities(:)
     real(rp), intent(in) :: q(:)
     integer, allocatable :: numbers(:)
     integer :: i
     numbers = pack([(i, i=1, size(q))], abs(q - quantities%null) > 0 .or. quantities%kind == KIND_ZERO)
+    numbers = pack(numbers, quantities(numbers)%kind /= KIND_MASS .and. quantities(numbers)%kind /= KIND_POINT_MASS)
   end function differing
+
+  !> The quantity of this kind and number behind the first `behind`; 0: none.
+  pure integer function find_quantity(quantities, behind, kind, number) result(found)
+    type(wing_quantity_t), intent(in) :: quantities(:)
+    integer, intent(in) :: behind, kind, number
+    integer :: i
+    found = 0
+    do i = behind + 1, size(quantities)
+      if (quantities(i)%kind == kind .and. quantities(i)%number == number) found = i
+    end do
+  end function find_quantity
 
   !> Whether the experiment has what differs from its null at q as unknowns, and nothing else: a parameter at its null is not the
   !> same to the last bit as none, and what a rank has done before must not show.
@@ -157,6 +174,8 @@ contains
         else
           call simulation%damage_tangent(e, l, one%disc, column)
         end if
+      case (KIND_MASS, KIND_POINT_MASS) ! a wing at rest does not feel them
+        column = 0
       case default
         do k = 1, size(setup%order)
           if (setup%order(k) == i) call simulation%derivative(e, l, k, column)

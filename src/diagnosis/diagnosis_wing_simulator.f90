@@ -13,7 +13,9 @@ module diagnosis_wing_simulator
   use diagnosis_answers, only: ask_farm
   use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
   use diagnosis_wing_labels, only: make_labels
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_modes, only: wing_modes_t
+  use diagnosis_wing_quantities, only: find_quantity, wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_standing, only: standing_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES, TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use inference_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
@@ -22,6 +24,7 @@ module diagnosis_wing_simulator
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
+  use solid_mass_effects, only: mass_parts_t
   use solid_params, only: PARAM_PLATE
   use solid_wing, only: wing_t
   implicit none
@@ -32,25 +35,18 @@ module diagnosis_wing_simulator
   character(*), parameter, public :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
-  !> Where a simulator stands.
-  type :: standing_t
-    real(rp), allocatable :: shapes(:, :, :)
-    real(rp), allocatable :: band(:, :)      !< (n, :) further directions of errors, of the mesh for instance
-    logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
-    real(rp), allocatable :: aside(:, :)     !< (2, loads) [m] errors of places about which nuisances are linear
-    real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
-  end type standing_t
-
   type, extends(simulator_t) :: wing_simulator_t
     type(experiment_t), pointer :: experiment => null()
     type(wing_runner_t) :: runner
     type(bins_t) :: bins
     type(noise_model_t) :: noise
+    type(wing_modes_t) :: modes                  !< on rank 0: observations behind those of `bins`
     integer :: n_evaluations = 0
     type(journal_t), pointer :: journal => null() !< of what a farm has answered, on rank 0
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
-    integer, private :: gain = 0, membrane = 0   !< quantities that are the gain of all forces, and D; 0: none
+    !> Quantities that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
+    integer, private :: gain = 0, membrane = 0
     type(standing_t), private :: here
     type(standing_t), allocatable, private :: kept(:) !< (0:) by slot
     real(rp), allocatable, private :: tried(:, :, :)
@@ -80,7 +76,7 @@ contains
 
   !> quantities(i) and kinds(i) are the same parameter; the first n_baseline are those of the baseline. The experiment,
   !> without unknowns of its own, and the wing must live as long as the simulator. Collective.
-  subroutine wing_init(self, world, experiment, wing, quantities, kinds, n_baseline, effects, bins, patterns)
+  subroutine wing_init(self, world, experiment, wing, quantities, kinds, n_baseline, effects, bins, patterns, parts)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in), target :: experiment
@@ -91,6 +87,7 @@ contains
     type(effect_t), intent(in) :: effects(:)
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
+    type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for natural modes
     integer :: l, n, n_own
     self%experiment => experiment
     self%quantities = quantities
@@ -98,7 +95,8 @@ contains
     allocate (self%kept(0:N_SLOTS + size(effects)))
     self%bins = bins
     self%n_baseline = n_baseline
-    self%n_observations = bins%n
+    if (experiment%measurement%count_modes() > 0 .and. world%is_root) call self%modes%init(experiment, wing, kinds, parts)
+    self%n_observations = bins%n + self%modes%n
     n = size(patterns%place, 2)
     n_own = merge(N_BOWS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*n
@@ -112,34 +110,24 @@ contains
     call self%runner%init(experiment, wing, kinds, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
     n = size(experiment%loads)
-    allocate (self%here%shapes(3, experiment%model%n_all, n), self%tried(3, experiment%model%n_all, n), source=0.0_rp)
-    allocate (self%here%is_start(n), self%was_straight(n), self%was_tried(n), source=.false.)
-    allocate (self%here%band(bins%n, 0), self%here%aside(2, n), self%here%linear(bins%n), source=0.0_rp)
+    call self%here%init(self%n_observations, bins%n, experiment%model%n_all, n)
+    self%tried = self%here%shapes
+    self%was_straight = self%here%is_start
+    self%was_tried = self%here%is_start
     self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
     self%n_nuisances = size(self%nuisance_kind) + N_COMMON_NUISANCES
     self%nuisance_names = NUISANCE_NAMES
-    call find_common(self)
+    self%gain = find_quantity(kinds, n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
+    self%membrane = find_quantity(kinds, n_baseline, KIND_PARAMETER, PARAM_PLATE)
     call make_labels(experiment, bins, self%labels)
+    if (self%modes%n > 0) call self%modes%append_labels(self%labels)
   end subroutine wing_init
-
-  !> The gain of all forces and D are quantities of the catalogue; their sd make them nuisances too, D unless it is sought.
-  subroutine find_common(self)
-    class(wing_simulator_t), intent(inout) :: self
-    integer :: i
-    self%gain = 0
-    self%membrane = 0
-    associate (kinds => self%runner%quantities)
-      do i = self%n_baseline + 1, size(kinds)
-        if (kinds(i)%kind == KIND_INSTRUMENT .and. kinds(i)%number == FORCE_GAIN) self%gain = i
-        if (kinds(i)%kind == KIND_PARAMETER .and. kinds(i)%number == PARAM_PLATE) self%membrane = i
-      end do
-    end associate
-  end subroutine find_common
 
   !> Releases everything.
   subroutine wing_free(self)
     class(wing_simulator_t), intent(inout) :: self
     call self%runner%free()
+    call self%modes%free()
   end subroutine wing_free
 
   !> Does tasks until rank 0 dismisses. On the other ranks.
@@ -169,17 +157,7 @@ contains
     class(wing_simulator_t), intent(inout) :: self
     class(wing_simulator_t), intent(in) :: other
     integer, intent(in) :: parents(:, :)
-    self%here%shapes = 0 ! ghost points do not move
-    associate (mine => self%here%shapes, its => other%here%shapes, n => self%experiment%model%n_points)
-      if (n == size(parents, 2)) then
-        mine(:, :n, :) = 0.5_rp*(its(:, parents(1, :), :) + its(:, parents(2, :), :))
-      else
-        mine(:, :n, :) = its(:, :n, :)
-      end if
-    end associate
-    self%here%is_start = other%here%is_start
-    self%here%aside = other%here%aside
-    self%here%linear = other%here%linear
+    call self%here%begin_like(other%here, self%experiment%model%n_points, parents)
   end subroutine wing_begin_like
 
   !> One batch: all loads at q but those that are skipped. outputs(:, loads).
@@ -193,7 +171,7 @@ contains
     integer, allocatable :: loads(:)
     integer :: l, n
     loads = [(l, l=1, size(self%experiment%loads))]
-    if (allocated(self%is_skipped)) loads = pack(loads,.not. self%is_skipped)
+    if (allocated(self%is_skipped)) loads = pack(loads,.not. self%is_skipped(:size(loads)))
     n = size(loads)
     allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(task, size(columns)), n))
     do l = 1, n
@@ -240,6 +218,12 @@ contains
       self%tried(:, :, l) = reshape(outputs(at + 1:at + size(self%tried)/size(outputs, 2), l), &
                                     shape(self%tried(:, :, l)))
     end do
+    if (self%modes%n == 0) return
+    if (allocated(self%is_skipped)) then
+      if (all(self%is_skipped(size(outputs, 2) + 1:))) return
+    end if
+    call self%modes%evaluate(q, residuals(self%bins%n + 1:), is_valid)
+    if (is_valid) call self%modes%tangents(q, columns, jacobian(self%bins%n + 1:, :))
   end subroutine wing_evaluate
 
   !> The shapes of the last evaluation become starts of what follows.
@@ -337,7 +321,15 @@ contains
     class(wing_simulator_t), intent(in) :: self
     integer, intent(in) :: rows(:)
     real(rp), intent(out) :: c(:, :)
-    call bin_covariance(self%bins, self%noise, rows, c)
+    integer :: i
+    if (minval(rows) <= self%bins%n) then ! a block has loads or a mode
+      call bin_covariance(self%bins, self%noise, rows, c)
+    else
+      c = 0
+      do i = 1, size(rows)
+        c(i, i) = 1
+      end do
+    end if
   end subroutine wing_covariance
 
   pure real(rp) function wing_common_share(self) result(share)
@@ -396,5 +388,8 @@ contains
                     patterns(first:first + b - 1, i + 1:i + N_BOWS))
     end do
     nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%here%band
+    if (self%modes%n > 0) call self%modes%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%place, &
+                                                     self%runner%patterns%radius, nuisances(self%bins%n + 1:, shared + 2), &
+                                                     patterns(self%bins%n + 1:, :), is_valid)
   end subroutine wing_directions
 end module diagnosis_wing_simulator

@@ -96,7 +96,7 @@ contains
     class(wing_runner_t), intent(in) :: self
     integer, intent(in) :: task, n_columns
     integer :: most
-    most = maxval(self%bins%count)
+    most = max(0, maxval(self%bins%count))
     select case (task)
     case (TASK_EVALUATE)
       n = most*(1 + n_columns) + 3*self%bare%model%n_all
@@ -105,7 +105,7 @@ contains
     case (TASK_DIRECTIONS)
       n = most*(N_LOAD_NUISANCES + n_columns + 2*size(self%patterns%place, 2))
     case default
-      n = maxval(self%bare%comparisons%n)
+      n = max(0, maxval(self%bare%comparisons%n))
     end select
     n = n + N_FACTS
   end function runner_output_size

@@ -78,6 +78,8 @@ module measurement_data
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
     procedure :: count_modes => measurement_count_modes
+    procedure :: count_mode_observations => measurement_count_mode_observations
+    procedure :: surface_name => measurement_surface_name
     procedure :: place => measurement_place
     procedure :: deformation => measurement_deformation
     procedure :: deformation_sigma => measurement_deformation_sigma
@@ -98,6 +100,28 @@ contains
     n = 0
     if (allocated(self%modes)) n = size(self%modes)
   end function measurement_count_modes
+
+  !> Numbers that natural modes are compared by: a frequency each, and one less than places of a shape.
+  pure integer function measurement_count_mode_observations(self) result(n)
+    class(measurement_t), intent(in) :: self
+    integer :: i
+    n = 0
+    do i = 1, self%count_modes()
+      n = n + max(1, size(self%modes(i)%shape))
+    end do
+  end function measurement_count_mode_observations
+
+  !> Name of load l or, behind the loads, of a mode.
+  pure function measurement_surface_name(self, l) result(name)
+    class(measurement_t), intent(in) :: self
+    integer, intent(in) :: l
+    character(:), allocatable :: name
+    if (l <= size(self%loads)) then
+      name = self%loads(l)%name
+    else
+      name = self%modes(l - size(self%loads))%name
+    end if
+  end function measurement_surface_name
 
   !> Place (x, y) [m] of height number k of load l.
   pure function measurement_place(self, l, k) result(place)

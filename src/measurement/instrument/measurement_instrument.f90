@@ -184,6 +184,7 @@ contains
     type(measurement_t), intent(in) :: m
     character(:), allocatable :: problem
     problem = ''
+    if (size(m%loads) == 0) problem = 'needs bending tests'
     select case (i)
     case (DRIFT, DRIFT_VEINS)
       if (any(m%loads%order <= 0)) problem = 'needs the order of all loads'

@@ -64,6 +64,12 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
                     'what the wing file says counts if none of these keys is given')
     call r%add_real('Mass', 'membrane_mass', 81.475e-9_rp, 'for bilinear', unit='kg', above=0.0_rp)
     call r%add_real('Mass', 'areal_density', 3.0e-3_rp, 'for uniform', unit='kg/m^2', above=0.0_rp)
+    call r%add_real('Mass', 'vein_factor', 1.0_rp, 'factor on the mass of all veins', above=0.0_rp)
+    call r%add_real('Mass', 'membrane_factor', 1.0_rp, 'factor on the mass of the membrane, whatever its law', above=0.0_rp)
+    call r%add_real('Mass', 'membrane_gradient', 0.0_rp, 'g: the membrane weighs exp(g (x/R - 1/2)) times that, x from the '// &
+                    'root, R the extent along x', min=-5.0_rp, max=5.0_rp)
+    call r%add_reals('Mass', 'point_mass', [0.0_rp, 0.0_rp, 0.0_rp], 'x y mass of something that sits on the wing: dust, '// &
+                     'glue, a marker', unit='m, m, kg')
   end subroutine register_mass
 
   !> Adds [Damping] to `registry`.

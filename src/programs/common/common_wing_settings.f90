@@ -180,6 +180,10 @@ contains
   s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, c%get_word('Mass', 'membrane_law') == 'bilinear')
     s%material%membrane_mass = c%get_real('Mass', 'membrane_mass')
     s%material%areal_density = c%get_real('Mass', 'areal_density')
+    s%material%vein_factor = c%get_real('Mass', 'vein_factor')
+    s%material%membrane_factor = c%get_real('Mass', 'membrane_factor')
+    s%material%gradient = c%get_real('Mass', 'membrane_gradient')
+    s%material%point = c%get_reals('Mass', 'point_mass')
     if (.not. is_stated .and. s%wing%mass%law /= '') then ! what the file says of this very wing
       s%material%membrane_law = MEMBRANE_BILINEAR
       s%material%membrane_mass = s%wing%mass%membrane

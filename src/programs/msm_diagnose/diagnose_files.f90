@@ -10,6 +10,7 @@ module diagnose_files
   use base_text_file, only: write_text
   use common_instrument, only: instrument_lines
   use common_wing_fragment, only: wing_lines
+  use diagnose_modes, only: mass_lines, write_mode_tables
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_next, only: next_t
@@ -69,7 +70,7 @@ contains
     end if
     call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
-                    wing_lines(params, s%setup%wing)// &
+                    wing_lines(params, s%setup%wing)//mass_lines(s, q)// &
                     instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment
@@ -116,6 +117,7 @@ contains
       call put_attribute(file, '/loads/'//s%measurement%loads(l)%name, 'force', s%measurement%loads(l)%force, failure)
       deallocate (rows)
     end do
+    call write_mode_tables(file, s, failure)
     call write_unknown(file, simulator, d, failure)
     call file%publish(s%name//'.h5', .false., failure)
   end subroutine write_maps
@@ -152,12 +154,15 @@ contains
     logical :: ok
     text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation with it once more [sd]'//new_line('a')
     do i = 1, size(next%order)
-      associate (load => s%measurement%loads(next%order(i)))
-        write (line, '(a,4(",",es12.5))') ',', load%point, load%force, next%now(1)
-        text = text//number_text(i)//','//load%name//trim(line(2:))
-        write (line, '(",",es12.5)') next%after(next%order(i))
-        text = text//trim(line)//new_line('a')
-      end associate
+      line = ',,,' ! a mode has no place and no force
+      if (next%order(i) <= size(s%measurement%loads)) then
+        associate (load => s%measurement%loads(next%order(i)))
+          write (line, '(3(",",es12.5))') load%point, load%force
+        end associate
+      end if
+      text = text//number_text(i)//','//s%measurement%surface_name(next%order(i))//trim(line)
+      write (line, '(2(",",es12.5))') next%now(1), next%after(next%order(i))
+      text = text//trim(line)//new_line('a')
     end do
     do i = 1, size(next%places)
       associate (load => next%places(i))

@@ -17,6 +17,7 @@ module diagnose_job
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use diagnose_summary, only: print_verdict
   use diagnosis_band, only: mesh_band_t
+  use diagnosis_mode_report, only: describe_modes
   use diagnosis_next, only: next_t, rank_loads
   use diagnosis_noise, only: judge_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
@@ -82,7 +83,7 @@ contains
     type(failure_t) :: failure
     associate (s => self%settings)
       call self%simulator%init(self%world, s%experiment, s%setup%wing, s%catalogue%quantities, s%catalogue%kinds, &
-                               s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns)
+                               s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns, s%parts)
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
       if (s%options%is_scale_known .and. .not. s%measurement%is_plan) self%simulator%noise%factor = 1
@@ -130,6 +131,7 @@ contains
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
+    call describe_modes(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros, unknown)
     call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, zeros, unknown, self%failure)

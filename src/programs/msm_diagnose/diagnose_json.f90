@@ -6,6 +6,7 @@ module diagnose_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
+  use diagnose_modes, only: put_modes
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: alarm_of, cause_name, verdict_sentence
   use diagnose_unknown, only: put_unknown
@@ -64,6 +65,7 @@ contains
     call put_extension(json, s, d)
     call put_validation(json, d)
     call put_zeros(json, zeros)
+    call put_modes(json, s, d)
     if (allocated(d%questions)) call put_questions(json, 'questions', d%questions)
     if (.not. allocated(d%questions)) call put_questions(json, 'questions', [question_t ::])
     if (allocated(d%left_questions)) call put_questions(json, 'questions_of_extended', d%left_questions)
@@ -71,7 +73,7 @@ contains
     call json%open_list('next_measurements')
     do i = 1, size(next%order)
       call json%open_object('')
-      call json%put('repeat', s%measurement%loads(next%order(i))%name)
+      call json%put('repeat', s%measurement%surface_name(next%order(i)))
       call json%put('separation_sd', next%after(next%order(i)))
       call json%put('separation_now_sd', next%now(1))
       call json%close()
@@ -227,7 +229,7 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     call json%open_object('baseline')
-    call json%put('observations', s%bins%n)
+    call json%put('observations', s%bins%n + s%measurement%count_mode_observations())
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
     call json%put('chi2', d%plain%chi2)

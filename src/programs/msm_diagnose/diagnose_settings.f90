@@ -83,8 +83,22 @@ contains
                                                'the baseline seeks parameters of the wing only, not of the measurement')
     if (errors%count() > 0) return
     if (s%fits_finer) call take_finer(s)
-    call make_all(s, errors, notices)
+    call check_modes(s, errors)
+    if (errors%count() == 0) call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
+
+  !> What natural modes need.
+  subroutine check_modes(s, errors)
+    type(diagnose_settings_t), intent(in) :: s
+    type(message_list_t), intent(inout) :: errors
+    if (s%measurement%count_modes() == 0) return
+    if (.not. s%setup%has_mass) call s%config%complain(errors, 'Mass', 'membrane_law', &
+                                  'the measurement holds natural modes, which need a valid mass of the wing')
+    associate (effects => s%setup%asked%effects)
+      if (abs(effects%pretension) + sum(abs(effects%camber)) > 0) call s%config%complain(errors, 'Wing', 'parameters', &
+        'natural modes are those of a wing that is flat and free of stress at rest: without pretension and camber')
+    end associate
+  end subroutine check_modes
 
   !> No result may take the place of what is read.
   subroutine check_outputs(s, errors)
@@ -159,6 +173,7 @@ contains
       s%setup%asked%effects%has_sides = .true.
     allocate (masses(0))
     if (s%setup%has_mass) masses = s%setup%mass%nodal
+    if (s%setup%has_mass) call s%parts%init(s%setup%wing, s%setup%mass)
     call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, [integer ::], options, failure, s%instrument, &
                            masses=masses)
     if (failure%failed) then

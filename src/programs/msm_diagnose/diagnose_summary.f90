@@ -3,6 +3,7 @@
 module diagnose_summary
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_modes, only: print_modes
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_unknown, only: print_unknown
   use diagnosis_band, only: mesh_band_t
@@ -20,7 +21,7 @@ module diagnose_summary
 
 contains
 
-  !> At most 14 lines, and 15 with the notice of a wrong declared error.
+  !> At most 14 lines, and 15 with the notice of a wrong declared error; two more with natural modes.
   subroutine print_verdict(unit, s, d, band, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -36,10 +37,13 @@ contains
     if (band%is_found) then
       write (line, '(a,f0.2,a,f0.1,a,i0,a)') 'mesh      changes heights by ', 1.0e6_rp*band%rms, &
         ' um rms after a refit, as a signal-to-noise ratio of ', band%snr, ' (', band%n_points, ' points)'
+      if (s%bins%n == 0) write (line, '(a,f0.1,a,i0,a)') 'mesh      changes modes after a refit, as a signal-to-noise ratio of ', &
+        band%snr, ' (', band%n_points, ' points)'
       if (s%fits_finer) line = line(:len_trim(line) - 1)//', on which all is fitted)'
       write (unit, '(a)') trim(line)
     end if
-    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%plain%chi2, ' of ', s%bins%n, &
+    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%plain%chi2, ' of ', &
+        s%bins%n + s%measurement%count_mode_observations(), &
       '; variance over that of the noise model ', d%scale
     write (unit, '(a)') trim(line)
     write (line, '(a,a,a,f0.1)') 'misfit    global p = ', probability_text(d%decision%log_p_global), &
@@ -59,18 +63,13 @@ contains
         write (unit, '(a)') '          '//value_text(s, d, i)
       end do
     end if
-    if (size(zeros%value) > 1) then
-      i = maxloc(abs(zeros%difference)/max(zeros%error, tiny(1.0_rp)), 1)
-      write (line, '(a,es9.2,a,es8.1,3a)') ' reads ', abs(zeros%difference(i)), ' m +-', zeros%error(i), ' m ', &
-        merge('more', 'less', zeros%difference(i) > 0), ' than '
-      write (unit, '(a)') 'zeros     '//trim(zeros%names(i))//trim(line)//' '//trim(zeros%names(1))// &
-        '; they are equal with p = '//probability_text(zeros%log_p)
-    end if
+    if (size(zeros%value) > 1) call print_zeros(unit, zeros)
     if (d%has_gain) then
       write (line, '(a,f0.2,a,f0.2,a)') 'gain      of log predictive density ', d%gain, ' +- ', d%gain_error, &
         ' for a location that was left out'
       write (unit, '(a)') trim(line)
     end if
+    call print_modes(unit, s, d)
     if (size(next%order) > 0) call print_next(unit, s, d, next)
     extended = ''
     if (d%extended%is_found) extended = ', _extended.ini'
@@ -78,6 +77,19 @@ contains
       'tools/plot_diagnosis '//s%name//'.json makes the report'
     flush (unit)
   end subroutine print_verdict
+
+  !> The sensor whose zero differs most from that of the first one.
+  subroutine print_zeros(unit, zeros)
+    integer, intent(in) :: unit
+    type(zeros_t), intent(in) :: zeros
+    character(200) :: line
+    integer :: i
+    i = maxloc(abs(zeros%difference)/max(zeros%error, tiny(1.0_rp)), 1)
+    write (line, '(a,es9.2,a,es8.1,3a)') ' reads ', abs(zeros%difference(i)), ' m +-', zeros%error(i), ' m ', &
+      merge('more', 'less', zeros%difference(i) > 0), ' than '
+    write (unit, '(a)') 'zeros     '//trim(zeros%names(i))//trim(line)//' '//trim(zeros%names(1))// &
+      '; they are equal with p = '//probability_text(zeros%log_p)
+  end subroutine print_zeros
 
   !> What the plain questions say against the baseline, if anything.
   subroutine print_alarm(unit, d)
@@ -103,7 +115,7 @@ contains
     cause = effect_name(next%cause)
     rival = effect_name(next%rivals(1))
     after = next%after(next%order(1))
-    what = 'repeat '//s%measurement%loads(next%order(1))%name
+    what = 'repeat '//s%measurement%surface_name(next%order(1))
     if (size(next%places) > 0) then
       associate (load => next%places(1))
         if (load%after > after) then
@@ -136,6 +148,12 @@ contains
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     character(120) :: line
+    if (s%measurement%count_modes() > 0) then
+      write (line, '(a,i0,a,i0,a)') 'data      ', s%measurement%count_modes(), ' natural modes, ', &
+        s%measurement%count_mode_observations(), ' numbers; '
+      write (unit, '(a)') trim(line)//' '//s%measurement_path
+      if (size(s%measurement%loads) == 0) return
+    end if
     if (.not. any(s%measurement%loads%has_surface)) then
       write (line, '(a,i0,a,i0,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
         ' readings of single points; '

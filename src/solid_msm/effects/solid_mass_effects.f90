@@ -36,7 +36,7 @@ module solid_mass_effects
 
   !> Of what the mass of a wing consists.
   type :: mass_parts_t
-    real(rp), allocatable :: veins(:), membrane(:) !< (n_points) [kg]
+    real(rp), allocatable :: veins(:), membrane(:), fixed(:) !< (n_points) [kg]; the last sits on the wing, as is known
     real(rp), allocatable :: added(:)    !< (n_points) [m^3] times the density of the fluid: along z
     real(rp), allocatable :: station(:)  !< (n_points) x/R - 1/2
   contains
@@ -112,7 +112,8 @@ contains
     root = sum(wing%points(1, wing%root))/size(wing%root)
     span = maxval(wing%points(1, :)) - minval(wing%points(1, :))
     self%veins = mass%of_veins
-    self%membrane = mass%nodal - mass%of_veins
+    self%membrane = mass%nodal - mass%of_veins - mass%of_point
+    self%fixed = mass%of_point
     self%added = strip_added_mass(wing)
     self%station = (wing%points(1, :) - root)/span - 0.5_rp
   end subroutine parts_init
@@ -127,7 +128,8 @@ contains
     integer :: i, c
     mass = 0
     do i = 1, size(self%veins)
-      mass(:, i) = effects%veins*self%veins(i) + effects%membrane*exp(effects%gradient*self%station(i))*self%membrane(i)
+      mass(:, i) = effects%veins*self%veins(i) + effects%membrane*exp(effects%gradient*self%station(i))*self%membrane(i) + &
+                   self%fixed(i)
       mass(3, i) = mass(3, i) + density*effects%added*self%added(i)
     end do
     do c = 1, 3

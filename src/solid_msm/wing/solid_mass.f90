@@ -30,12 +30,16 @@ module solid_mass
     real(rp) :: membrane_mass = 81.475e-9_rp   !< [kg], for MEMBRANE_BILINEAR
     real(rp) :: weights(3) = [1.75_rp, -147.0_rp, 101.0_rp] !< w1 [-], w2 [1/m], w3 [1/m]
     real(rp) :: areal_density = 3.0e-3_rp      !< [kg/m^2], for MEMBRANE_UNIFORM
+    real(rp) :: vein_factor = 1, membrane_factor = 1 !< on both
+    real(rp) :: gradient = 0                   !< g: membrane times exp(g (x/R - 1/2)), R the extent along x from the root
+    real(rp) :: point(3) = 0                   !< x, y [m] and mass [kg] of something that sits on the wing
   end type mass_params_t
 
   !> The lumped mass.
   type :: mass_t
     real(rp), allocatable :: nodal(:) !< mass of every point [kg], positive
     real(rp), allocatable :: of_veins(:) !< the part of it that is veins [kg]
+    real(rp), allocatable :: of_point(:) !< the part of it that sits on the wing [kg]
     real(rp) :: veins = 0             !< [kg]
     real(rp) :: membrane = 0          !< [kg]
     real(rp) :: total = 0             !< [kg]
@@ -63,13 +67,15 @@ contains
     allocate (mass%nodal(size(wing%points, 2)))
     mass%nodal = 0
     do i = 1, size(wing%veins)
-      call add_vein(wing%points, wing%veins(i), params%vein_density, mass%nodal)
+      call add_vein(wing%points, wing%veins(i), params%vein_factor*params%vein_density, mass%nodal)
     end do
     mass%veins = sum(mass%nodal)
     mass%of_veins = mass%nodal
     if (size(wing%triangles) > 0) call add_membrane(wing, params, mass, messages)
     if (messages%count() > n_before) return
-    mass%total = mass%veins + mass%membrane
+    call add_point(wing, params%point, mass, messages)
+    if (messages%count() > n_before) return
+    mass%total = mass%veins + mass%membrane + sum(mass%of_point)
     if (mass%area > 0) mass%thickness = mass%membrane/(mass%area*params%vein_density)
     do i = 1, size(mass%nodal)
       if (mass%nodal(i) > 0) cycle
@@ -131,7 +137,7 @@ contains
     type(mass_params_t), intent(in) :: params
     type(mass_t), intent(inout) :: mass
     type(message_list_t), intent(inout) :: messages
-    real(rp) :: weights(size(wing%points, 2)), share(size(wing%points, 2)), area, scale
+    real(rp) :: weights(size(wing%points, 2)), share(size(wing%points, 2)), area, scale, root, span
     integer :: t, k
     if (params%membrane_law == MEMBRANE_BILINEAR) then
       weights = params%weights(1) + params%weights(2)*wing%points(1, :) + params%weights(3)*wing%points(2, :)
@@ -158,9 +164,50 @@ contains
     end do
     scale = params%areal_density
     if (params%membrane_law == MEMBRANE_BILINEAR) scale = params%membrane_mass/sum(share)
-    mass%nodal = mass%nodal + scale*share
-    mass%membrane = scale*sum(share)
+    root = sum(wing%points(1, wing%root))/max(1, size(wing%root))
+    span = maxval(wing%points(1, :)) - minval(wing%points(1, :))
+    share = scale*params%membrane_factor*exp(params%gradient*((wing%points(1, :) - root)/span - 0.5_rp))*share
+    mass%nodal = mass%nodal + share
+    mass%membrane = sum(share)
   end subroutine add_membrane
+
+  !> Shares what sits on the wing between the corners of its triangle, or gives it to the nearest point of a wing without any.
+  subroutine add_point(wing, point, mass, messages)
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: point(3)
+    type(mass_t), intent(inout) :: mass
+    type(message_list_t), intent(inout) :: messages
+    real(rp), parameter :: TOLERANCE = 1.0e-9_rp
+    real(rp) :: w(3), place(3), area
+    integer :: t, k
+    allocate (mass%of_point(size(mass%nodal)), source=0.0_rp)
+    if (.not. abs(point(3)) > 0) return
+    place = [point(:2), 0.0_rp]
+    do t = 1, size(wing%triangles, 2)
+      associate (a => wing%points(:2, wing%triangles(1, t)), b => wing%points(:2, wing%triangles(2, t)), &
+                 c => wing%points(:2, wing%triangles(3, t)))
+        area = twice(a, b, c)
+        w = [twice(place(:2), b, c), twice(a, place(:2), c), twice(a, b, place(:2))]/area
+      end associate
+      if (minval(w) < -TOLERANCE) cycle
+      mass%of_point(wing%triangles(:, t)) = w*point(3)
+      exit
+    end do
+    if (size(wing%triangles) == 0) then
+      k = minloc(sum((wing%points(:2, :) - spread(place(:2), 2, size(wing%points, 2)))**2, 1), 1)
+      mass%of_point(k) = point(3)
+    end if
+    if (.not. any(abs(mass%of_point) > 0)) call messages%add('mass: the point mass at x = '//number_text(point(1))// &
+                                                              ' m, y = '//number_text(point(2))//' m is not on the wing')
+    mass%nodal = mass%nodal + mass%of_point
+
+  contains
+
+    pure real(rp) function twice(p, q, r)
+      real(rp), intent(in) :: p(2), q(2), r(2)
+      twice = (q(1) - p(1))*(r(2) - p(2)) - (q(2) - p(2))*(r(1) - p(1))
+    end function twice
+  end subroutine add_point
 
   !> Area [m^2] of the triangle with the corners corners(:, 1:3).
   pure real(rp) function triangle_area(corners) result(area)

@@ -20,6 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from flusi_msm.diagnosis.flight import flight_section
+from flusi_msm.diagnosis.modes import draw_modes, read_modes
 from flusi_msm.diagnosis.report import page
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.style import COLOURS, use_style
@@ -177,7 +178,7 @@ def draw_folds(validation, loads):
     return figure
 
 
-def pictures_of(diagnosis, loads, unknown, outline):
+def pictures_of(diagnosis, loads, unknown, outline, modes=()):
     """(name, heading, caption, figure)."""
     made = []
     if loads:
@@ -191,6 +192,10 @@ def pictures_of(diagnosis, loads, unknown, outline):
                        "show it."
         made.append(("residuals", "What the model misses", caption + " The cross marks the force.",
                      draw_residuals(loads, outline, is_extended)))
+    if modes:
+        made.append(("modes", "Natural modes", "Frequencies of the models against the measured ones, with their sd, and for "
+                     "each mode the measured shape and what the models leave of it.",
+                     draw_modes(modes, outline, draw_outline, diagnosis["extended"]["is_found"])))
     made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
                  "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
                  "beyond the dashed line is less than 20 times less probable than the first.", draw_evidence(diagnosis["effects"])))
@@ -220,7 +225,8 @@ def main():
     diagnosis, loads, unknown = read(options.json)
     pictures, flight = [], None
     outline = outline_of(diagnosis, options.json.resolve().parent)
-    for name, heading, caption, figure in pictures_of(diagnosis, loads, unknown, outline):
+    modes = read_modes(options.json.with_suffix(".h5"), diagnosis)
+    for name, heading, caption, figure in pictures_of(diagnosis, loads, unknown, outline, modes):
         data = io.BytesIO()
         figure.savefig(data, format="png", dpi=110)
         if options.pictures:

@@ -1,0 +1,106 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Entries of the catalogue that only motion shows: what the wing weighs, and where. Natural modes are what shows them; without
+!> modes there is none of them.
+module diagnosis_wing_inertia
+  use base_kinds, only: rp
+  use diagnosis_wing_entries, only: append_variant, catalogue_t, millimetres
+  use diagnosis_wing_lattice, only: lattice
+  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_MASS, KIND_POINT_MASS
+  use inference_simulator, only: quantity_t, variant_t
+  use measurement_experiment, only: experiment_t
+  use measurement_modes, only: MEDIUM_AIR
+  use solid_mass_effects, only: describe_mass_effect, MASS_ADDED, MASS_GRADIENT, MASS_MEMBRANE, MASS_POINT, MASS_VEINS
+  use solid_parameter, only: parameter_t
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: add_air, enter_inertia
+
+  real(rp), parameter :: SPACING = 0.1_rp, FINER_SPACING = 0.04_rp !< of places of a point mass, of the wing's size
+
+contains
+
+  !> If a mode was measured in air, the baseline seeks the ratio of the air that moves with the wing to that of strip theory.
+  subroutine add_air(c, e)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    integer :: n
+    if (e%measurement%count_modes() == 0) return
+    if (any(e%measurement%modes%medium == MEDIUM_AIR)) n = add_effect(c, MASS_ADDED)
+  end subroutine add_air
+
+  !> Adds an effect of the masses, and gives its number.
+  integer function add_effect(c, number) result(n)
+    type(catalogue_t), intent(inout) :: c
+    integer, intent(in) :: number
+    type(parameter_t) :: p
+    p = describe_mass_effect(number, 0.0_rp)
+    n = c%add_quantity(quantity_of(p), wing_quantity_t(kind=KIND_MASS, number=number, is_log=p%is_log))
+  end function add_effect
+
+  !> The coordinate of a parameter, at its null.
+  function quantity_of(p) result(quantity)
+    type(parameter_t), intent(in) :: p
+    type(quantity_t) :: quantity
+    quantity%name = p%name
+    quantity%unit = p%unit
+    quantity%is_log = p%is_log
+    quantity%prior_sd = p%prior_sd
+    quantity%lower = p%lower
+    quantity%upper = p%upper
+    if (p%is_log) quantity%lower = log(p%lower)
+    if (p%is_log) quantity%upper = log(p%upper)
+  end function quantity_of
+
+  !> Entries of what the wing weighs, and of a mass at any place.
+  subroutine enter_inertia(c, e, wing)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(wing_t), intent(in) :: wing
+    type(variant_t), allocatable :: variants(:)
+    if (e%measurement%count_modes() == 0) return
+    if (size(wing%veins) > 0) call enter_one(c, MASS_VEINS, 'vein_mass', 'heavier or lighter veins', &
+                                             'The veins weigh more or less than was assumed.')
+    if (size(wing%triangles) > 0) then
+      call enter_one(c, MASS_MEMBRANE, 'membrane_mass', 'heavier or lighter membrane', &
+                     'The membrane weighs more or less than was assumed.')
+      call enter_one(c, MASS_GRADIENT, 'membrane_gradient', 'mass of the membrane that changes along the span', &
+                     'The membrane is heavier, or lighter, toward the tip than at the root, as if its thickness changed.')
+    end if
+    allocate (variants(0))
+    call scan(c, e, wing, SPACING, .false., variants)
+    call scan(c, e, wing, FINER_SPACING, .true., variants)
+    call c%enter('point_mass', 'a mass that the model does not have', &
+                 'Something sits on the wing at one place: dust, glue or a marker.', .false., '', variants)
+  end subroutine enter_inertia
+
+  subroutine enter_one(c, number, name, title, sentence)
+    type(catalogue_t), intent(inout) :: c
+    integer, intent(in) :: number
+    character(*), intent(in) :: name, title, sentence
+    type(variant_t), allocatable :: variants(:)
+    allocate (variants(0))
+    call append_variant(variants, '', add_effect(c, number), [0.0_rp, 0.0_rp])
+    call c%enter(name, title, sentence, .false., '', variants)
+  end subroutine enter_one
+
+  !> A point mass at every place of a lattice.
+  subroutine scan(c, e, wing, share, is_finer, variants)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: share
+    logical, intent(in) :: is_finer
+    type(variant_t), allocatable, intent(inout) :: variants(:)
+    real(rp), allocatable :: places(:, :)
+    type(parameter_t) :: p
+    integer :: k, n
+    p = describe_mass_effect(MASS_POINT, sum(e%masses))
+    call lattice(wing, e%model%size, share, places)
+    do k = 1, size(places, 2)
+      n = c%add_quantity(quantity_of(p), wing_quantity_t(kind=KIND_POINT_MASS, disc=[places(:, k), share*e%model%size]))
+      call append_variant(variants, 'at ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', n, places(:, k))
+      variants(size(variants))%is_finer = is_finer
+    end do
+  end subroutine scan
+end module diagnosis_wing_inertia

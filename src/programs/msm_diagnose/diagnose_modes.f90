@@ -1,0 +1,125 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a diagnosis says of natural modes: a line on the terminal, a list in NAME.json, tables in NAME.h5.
+module diagnose_modes
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use diagnose_settings, only: diagnose_settings_t
+  use diagnosis_wing_modes, only: mass_effects_at
+  use diagnosis_wing_quantities, only: KIND_POINT_MASS
+  use inference_engine, only: diagnosis_t
+  use io_attributes, only: put_attribute
+  use io_hdf5, only: hdf5_file_t
+  use io_json, only: json_t
+  use io_table, only: put_table
+  use measurement_modes, only: MEDIUM_AIR, MEDIUM_NAMES
+  use solid_mass_effects, only: mass_effects_t
+  implicit none
+  private
+  public :: mass_lines, print_modes, put_modes, write_mode_tables
+
+contains
+
+  !> The mode whose frequency fits worst.
+  subroutine print_modes(unit, s, d)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    character(160) :: line
+    integer :: i, k
+    if (.not. allocated(s%modes)) return
+    associate (modes => s%measurement%modes, rows => s%modes)
+      i = maxloc([(abs(rows(k)%frequency(1) - modes(k)%frequency)/modes(k)%frequency_sigma, k=1, size(rows))], 1)
+      write (line, '(2(a,f0.1),a,f0.1,a,f0.3,a)') ': ', modes(i)%frequency, ' +- ', modes(i)%frequency_sigma, ' Hz, baseline ', &
+        rows(i)%frequency(1), ' Hz (MAC ', rows(i)%mac(1), ')'
+      if (d%extended%is_found) write (line(len_trim(line) + 1:), '(a,f0.1,a,f0.3,a)') ', extended ', rows(i)%frequency(2), &
+        ' Hz (MAC ', rows(i)%mac(2), ')'
+      write (unit, '(a)') 'modes     worst is '//modes(i)%name//trim(line)
+    end associate
+  end subroutine print_modes
+
+  !> The list `modes` of the JSON file, if there are any.
+  subroutine put_modes(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer :: i
+    if (.not. allocated(s%modes)) return
+    call json%open_list('modes')
+    do i = 1, size(s%modes)
+      associate (mode => s%measurement%modes(i), row => s%modes(i))
+        call json%open_object('')
+        call json%put('name', mode%name)
+        call json%put('medium', trim(MEDIUM_NAMES(mode%medium)))
+        call json%put('frequency_hz', mode%frequency)
+        call json%put('sd_hz', mode%frequency_sigma)
+        call json%put('baseline_number', row%number(1))
+        call json%put('baseline_hz', row%frequency(1))
+        call json%put('baseline_mac', row%mac(1))
+        if (d%extended%is_found) then
+          call json%put('extended_number', row%number(2))
+          call json%put('extended_hz', row%frequency(2))
+          call json%put('extended_mac', row%mac(2))
+        end if
+        call json%close()
+      end associate
+    end do
+    call json%close()
+  end subroutine put_modes
+
+  !> The section [Mass] of a wing at q, as far as its masses differ from those of the input; nothing without natural modes.
+  function mass_lines(s, q) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    real(rp), intent(in) :: q(:)
+    character(:), allocatable :: text
+    character(*), parameter :: NL = new_line('a')
+    type(mass_effects_t) :: effects
+    real(rp) :: point(3)
+    integer :: i
+    text = ''
+    if (s%measurement%count_modes() == 0) return
+    effects = mass_effects_at(s%experiment, s%catalogue%kinds, q)
+    point = s%setup%material%point
+    do i = 1, size(q)
+      if (s%catalogue%kinds(i)%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) point = [s%catalogue%kinds(i)%disc(:2), q(i)]
+    end do
+    associate (m => s%setup%material)
+      text = NL//'[Mass]'//NL//'vein_factor = '//number_text(m%vein_factor*effects%veins)//';'//NL//'membrane_factor = '// &
+             number_text(m%membrane_factor*effects%membrane)//';'//NL//'membrane_gradient = '// &
+             number_text(m%gradient + effects%gradient)//';'//NL
+    end associate
+    if (abs(point(3)) > 0) text = text//'point_mass = '//number_text(point(1))//' '//number_text(point(2))//' '// &
+                                  number_text(point(3))//'; m, m, kg'//NL
+    if (any(s%measurement%modes%medium == MEDIUM_AIR)) text = text//'; the air that moves with the wing is '// &
+      number_text(effects%added)//' of that of strip theory'//NL
+  end function mass_lines
+
+  !> The group `modes` of the HDF5 file.
+  subroutine write_mode_tables(file, s, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(diagnose_settings_t), intent(in) :: s
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: table(:, :)
+    character(:), allocatable :: name
+    integer :: i, k
+    if (.not. allocated(s%modes)) return
+    call file%make_group('/modes', failure)
+    do i = 1, size(s%modes)
+      associate (mode => s%measurement%modes(i), row => s%modes(i))
+        name = '/modes/'//mode%name
+        allocate (table(6, size(mode%shape)))
+        do k = 1, size(mode%shape)
+          table(:, k) = [mode%place(:, k), mode%shape(k), mode%sigma(k), row%shape(k, :)]
+        end do
+        if (size(table) == 0) call file%make_group(name, failure)
+        call put_table(file, name, table, 'x y measured sigma baseline extended', failure)
+        call put_attribute(file, name, 'frequency', mode%frequency, failure)
+        call put_attribute(file, name, 'frequency_sigma', mode%frequency_sigma, failure)
+        call put_attribute(file, name, 'medium', trim(MEDIUM_NAMES(mode%medium)), failure)
+        call put_attribute(file, name, 'computed', row%frequency, failure)
+        call put_attribute(file, name, 'mac', row%mac, failure)
+        deallocate (table)
+      end associate
+    end do
+  end subroutine write_mode_tables
+end module diagnose_modes

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Natural modes in msm_diagnose: data of tools/make_modes, whose stiffness and masses share nothing with the solver, alone and
+beside bending tests of tools/make_measurement.
+
+usage: vibration_diagnose.py <msm_diagnose> <h5dump> [tests]        flusi stands beside msm_diagnose
+
+Intervals are of 90 %; the truth is asked to be within twice their width, as in diagnosis_entries.py.
+"""
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, WING, diagnose, measure
+from whole_program import SOURCE, check, main
+
+from json_schema import validate
+
+TIP = [8.6e-3, -0.8e-3, 4.0e-9]  # m, m, kg: 1.6 % of the wing
+MODES = {"wing": WING, "modes": 6, "missing": [3], "seed": 4, "medium": "air", "air_ratio": 0.8, "stiffness": {"plate": "edges"},
+         "noise": {"frequency": 0.003, "shape": 0.02}}
+OPTIONS = "noise = declared;\nstarts = 1;\ndraws = 1000;\nobservations = 400;\n"
+
+
+def vibrate(case, file, *more, **sections):
+    """Modes with these sections added to those of MODES."""
+    test = {**MODES}
+    for name, content in sections.items():
+        test[name] = {**test.get(name, {}), **content} if isinstance(content, dict) else content
+    (case.folder / "modes.json").write_text(json.dumps(test))
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_modes", "modes.json", "-o", file, *more], cwd=case.folder, check=True,
+                   stdout=subprocess.DEVNULL)
+
+
+def interval(found, name):
+    return {one["name"]: one["lower_best_upper"] for one in found["extended"]["intervals_90"]}[name]
+
+
+def test_null(case):
+    """Another E, less air than strip theory, the third mode missed: all that is no discovery."""
+    vibrate(case, "data.h5", stiffness={"E": 1.1e10})
+    code, found = diagnose(case, "data.h5", "null", OPTIONS)
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    check([one["baseline_number"] for one in found["modes"]] == [1, 2, 4, 5, 6], "a mode is missed, and the others keep their place")
+    check(min(one["baseline_mac"] for one in found["modes"]) > 0.98, "shapes are alike")
+
+
+def test_tip(case):
+    """Glue at the tip: what, where, how much; and flusi gives the extended wing the frequencies that were measured."""
+    vibrate(case, "data.h5", mass={"point": TIP}, medium="vacuum")
+    code, found = diagnose(case, "data.h5", "tip", OPTIONS)
+    verdict = found["verdict"]
+    check(code in (NAMED, SET) and verdict["set"] == ["point_mass"], verdict["sentence"])
+    place = verdict["causes"][0]["place"]
+    check(max(abs(place[0] - TIP[0]), abs(place[1] - TIP[1])) < 0.7e-3, f"it is at {place}")
+    lower, best, upper = interval(found, "point_mass")
+    check(2 * lower - best <= TIP[2] <= 2 * upper - best, f"{best} kg ({lower} to {upper})")
+    check(found["validation"]["gain_per_location"] > 0, "modes that were left out are predicted better")
+    problems = validate(found, SOURCE / "docs" / "diagnosis.schema.json")
+    check(not problems, f"the JSON file is what the schema says: {problems}")
+    case.write("shape.ini", f"[include]\nfile = tip_extended.ini;\n[Wing]\nfile = {WING};\n[Modes]\nmodes = 1;\n[Saving]\nname = s;\n")
+    subprocess.run([Path(case.program).with_name("flusi"), "--static", "shape.ini"], cwd=case.folder, check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    frequency = float((case.folder / "s_modes.t").read_text().splitlines()[-1].split()[1])
+    stated = found["modes"][0]["extended_hz"]
+    check(abs(frequency / stated - 1) < 1e-6, f"flusi gives the extended wing {frequency} Hz, the diagnosis {stated} Hz")
+
+
+def test_outside(case):
+    """A membrane whose mass goes up and down, which no entry of the catalogue is."""
+    vibrate(case, "data.h5", mass={"membrane_wave": [0.8, 3.0e-3, 0.0]}, noise={"frequency": 0.001, "shape": 0.005})
+    code, found = diagnose(case, "data.h5", "outside", OPTIONS)
+    check(code == UNKNOWN, found["verdict"]["sentence"])
+
+
+def test_both(case):
+    """The force sensor reads 1.25 times too little. To bending alone the wing is softer; its modes say that it is not."""
+    stiffness = {"plate": "edges", "E": 1.1e10}
+    measure(case, "bending.h5", stiffness=stiffness, hidden={"force_gain": 1.25}, noise={"height": 2.0e-6})
+    code, found = diagnose(case, "bending.h5", "bending", OPTIONS)
+    check("force_gain" not in [cause["effect"] for cause in found["verdict"]["causes"]] or code != NAMED,
+          "bending alone does not name it")
+    vibrate(case, "bending.h5", "--add", stiffness=stiffness)
+    code, found = diagnose(case, "bending.h5", "both", OPTIONS)
+    check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["force_gain"], found["verdict"]["sentence"])
+    lower, best, upper = interval(found, "force_gain")
+    check(2 * lower - best <= 1.25 <= 2 * upper - best, f"{best} ({lower} to {upper})")
+
+
+if __name__ == "__main__":
+    main(globals())

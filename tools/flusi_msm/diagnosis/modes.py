@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of measured natural modes beside those of the baseline and of the extended wing, for the report of a diagnosis."""
+import h5py
+import matplotlib.pyplot as plt
+import numpy as np
+
+from flusi_msm.style import COLOURS
+
+LIMIT = 4.0  # sd
+
+
+def read_modes(tables, diagnosis):
+    """[(facts of the JSON file, table (places, 6): x y measured sigma baseline extended)], in the order of frequencies."""
+    modes = []
+    if diagnosis.get("modes") and tables.exists():
+        with h5py.File(tables, "r") as file:
+            for facts in sorted(diagnosis["modes"], key=lambda one: one["frequency_hz"]):
+                stored = file[f"modes/{facts['name']}"]
+                table = np.asarray(stored) if isinstance(stored, h5py.Dataset) else np.zeros((0, 6))
+                modes.append((facts, table if table.shape[-1] == 6 else table.T))
+    return modes
+
+
+def draw_modes(modes, outline, draw_outline, is_extended):
+    """Frequencies against measured ones, and for each mode the shape and what the models leave of it."""
+    columns = 3 if is_extended else 2
+    figure = plt.figure(figsize=(2.9 * columns, 1.6 + 1.25 * len(modes)), layout="constrained")
+    grid = figure.add_gridspec(1 + len(modes), columns, height_ratios=[1.6] + [1.25] * len(modes))
+    ax = figure.add_subplot(grid[0, :])
+    places = np.arange(len(modes))
+    measured = np.array([facts["frequency_hz"] for facts, _ in modes])
+    sd = np.array([facts["sd_hz"] for facts, _ in modes])
+    ax.errorbar(places, 0 * measured, 100 * sd / measured, fmt="k_", capsize=3, label="measured")
+    for k, which in enumerate(("baseline", "extended")[:columns - 1]):
+        values = np.array([facts[f"{which}_hz"] for facts, _ in modes])
+        ax.plot(places + 0.12 * (k + 1), 100 * (values / measured - 1), "o", color=COLOURS[k], ms=4, label=which)
+    ax.set_xticks(places, [f"{facts['name']}\n{facts['frequency_hz']:.0f} Hz" for facts, _ in modes], fontsize=7)
+    ax.set_ylabel("frequency [%]", fontsize=7)
+    ax.tick_params(axis="y", labelsize=7)
+    ax.legend(fontsize=7, ncols=3)
+    image = None
+    for row, (facts, table) in enumerate(modes, 1):
+        if not len(table):
+            continue
+        x, y, shape, sigma = 1e3 * table[:, 0], 1e3 * table[:, 1], table[:, 2], table[:, 3]
+        panels = [(shape / np.abs(shape).max(), "viridis", 1.0, facts["name"])]
+        panels += [((table[:, 4 + k] - shape) / sigma, "RdBu_r", LIMIT, f"{which} leaves [sd], MAC {facts[which + '_mac']:.3f}")
+                   for k, which in enumerate(("baseline", "extended")[:columns - 1])]
+        for column, (values, colours, limit, title) in enumerate(panels):
+            ax = figure.add_subplot(grid[row, column])
+            shown = ax.scatter(x, y, c=values, s=18, cmap=colours, vmin=-limit, vmax=limit)
+            draw_outline(ax, outline)
+            ax.set_title(title, fontsize=7)
+            ax.tick_params(labelsize=6)
+            image = shown if column else image
+    if image is not None:
+        figure.colorbar(image, ax=figure.axes[1:], shrink=0.5).ax.tick_params(labelsize=7)
+    return figure

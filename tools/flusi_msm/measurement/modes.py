@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Natural modes of a synthetic wing with the errors of an experiment, for `make_modes` alone: the stiffness of the synthetic
+bending tests, and masses assembled here. Nothing is shared with the solver in src or with what is fitted to the data."""
+import json
+from dataclasses import dataclass, field, fields
+from math import pi
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
+
+from flusi_msm.bending.mesh import locate, refine
+from flusi_msm.bending.model import Model, Stiffness
+from flusi_msm.results.files import InputError
+from flusi_msm.wing.file import read_wing
+
+
+@dataclass
+class Mass:
+    """What the wing weighs, and what sits on it."""
+    vein_density: float = 0.0         # [kg/m^3]; 0: that of the wing file, or 1300
+    membrane_mass: float = 0.0        # [kg]; 0: that of the wing file, or 81.475e-9
+    veins: float = 1.0                # factors on both
+    membrane: float = 1.0
+    membrane_gradient: float = 0.0    # g: exp(g (x/R - 1/2)) on the mass of the membrane
+    membrane_wave: tuple = ()         # (a, x length, y length [m]): 1 + a sin(2 pi (x/lx + y/ly)) on it
+    point: tuple = ()                 # (x, y [m], mass [kg]) on the wing
+    consistent: bool = False          # masses of linear elements in the place of lumped ones
+
+
+@dataclass
+class Noise:
+    """Standard deviations, relative: of frequencies, and of shapes over their largest value."""
+    frequency: float = 0.005
+    shape: float = 0.02
+
+
+@dataclass
+class Case:
+    wing: str = ""
+    refine: int = 0
+    seed: int = 1
+    title: str = ""
+    modes: int = 5                    # the lowest so many that move across the wing
+    missing: tuple = ()               # of these, by their number, that nobody saw
+    sites: int = 24                   # places of the wing that are seen
+    medium: str = "air"
+    air_density: float = 1.2          # [kg/m^3]
+    air_ratio: float = 0.8            # of the air that moves with the wing to that of strip theory
+    stiffness: dict = field(default_factory=dict)
+    mass: Mass = field(default_factory=Mass)
+    noise: Noise = field(default_factory=Noise)
+
+
+def build(kind, data, where):
+    known = {f.name for f in fields(kind)}
+    for key in data:
+        if key not in known:
+            raise InputError(f"{where}{key}: no such key; valid: {', '.join(sorted(known))}")
+    return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in data.items()})
+
+
+def read_case(path, changes=()):
+    """The case in a JSON file, with changes `section.key=value`; the wing is seen from the file's folder."""
+    try:
+        data = json.loads(Path(path).read_text())
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: not JSON: {error}") from None
+    for change in changes:
+        name, equals, text = change.partition("=")
+        if not equals:
+            raise InputError(f"--set {change}: write key=value or section.key=value")
+        try:
+            value = json.loads(text)
+        except ValueError:
+            value = text
+        *sections, key = name.strip().split(".")
+        place = data
+        for section in sections:
+            place = place.setdefault(section, {})
+        place[key] = value
+    for section, kind in (("mass", Mass), ("noise", Noise)):
+        if section in data:
+            data[section] = build(kind, data[section], section + ".")
+    case = build(Case, data, "")
+    case.stiffness = build(Stiffness, case.stiffness, "stiffness.")
+    if not case.wing:
+        raise InputError("wing: missing; it is a wing file")
+    if case.medium not in ("air", "vacuum"):
+        raise InputError(f"medium is air or vacuum, not {case.medium}")
+    if case.stiffness.pretension or any(case.stiffness.camber):
+        raise InputError("modes are those of a wing that is flat and free of stress at rest: no pretension, no camber")
+    case.wing = str(Path(path).parent / case.wing)
+    return case
+
+
+def densities(wing, mass):
+    """Density of the veins [kg/m^3], and areal density [kg/m^2] of the membrane as a function of places (n, 2)."""
+    stated = wing.mass
+    vein = mass.vein_density or (stated.vein_density if stated and stated.vein_density else 1300.0)
+    total = mass.membrane_mass or (stated.membrane if stated else 81.475e-9)
+    weights = (1.0, 0.0, 0.0) if stated and stated.law == "uniform" else \
+        stated.weights if stated else (1.75, -147.0, 101.0)
+    triangles = np.asarray(wing.triangles)
+    middle = wing.points[triangles].mean(1)[:, :2]
+
+    def law(places):
+        return weights[0] + weights[1] * places[:, 0] + weights[2] * places[:, 1]
+    scale = total / (law(middle) * triangle_areas(wing)).sum()
+    root, span = wing.points[list(wing.root), 0].mean(), np.ptp(wing.points[:, 0])
+
+    def areal(places):
+        value = mass.membrane * scale * law(places) * np.exp(mass.membrane_gradient * ((places[:, 0] - root) / span - 0.5))
+        if mass.membrane_wave:
+            a, *lengths = mass.membrane_wave
+            value = value * (1 + a * np.sin(2 * pi * sum(places[:, k] / length for k, length in enumerate(lengths) if length > 0)))
+        return value
+    return mass.veins * vein, areal
+
+
+def triangle_areas(wing):
+    a, b, c = (wing.points[np.asarray(wing.triangles)[:, k], :2] for k in range(3))
+    return 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+
+
+def mass_matrix(wing, case, n_nodes):
+    """Mass [kg] between nodes for motion in the plane and across it, sparse (n_nodes, n_nodes) each."""
+    mass, triangles = case.mass, np.asarray(wing.triangles)
+    vein, areal = densities(wing, mass)
+    rows, columns, values = [], [], []
+
+    def element(nodes, matrix):
+        nodes = np.asarray(nodes)
+        rows.append(np.repeat(nodes, nodes.shape[-1], axis=-1).ravel())
+        columns.append(np.tile(nodes, (1,) * (nodes.ndim - 1) + (nodes.shape[-1],)).ravel())
+        values.append(np.asarray(matrix).ravel())
+    area = triangle_areas(wing)
+    midpoints = [(wing.points[triangles[:, k], :2] + wing.points[triangles[:, (k + 1) % 3], :2]) / 2 for k in range(3)]
+    shape = 0.5 * np.array([[1, 1, 0], [0, 1, 1], [1, 0, 1]])  # of the corners at the midpoints of the sides
+
+    def membrane(density):
+        out = np.zeros((len(triangles), 3, 3))
+        for k in range(3):
+            weight = area / 3 * density(midpoints[k])
+            out += weight[:, None, None] * (np.outer(shape[k], shape[k]) if mass.consistent else np.diag(shape[k]))[None]
+        return out
+    element(triangles, membrane(areal))
+    for nodes, diameters in wing.veins.values():
+        for a, b, da, db in zip(nodes[:-1], nodes[1:], diameters[:-1], diameters[1:]):
+            length = np.linalg.norm(wing.points[b] - wing.points[a])
+            moments = np.zeros((2, 2))
+            for s, w in zip((0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5 / 18, 8 / 18, 5 / 18)):  # Gauss, exact for them
+                at = np.array([1 - s, s])
+                piece = w * vein * pi / 4 * (da + s * (db - da))**2 * length
+                moments += piece * (np.outer(at, at) if mass.consistent else np.diag(at))
+            element(np.array([[a, b]]), moments)
+    if mass.point:
+        corners, shares = locate(wing.points, triangles, mass.point[:2])
+        element(np.asarray(corners)[None], mass.point[2] * np.diag(shares))
+
+    def assemble():
+        return sparse.csc_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (n_nodes, n_nodes))
+    plane = assemble()
+    if case.medium == "air":
+        chord = strips(wing)
+        rows, columns, values = [], [], []
+        element(triangles, membrane(lambda places: case.air_density * case.air_ratio * carried(places, chord)))
+        return plane, plane + assemble()
+    return plane, plane
+
+
+def strips(wing):
+    """Stations x [m] with the lower and upper ends y [m] of the wing there."""
+    points, triangles = wing.points, np.asarray(wing.triangles)
+    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    x = np.linspace(points[:, 0].min(), points[:, 0].max(), 801)
+    a, b = points[sides[:, 0], :2], points[sides[:, 1], :2]
+    low, high = np.full(x.shape, np.inf), np.full(x.shape, -np.inf)
+    for k, station in enumerate(x):
+        crosses = (a[:, 0] - station) * (b[:, 0] - station) <= 0
+        one, two = a[crosses], b[crosses]
+        dx = two[:, 0] - one[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            y = np.where(np.abs(dx) > 0, one[:, 1] + (station - one[:, 0]) / dx * (two[:, 1] - one[:, 1]), one[:, 1])
+        low[k], high[k] = y.min(), y.max()
+    return x, low, high
+
+
+def carried(places, chord):
+    """[m] Air per area over its density: the jump of the potential of a plate that moves across itself."""
+    x, low, high = chord
+    below, above = np.interp(places[:, 0], x, low), np.interp(places[:, 0], x, high)
+    return 2 * np.sqrt(np.maximum(0, (above - places[:, 1]) * (places[:, 1] - below)))
+
+
+def find_modes(wing, case, coarse=None):
+    """Frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing."""
+    every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
+    model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
+    plane, across = mass_matrix(wing, case, model.n_nodes)
+    moving = np.flatnonzero(model.moves)
+    inverse = np.full((3, model.n_nodes), -1)
+    for k in range(3):
+        inverse[k, moving] = 3 * np.arange(len(moving)) + k
+    parts = []
+    for k, matrix in enumerate((plane, plane, across)):
+        m = matrix[moving][:, moving].tocoo()
+        parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (3 * len(moving),) * 2))
+    k_matrix = model.tangent(model.zeros(), np.zeros(len(model.springs.k)))  # no spring is stretched at rest
+    values, vectors = eigsh(k_matrix, case.modes + 12, sum(parts), sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
+    order = np.argsort(values)
+    found = []
+    for i in order:
+        shape = np.zeros((model.n_nodes, 3))
+        shape[moving] = vectors[:, i].reshape(-1, 3)
+        shape = shape[:model.n_points]
+        if (shape[:, 2]**2).sum() > 0.1 * (shape**2).sum():
+            found.append((np.sqrt(values[i]) / (2 * pi), shape[:, 2] / np.abs(shape[:, 2]).max()))
+    return found[:case.modes]
+
+
+def synthesise(case):
+    """What would be measured, [(name, frequency, sd, places, shape, sd)], and the truth."""
+    wing = read_wing(case.wing)
+    coarse = wing if case.refine else None
+    fine = refine(wing) if case.refine else wing
+    if case.refine:
+        fine.mass = wing.mass
+    found = find_modes(fine, case, coarse)
+    random = np.random.default_rng(case.seed)
+    free = np.setdiff1d(np.arange(len(wing.points)), list(wing.root))
+    sites = np.sort(random.choice(free, min(case.sites, len(free)), replace=False))
+    modes = []
+    for number, (frequency, shape) in enumerate(found, 1):
+        errors = random.standard_normal(1 + len(sites))
+        if number in case.missing:
+            continue
+        sd = case.noise.shape
+        size = 10**random.uniform(-1, 1)  # nobody knows how strongly a mode was excited
+        modes.append((f"mode{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
+                      wing.points[sites, :2], size * (shape[sites] + sd * errors[1:]), np.full(len(sites), size * sd)))
+    truth = {"frequencies": [f for f, _ in found], "stiffness": vars(case.stiffness), "mass": vars(case.mass),
+             "air_ratio": case.air_ratio, "seed": case.seed}
+    return modes, truth
+
+
+def write_modes(path, case, modes):
+    """Writes a measurement file, or adds the modes to one that is there (docs/formats/measurement-format.md)."""
+    import h5py
+    try:
+        with h5py.File(path, "a", libver=("v108", "v108")) as file:
+            file.attrs["schema"] = np.bytes_("flusi-msm measurement")
+            file.attrs["version"] = np.int32(1)
+            file.require_group("modes").attrs["air_density"] = np.float64(case.air_density)
+            for name, frequency, sd, places, shape, sigma in modes:
+                group = file.create_group(f"modes/{name}")
+                group.attrs["frequency"] = np.float64(frequency)
+                group.attrs["frequency_sigma"] = np.float64(sd)
+                group.attrs["medium"] = np.bytes_(case.medium)
+                for key, values in (("points", places), ("shape", shape), ("sigma", sigma)):
+                    group.create_dataset(key, data=np.asarray(values, "<f8"), track_times=False)
+                group["points"].attrs["units"] = np.bytes_("m")
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be written: {error}") from error
