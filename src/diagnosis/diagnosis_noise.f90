@@ -23,7 +23,6 @@ module diagnosis_noise
     integer :: n = 0                  !< differences
     real(rp) :: declared = 0          !< [m] root mean square of the declared sd of deformations
     real(rp) :: white = 0             !< [m] sd of the part that neighbours do not share
-    integer :: freedom = 0            !< degrees of freedom of its square; 0: not found
     type(noise_model_t) :: model      !< what follows
     character(:), allocatable :: warning !< empty: the declared errors are plausible
   end type noise_estimate_t
@@ -66,7 +65,6 @@ contains
       call sort_reals(differences(:n))
       ratio = differences((n + 1)/2)/(MEDIAN_OF_NORMAL*sqrt(6.0_rp))
       estimate%white = ratio*estimate%declared
-      estimate%freedom = freedom_of(n, size(experiment%comparisons), unloaded_share(experiment))
       if (a%correlation_length > 0) estimate%model%white = min(1.0_rp, ratio**2)
       estimate%model%factor = max(1.0_rp, ratio**2)
       if (.not. a%correlation_length > 0) estimate%model%factor = ratio**2
@@ -96,34 +94,6 @@ contains
       end associate
     end subroutine add
   end subroutine estimate_noise
-
-  !> Degrees of freedom of a variance from the median of n second differences in as many loads. Of independent ones the
-  !> median tells the variance as 0.37 n squares do (its efficiency); neighbouring and crossing differences have heights in
-  !> common, by which the events that tell the median are correlated as 1 : 2.2 in the sum over all, and the same differences
-  !> of two loads share the unloaded scan: its share s of the variance correlates these events by about 0.6 s^2.
-  pure integer function freedom_of(n, loads, share) result(freedom)
-    integer, intent(in) :: n, loads
-    real(rp), intent(in) :: share
-    freedom = max(1, int(0.37_rp*n/(2.2_rp*(1 + 0.6_rp*(loads - 1)*share**2))))
-  end function freedom_of
-
-  !> Of the declared variance of deformations, the share that the unloaded scan has.
-  real(rp) function unloaded_share(experiment) result(share)
-    type(experiment_t), intent(in) :: experiment
-    real(rp) :: whole
-    integer :: l, k
-    share = 0
-    whole = 0
-    do l = 1, size(experiment%comparisons)
-      associate (comparison => experiment%comparisons(l))
-        do k = 1, comparison%n_heights
-          share = share + experiment%measurement%unloaded_sigma(comparison%node(1, k), comparison%node(2, k))**2
-        end do
-        whole = whole + sum(comparison%sigma(:comparison%n_heights)**2)
-      end associate
-    end do
-    share = share/max(whole, tiny(whole))
-  end function unloaded_share
 
   !> Before there are heights. How much of correlated errors is independent from pixel to pixel is not known then: they count as
   !> independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 - w) C <= 1 + C as

@@ -16,8 +16,8 @@ module diagnosis_wing_simulator
   use diagnosis_wing_modes, only: wing_modes_t
   use diagnosis_wing_quantities, only: find_quantity, wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_standing, only: standing_t
-  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
-                                 NUISANCE_NAMES, TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
+  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
+                                 TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use inference_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
   use io_journal, only: journal_t
   use measurement_experiment, only: experiment_t
@@ -104,7 +104,8 @@ contains
     self%field = pack([(l, l=1, size(kinds))], kinds%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), l=1, size(experiment%loads))], &
+                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), &
+                                    l=1, size(experiment%loads))], &
                                   experiment%model%layout%hinge_place(:, kinds(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
     call self%runner%init(experiment, wing, kinds, bins, patterns)
@@ -114,9 +115,7 @@ contains
     self%tried = self%here%shapes
     self%was_straight = self%here%is_start
     self%was_tried = self%here%is_start
-    self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
-    self%n_nuisances = size(self%nuisance_kind) + N_COMMON_NUISANCES
-    self%nuisance_names = NUISANCE_NAMES
+    self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
     self%gain = find_quantity(kinds, n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
     self%membrane = find_quantity(kinds, n_baseline, KIND_PARAMETER, PARAM_PLATE)
     call make_labels(experiment, bins, self%labels)

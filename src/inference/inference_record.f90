@@ -3,7 +3,6 @@
 module inference_record
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
-  use inference_battery, only: question_t
   use inference_calibration, only: calibration_t, statistics_t
   use inference_decision, only: decision_t
   use inference_design, only: design_t
@@ -27,8 +26,6 @@ module inference_record
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< leaders that are fitted in full
     logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
-    !> Degrees of freedom with which the size of the noise is known beside the fits, see question_residuals.
-    integer :: noise_freedom = 0
     logical :: validates = .true.
     logical :: finds_intervals = .true.
   end type diagnosis_options_t
@@ -55,8 +52,6 @@ module inference_record
     real(rp) :: rest = 0
     real(rp) :: extended_scale = 0       !< variance of what the extended model leaves over that of the noise model
     type(statistics_t) :: statistics
-    type(question_t), allocatable :: questions(:)      !< to the residuals of the baseline
-    type(question_t), allocatable :: left_questions(:) !< to those of the extended model
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: linear, decision !< before and after the refits
     type(refit_t), allocatable :: refits(:)

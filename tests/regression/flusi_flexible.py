@@ -435,7 +435,7 @@ def write_outboard(case, path):
     """The small wing's file with its points squeezed into the outer 5 of its 9 mm."""
     source = f"{SOURCE}/wings/calliphora_small.h5"
     old = case.raw(source, "points")
-    content = Path(source).read_bytes()
+    content = Path(source).read_bytes()[:-64]  # without its seal, which would call this damage
     check(content.count(old) == 1, "the points are in one piece")
     flat = list(struct.unpack(f"<{len(old) // 8}d", old))
     flat[::3] = [4e-3 + x * 5 / 9 for x in flat[::3]]

@@ -23,6 +23,7 @@ module diagnose_job
   use diagnosis_unknown, only: describe_unknown, unknown_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_zeros, only: compare_zeros, zeros_t
+  use inference_battery, only: question_t, question_residuals
   use inference_engine, only: diagnosis_t, run_diagnosis
   use io_aside, only: put_aside, ASIDE
   use io_journal, only: journal_t
@@ -103,6 +104,7 @@ contains
     type(next_t) :: next
     type(zeros_t) :: zeros
     type(unknown_t) :: unknown
+    type(question_t), allocatable :: questions(:)
     type(draws_file_t) :: store
     character(:), allocatable :: warning
     store%path = self%settings%draws_path
@@ -130,11 +132,12 @@ contains
     call judge_variance(self%settings%noise, self%diagnosis%scale)
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
+    call ask(self, questions)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros, unknown)
-    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, zeros, unknown, self%failure)
+    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, unknown, self%failure)
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)
@@ -202,6 +205,27 @@ contains
       call self%simulator%dismiss()
     end if
   end subroutine diagnose_dismiss
+
+  !> Puts the plain questions to the residuals of the baseline.
+  subroutine ask(self, questions)
+    class(diagnose_t), intent(inout) :: self
+    type(question_t), allocatable, intent(out) :: questions(:)
+    real(rp) :: residuals(self%simulator%n_observations), jacobian(self%simulator%n_observations, 0)
+    real(rp) :: both(self%simulator%n_observations, 2)
+    logical :: is_valid
+    call self%simulator%recall()
+    call self%simulator%evaluate(self%diagnosis%baseline%q, [integer ::], residuals, jacobian, is_valid)
+    call self%simulator%recall(self%diagnosis%extended_slot)
+    both(:, 1) = residuals
+    both(:, 2) = self%simulator%labels%observed
+    call self%diagnosis%whitener%apply(both)
+    if (is_valid) then
+      call question_residuals(self%simulator%labels, both(:, 1), both(:, 2), self%settings%catalogue%n_baseline, &
+                              self%diagnosis%scale, questions)
+    else
+      allocate (questions(0))
+    end if
+  end subroutine ask
 
   !> The values of [Wing], or where a fit for the band has come from there; then points about the values of [Wing].
   function starts(self) result(points)

@@ -8,7 +8,7 @@ module diagnose_json
   use base_text_file, only: write_text
   use diagnose_modes, only: put_modes
   use diagnose_settings, only: diagnose_settings_t
-  use diagnose_summary, only: alarm_of, cause_name, verdict_sentence
+  use diagnose_summary, only: cause_name, verdict_sentence
   use diagnose_unknown, only: put_unknown
   use diagnosis_band, only: mesh_band_t
   use diagnosis_next, only: next_t
@@ -29,11 +29,12 @@ module diagnose_json
 contains
 
   !> Writes the file.
-  subroutine write_diagnosis_json(s, d, band, next, zeros, unknown, failure)
+  subroutine write_diagnosis_json(s, d, band, next, questions, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(mesh_band_t), intent(in) :: band
     type(next_t), intent(in) :: next
+    type(question_t), intent(in) :: questions(:)
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
@@ -66,9 +67,16 @@ contains
     call put_validation(json, d)
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
-    if (allocated(d%questions)) call put_questions(json, 'questions', d%questions)
-    if (.not. allocated(d%questions)) call put_questions(json, 'questions', [question_t ::])
-    if (allocated(d%left_questions)) call put_questions(json, 'questions_of_extended', d%left_questions)
+    call json%open_list('questions')
+    do i = 1, size(questions)
+      call json%open_object('')
+      call json%put('name', questions(i)%name)
+      call json%put('statistic', questions(i)%statistic)
+      call json%put('p', questions(i)%p)
+      call json%put('sentence', questions(i)%sentence)
+      call json%close()
+    end do
+    call json%close()
     call put_rivals(json, s, d, next)
     call json%open_list('next_measurements')
     do i = 1, size(next%order)
@@ -94,35 +102,6 @@ contains
     call write_text(s%name//'.json', json%text, ok)
     if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')
   end subroutine write_diagnosis_json
-
-  !> Name of the question that speaks against the baseline, or nothing.
-  function alarm_name(d) result(name)
-    type(diagnosis_t), intent(in) :: d
-    character(:), allocatable :: name
-    name = ''
-    if (alarm_of(d) > 0) name = d%questions(alarm_of(d))%name
-  end function alarm_name
-
-  !> Questions to residuals and their answers.
-  subroutine put_questions(json, name, questions)
-    type(json_t), intent(inout) :: json
-    character(*), intent(in) :: name
-    type(question_t), intent(in) :: questions(:)
-    integer :: i
-    call json%open_list(name)
-    do i = 1, size(questions)
-      call json%open_object('')
-      call json%put('name', questions(i)%name)
-      call json%put('statistic', questions(i)%statistic)
-      call json%put('p', questions(i)%p())
-      call json%put('log_p', questions(i)%log_p)
-      call json%put('takes_part', questions(i)%takes_part)
-      if (any(questions(i)%interval > 0)) call json%put('interval_90', questions(i)%interval)
-      call json%put('sentence', questions(i)%sentence)
-      call json%close()
-    end do
-    call json%close()
-  end subroutine put_questions
 
   !> Of every effect the place at which it comes nearest to the first cause.
   subroutine put_rivals(json, s, d, next)
@@ -165,9 +144,6 @@ contains
       call json%put('probability_map', PROVENANCE)
       call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))
       call json%put('log_global_p', v%log_p_global)
-      call json%put('log_p_of_tests', v%log_p_tests)
-      call json%put('log_p_of_checks', v%log_p_checks)
-      call json%put('alarm', alarm_name(d))
       call json%put('snr', v%snr)
       call json%put('remainder_log_p', v%remainder_log_p)
       call json%put('rejection_power', v%name_power)

@@ -193,7 +193,6 @@ contains
       values(:s%experiment%comparisons(l)%n, l) = s%experiment%comparisons(l)%measured
     end do
     call estimate_noise(s%experiment, values, s%noise)
-    s%options%noise_freedom = s%noise%freedom
     if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
   end subroutine make_all
 

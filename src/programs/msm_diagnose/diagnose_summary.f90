@@ -10,14 +10,13 @@ module diagnose_summary
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: candidate_name, unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_battery, only: loudest
-  use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, TESTS_SHARE, &
-                                VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use inference_decision, only: decision_t, verdict_word, AT_BOUND, NO_FIT, NO_GAIN, NO_INTERVAL, VERDICT_ADEQUATE, &
+                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_engine, only: diagnosis_t
   use inference_stated, only: stated_probability
   implicit none
   private
-  public :: alarm_of, print_verdict, verdict_sentence, cause_name, probability_text, value_text
+  public :: print_verdict, verdict_sentence, cause_name, probability_text, value_text
 
 contains
 
@@ -49,7 +48,6 @@ contains
     write (line, '(a,a,a,f0.1)') 'misfit    global p = ', probability_text(d%decision%log_p_global), &
       '; signal-to-noise ratio of the causes ', d%decision%snr
     write (unit, '(a)') trim(line)
-    if (allocated(d%questions)) call print_alarm(unit, d)
     write (unit, '(a)') 'verdict   '//verdict_word(d%decision%verdict)//': '//verdict_sentence(s, d)
     if (d%decision%verdict == VERDICT_UNKNOWN) then
       call print_unknown(unit, unknown)
@@ -90,17 +88,6 @@ contains
     write (unit, '(a)') 'zeros     '//trim(zeros%names(i))//trim(line)//' '//trim(zeros%names(1))// &
       '; they are equal with p = '//probability_text(zeros%log_p)
   end subroutine print_zeros
-
-  !> What the plain questions say against the baseline, if anything.
-  subroutine print_alarm(unit, d)
-    integer, intent(in) :: unit
-    type(diagnosis_t), intent(in) :: d
-    integer :: at
-    at = alarm_of(d)
-    if (at == 0) return
-    write (unit, '(a)') 'check     '//d%questions(at)%sentence//' (p = '//probability_text(d%questions(at)%log_p)//' of '// &
-      number_text(count(d%questions%takes_part))//' checks)'
-  end subroutine print_alarm
 
   !> The load that separates the cause from its nearest rival best: a repeat or a new place.
   subroutine print_next(unit, s, d, next)
@@ -206,21 +193,12 @@ contains
                                             '; other causes are not excluded'//because(d%decision)
     case (VERDICT_UNKNOWN)
       text = 'something that is not in the catalogue'
-      if (alarm_of(d) > 0 .and. d%decision%is_by_checks) text = text//', as '//d%questions(alarm_of(d))%sentence
     case default
       text = 'there are too few data to test anything'
       return
     end select
     text = text//' (probability '//trim(percent)//' %)'
   end function verdict_sentence
-
-  !> The loudest question to the residuals of the baseline, if all together speak against it; else 0.
-  pure integer function alarm_of(d) result(at)
-    type(diagnosis_t), intent(in) :: d
-    at = 0
-    if (.not. allocated(d%questions)) return
-    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_SHARE))) at = loudest(d%questions)
-  end function alarm_of
 
   !> Why the fit of what could have been a name speaks against it, or nothing.
   pure function because(decision) result(text)
