@@ -78,7 +78,7 @@ def test_both(case):
     """The force sensor reads 1.25 times too little. To bending alone the wing is softer; its modes say that it is not."""
     stiffness = {"plate": "edges", "E": 1.1e10}
     measure(case, "bending.h5", stiffness=stiffness, hidden={"force_gain": 1.25}, noise={"height": 2.0e-6})
-    code, found = diagnose(case, "bending.h5", "bending", OPTIONS)
+    code, found = diagnose(case, "bending.h5", "alone", OPTIONS)
     check("force_gain" not in [cause["effect"] for cause in found["verdict"]["causes"]] or code != NAMED,
           "bending alone does not name it")
     vibrate(case, "bending.h5", "--add", stiffness=stiffness)

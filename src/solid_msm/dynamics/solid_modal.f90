@@ -7,7 +7,7 @@
 !> compliance C (root_twist, root_flap) turns by C times the moment of the forces on it: with R_k the rigid turn about axis
 !> k, K^-1 becomes F = K^-1 + R C R^T, which is all that the iteration needs. What bends is psi = lambda K^-1 M phi.
 !>
-!> Modes: subspace iteration with M^(1/2) F M^(1/2), K factorised once, until residuals and not only values are small, as
+!> Modes: block Lanczos iteration with M^(1/2) F M^(1/2), K factorised once, until residuals and not only values are small, as
 !> derivatives need the shapes. Derivatives, with f_i = (dF^-1 - lambda_i dM) phi_i (Fox & Kapoor 1968, doi:10.2514/3.5008;
 !> Nelson 1976, doi:10.2514/3.7211):
 !>
@@ -107,14 +107,11 @@ contains
     real(rp), intent(in) :: mass(:, :)
     integer, intent(in) :: n_modes
     type(failure_t), intent(out) :: failure
-    integer, parameter :: LIMIT = 400
-    real(rp), allocatable :: q(:, :), z(:, :), t(:, :), values(:), rest(:, :)
-    real(rp) :: worst_now, before
-    integer :: n, p, i, iteration
+    real(rp), allocatable :: x(:, :)
+    integer :: n
     logical :: is_spd
     associate (model => self%model)
       n = 3*model%n_free
-      p = min(n, max(2*n_modes, n_modes + 10))
       if (n_modes > n) then
         call failure%raise('the structure has fewer modes than asked for')
         return
@@ -131,42 +128,79 @@ contains
       call failure%raise('the wing at rest is unstable')
       return
     end if
-    allocate (q(n, p), z(n, p), t(p, p), values(p))
-    do i = 1, p ! shapes without symmetry, the same in every run
-      q(:, i) = self%root_mass*sin([(1.0_rp + 0.37_rp*i*iteration + 0.011_rp*real(iteration, rp)**2, iteration=1, n)])
-    end do
-    call make_orthonormal(q)
-    before = huge(1.0_rp)
-    do iteration = 1, LIMIT
-      z = flexible(self, q)
-      t = matmul(transpose(q), z)
-      t = 0.5_rp*(t + transpose(t))
-      call symmetric_eigen(t, values) ! 1/lambda: the lowest modes come last
-      t = t(:, p:1:-1)
-      values = values(p:1:-1)
-      z = matmul(z, t)
-      rest = z(:, :n_modes) - matmul(q, t(:, :n_modes))*spread(values(:n_modes), 1, n)
-      worst_now = maxval(norm2(rest, 1)/values(:n_modes))
-      q = z
-      call make_orthonormal(q)
-      if (worst_now < TOLERANCE .or. worst_now < WORST .and. worst_now > 0.5_rp*before) exit
-      before = worst_now
-    end do
-    self%residual = worst_now
-    if (iteration > LIMIT) then
+    call find_lowest(self, n_modes, x)
+    if (.not. self%residual < WORST) then
       call failure%raise('the modes did not converge')
       return
     end if
-    call keep_modes(self, q(:, :n_modes), values(:n_modes))
+    call keep_modes(self, x)
   end subroutine modal_solve
 
-  !> From the last iterates to values and shapes: once more within their space, so that both belong together.
-  subroutine keep_modes(self, q, values)
+  !> x(n, n_modes): eigenvectors of A = M^(1/2) F M^(1/2) with the largest eigenvalues, by block Lanczos iteration with full
+  !> orthogonalisation, and self%residual. Small problems have one block that is the whole space.
+  subroutine find_lowest(self, n_modes, x)
     class(modal_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:, :), values(:)
+    integer, intent(in) :: n_modes
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, parameter :: BLOCK = 4, SMALL = 100, BETWEEN = 5
+    real(rp), allocatable :: q(:, :), t(:, :), s(:, :), v(:, :), w(:, :), c(:, :), r(:, :), values(:)
+    integer :: n, b, m, most, i, k
+    n = size(self%mass)
+    b = merge(n, BLOCK, n <= SMALL)
+    most = min(n, 20*n_modes + SMALL)
+    allocate (q(n, most), v(n, b), w(n, b), t(most, most), source=0.0_rp)
+    do i = 1, b ! shapes without symmetry, the same in every run
+      v(:, i) = self%root_mass*sin([(1.0_rp + 0.37_rp*i*k + 0.011_rp*real(k, rp)**2, k=1, n)])
+    end do
+    call make_orthonormal(v)
+    m = 0
+    self%residual = huge(1.0_rp)
+    do while (m + b <= most)
+      q(:, m + 1:m + b) = v
+      w = flexible(self, v)
+      m = m + b
+      c = project(w)
+      t(:m, m - b + 1:m) = c
+      t(m - b + 1:m, :m) = transpose(c)
+      c = project(w)
+      if (m == n .or. (mod(m/b, BETWEEN) == 0 .and. m > n_modes)) then
+        call orthogonalise(w, v, r)
+        s = 0.5_rp*(t(:m, :m) + transpose(t(:m, :m)))
+        if (allocated(values)) deallocate (values)
+        allocate (values(m))
+        call symmetric_eigen(s, values) ! 1/lambda: the lowest modes come last
+        s = s(:, m:m - n_modes + 1:-1)
+        values = values(m:m - n_modes + 1:-1)
+        self%residual = maxval(norm2(matmul(r, s(m - b + 1:, :)), 1)/values)
+        x = matmul(q(:, :m), s)
+        if (m == n .or. self%residual < TOLERANCE) exit
+      end if
+      v = w
+      call make_orthonormal(v)
+      c = project(v)
+      call make_orthonormal(v)
+    end do
+    if (m == n) self%residual = 0
+
+  contains
+
+    !> Takes from a(n, b) what lies in the space of the first m vectors, and gives its components there.
+    function project(a) result(components)
+      real(rp), intent(inout) :: a(:, :)
+      real(rp) :: components(m, size(a, 2))
+      components = matmul(transpose(q(:, :m)), a)
+      a = a - matmul(q(:, :m), components)
+    end function project
+
+  end subroutine find_lowest
+
+  !> From eigenvectors to values and shapes.
+  subroutine keep_modes(self, q)
+    class(modal_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:, :)
     real(rp) :: y(size(q, 1)), z(size(q, 1), size(q, 2))
     integer :: i, k
-    k = size(values)
+    k = size(q, 2)
     if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
     allocate (self%bent(size(y), k), self%moment(2, k))
     allocate (self%lambda(k), self%shapes(3, self%model%n_all, k), source=0.0_rp)
@@ -186,14 +220,8 @@ contains
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: x(:, :)
     real(rp) :: z(size(x, 1), size(x, 2))
-    integer :: i, k
-    do i = 1, size(x, 2)
-      z(:, i) = self%root_mass*x(:, i)
-    end do
-    z = flexibility(self, z)
-    do k = 1, size(x, 2)
-      z(:, k) = self%root_mass*z(:, k)
-    end do
+    z = spread(self%root_mass, 2, size(x, 2))*x
+    z = spread(self%root_mass, 2, size(x, 2))*flexibility(self, z)
   end function flexible
 
   !> F b, column by column.
@@ -201,14 +229,12 @@ contains
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: b(:, :)
     real(rp) :: z(size(b, 1), size(b, 2))
-    integer :: i, k
+    integer :: i
     z = b
     call self%work%cholesky%solve(size(b, 2), z)
     if (.not. any(abs(self%compliance) > 0)) return
     do i = 1, size(b, 2)
-      do k = 1, 2
-        z(:, i) = z(:, i) + self%compliance(k)*dot_product(self%turns(:, k), b(:, i))*self%turns(:, k)
-      end do
+      z(:, i) = z(:, i) + matmul(self%turns, self%compliance*matmul(b(:, i), self%turns))
     end do
   end function flexibility
 
@@ -283,7 +309,7 @@ contains
     logical, intent(in) :: same(:, :)
     type(mode_slopes_t), intent(inout) :: slopes
     real(rp) :: g(size(bent, 1), size(bent, 2)), c(size(self%lambda), size(bent, 2)), inert(size(bent, 1), size(bent, 2))
-    integer :: n, i, j, k
+    integer :: n, i, j
     n = size(bent, 2)
     do i = 1, n
       inert(:, i) = self%lambda(i)*dm*flat(self, i)
@@ -296,9 +322,7 @@ contains
     call self%work%cholesky%solve(n, g)
     g = g - flexibility(self, inert)
     do i = 1, n
-      do k = 1, 2
-        g(:, i) = g(:, i) - dc(k)*self%moment(k, i)*self%turns(:, k)
-      end do
+      g(:, i) = g(:, i) - matmul(self%turns, dc*self%moment(:, i))
     end do
     slopes%force = c(:n, :)
     do i = 1, n
@@ -312,9 +336,7 @@ contains
         end if
       end do
     end do
-    do i = 1, n
-      g(:, i) = -self%root_mass*g(:, i)
-    end do
+    g = -spread(self%root_mass, 2, n)*g
     call solve_beside(self, self%lambda(:n), g)
     if (.not. allocated(slopes%shapes)) allocate (slopes%shapes(3, self%model%n_all, n))
     slopes%shapes = 0
@@ -355,10 +377,7 @@ contains
     rr = sum(r**2, 1)
     do iteration = 1, LIMIT
       if (all(rr <= SMALL**2*first)) exit
-      ap = flexible(self, p)
-      do i = 1, size(b, 2)
-        ap(:, i) = p(:, i) - lambda(i)*ap(:, i)
-      end do
+      ap = p - spread(lambda, 1, size(b, 1))*flexible(self, p)
       call remove_known(self, ap)
       old = rr
       do i = 1, size(b, 2)
