@@ -57,7 +57,7 @@ def test_tip(case):
     lower, best, upper = interval(found, "point_mass")
     check(2 * lower - best <= TIP[2] <= 2 * upper - best, f"{best} kg ({lower} to {upper})")
     check(found["validation"]["gain_per_location"] > 0, "modes that were left out are predicted better")
-    problems = validate(found, SOURCE / "docs" / "diagnosis.schema.json")
+    problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not problems, f"the JSON file is what the schema says: {problems}")
     case.write("shape.ini", f"[include]\nfile = tip_extended.ini;\n[Wing]\nfile = {WING};\n[Modes]\nmodes = 1;\n[Saving]\nname = s;\n")
     subprocess.run([Path(case.program).with_name("flusi"), "--static", "shape.ini"], cwd=case.folder, check=True,
