@@ -123,6 +123,27 @@ class SlurmChain(unittest.TestCase):
         output = job.communicate(timeout=60)[0]
         self.assertEqual((job.returncode, self.read("submitted")), (0, f"2 --export=ALL {SCRIPT} a.ini"), output)
 
+    def test_diagnosis_goes_on_from_its_journal(self):
+        """msm_diagnose has no --restart: the signal ends it, and it goes on from the journal that it finds."""
+        job = self.start("touch diagnosis.journal ready\nexec sleep 30\n", FLUSI="msm_diagnose")
+        while not (self.folder / "ready").exists():
+            time.sleep(0.02)
+        job.send_signal(signal.SIGUSR1)
+        output = job.communicate(timeout=60)[0]
+        self.assertEqual((job.returncode, self.read("submitted"), self.read("submitted_run")),
+                         (0, f"2 --export=ALL {SCRIPT} a.ini", ""), output)
+        chain = {"FLUSI": "msm_diagnose", "FLUSI_CHAIN": "2", "FLUSI_CHAIN_RUN": "", "FLUSI_CHAIN_FILE": "./diagnosis.journal"}
+        self.run_job("exit 10\n", **chain)
+        self.assertEqual(self.read("started"), "msm_diagnose a.ini")
+        (self.folder / "diagnosis.journal").unlink()
+        code, output = self.run_job("exit 10\n", **chain)
+        self.assertEqual(code, 2, output)
+        self.assertIn("another diagnosis has ended", output)
+
+    def test_diagnosis_that_fails_ends_the_chain(self):
+        code, output = self.run_job("touch diagnosis.journal; exit 3\n", FLUSI="msm_diagnose")
+        self.assertEqual((code, self.read("submitted")), (3, None), output)
+
     def test_wrong_use(self):
         self.assertEqual(self.run_job("exit 0\n", "absent.ini")[0], 2)
 
