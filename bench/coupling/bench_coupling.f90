@@ -16,6 +16,7 @@ program bench_coupling
   use base_kinds, only: rp
   use base_process, only: wall_seconds
   use bench_floor, only: floor_seconds
+  use bench_json, only: number
   use fluid_requests, only: request_t
   use fluid_restart, only: load_fluid
   use fluid_solver, only: fluid_t
@@ -234,13 +235,4 @@ contains
       if (count(x < x(i)) < rank .and. count(x <= x(i)) >= rank) quantile = x(i)
     end do
   end function quantile
-
-  !> A number as JSON wants it: with a digit before the point.
-  function number(x) result(text)
-    real(rp), intent(in) :: x
-    character(:), allocatable :: text
-    character(20) :: buffer
-    write (buffer, '(f20.4)') x
-    text = trim(adjustl(buffer))
-  end function number
 end program bench_coupling

@@ -6,6 +6,7 @@ program bench_mask
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use bench_floor, only: floor_seconds
+  use bench_json, only: number
   use fluid_params, only: fluid_params_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
@@ -134,13 +135,4 @@ contains
       ',"mask_percent_of_step":', number(100*largest(1)/largest(2)), ',"step_ratio_to_floor":', &
       number(sums(3)/floor(1)), '}'
   end subroutine report
-
-  !> A number as JSON wants it: with a digit before the point.
-  function number(x) result(text)
-    real(rp), intent(in) :: x
-    character(:), allocatable :: text
-    character(20) :: buffer
-    write (buffer, '(f20.3)') x
-    text = trim(adjustl(buffer))
-  end function number
 end program bench_mask

@@ -8,11 +8,12 @@ program bench_scaling
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use base_process, only: peak_memory, wall_seconds
+  use bench_json, only: number
+  use bench_ring, only: vortex_ring
   use fluid_params, only: fluid_params_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use parallel_world, only: world_t
-  use spectral_grid, only: make_grid
   implicit none
   integer, parameter :: WARM_UP = 2
   type(world_t) :: world
@@ -35,18 +36,7 @@ program bench_scaling
   call get_command_argument(5, argument)
   read (argument, *) p%process_rows
   call world%start()
-  p%grid = make_grid(n, 2.5_rp*n/maxval(n))
-  p%planner = 'measure'
-  p%dealias = 'ellipsoid'
-  p%nu = 1.0e-2_rp
-  p%t_max = huge(1.0_rp)
-  p%dt_fixed = 1.0e-4_rp
-  p%inicond = 'VortexRing'
-  p%omega1 = 12
-  p%size = 0.125_rp*minval(p%grid%length)
-  p%centre = p%grid%length/2
-  p%mask = 'none'
-  p%channel = 'no'
+  p = vortex_ring(n)
   call fluid%init(world, p, .false., failure)
   call fluid%start(failure)
   do i = 1, WARM_UP
@@ -91,13 +81,4 @@ contains
       if (count(x < x(i)) < (size(x) + 1)/2 .and. count(x <= x(i)) >= (size(x) + 1)/2) middle = x(i)
     end do
   end function median
-
-  !> A number as JSON wants it: with a digit before the point.
-  function number(x) result(text)
-    real(rp), intent(in) :: x
-    character(:), allocatable :: text
-    character(20) :: buffer
-    write (buffer, '(f20.3)') x
-    text = trim(adjustl(buffer))
-  end function number
 end program bench_scaling

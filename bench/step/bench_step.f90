@@ -7,11 +7,12 @@ program bench_step
   use base_kinds, only: rp
   use base_process, only: wall_seconds
   use bench_floor, only: floor_seconds
+  use bench_json, only: number
+  use bench_ring, only: vortex_ring
   use fluid_params, only: fluid_params_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use parallel_world, only: world_t
-  use spectral_grid, only: make_grid
   implicit none
   type(world_t) :: world
   type(fluid_params_t) :: p
@@ -30,18 +31,7 @@ program bench_step
   request%pressure = argument == 'pressure'
   call get_command_argument(3, argument)
   call world%start()
-  p%grid = make_grid([n, n, n], [2.5_rp, 2.5_rp, 2.5_rp])
-  p%planner = 'measure'
-  p%dealias = 'ellipsoid'
-  p%nu = 1.0e-2_rp
-  p%t_max = huge(1.0_rp)
-  p%dt_fixed = 1.0e-4_rp
-  p%inicond = 'VortexRing'
-  p%omega1 = 12
-  p%size = 0.3125_rp
-  p%centre = 1.25_rp
-  p%mask = 'none'
-  p%channel = 'no'
+  p = vortex_ring([n, n, n])
   p%sponge = argument == 'sponge'
   p%sponge_type = 'cavity'
   p%c_sponge = 0.05_rp
@@ -77,13 +67,4 @@ program bench_step
   call world%stop()
 
 contains
-
-  !> A number as JSON wants it: with a digit before the point.
-  function number(x) result(text)
-    real(rp), intent(in) :: x
-    character(:), allocatable :: text
-    character(20) :: buffer
-    write (buffer, '(f20.3)') x
-    text = trim(adjustl(buffer))
-  end function number
 end program bench_step

@@ -7,12 +7,12 @@ program bench_transform
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use bench_ring, only: vortex_ring
   use fluid_params, only: fluid_params_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use parallel_world, only: world_t
   use spectral_backends, only: HAS_P3DFFT
-  use spectral_grid, only: make_grid
   implicit none
   character(8), parameter :: NAMES(2) = ['builtin', 'p3dfft ']
   integer, parameter :: FIELDS = 3
@@ -63,19 +63,8 @@ contains
     type(failure_t) :: failure
     type(request_t) :: nothing
     integer :: step
-    p%grid = make_grid([n, n, n], [2.5_rp, 2.5_rp, 2.5_rp])
+    p = vortex_ring([n, n, n])
     p%transform = name
-    p%planner = 'measure'
-    p%dealias = 'ellipsoid'
-    p%nu = 1.0e-2_rp
-    p%t_max = huge(1.0_rp)
-    p%dt_fixed = 1.0e-4_rp
-    p%inicond = 'VortexRing'
-    p%omega1 = 12
-    p%size = 0.3125_rp
-    p%centre = 1.25_rp
-    p%mask = 'none'
-    p%channel = 'no'
     call fluid%init(world, p, .false., failure, keeps_pressure=.false.)
     if (.not. failure%failed) call fluid%start(failure)
     do step = 1, 2

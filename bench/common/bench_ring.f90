@@ -1,0 +1,30 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The vortex ring that benchmarks of a step compute.
+module bench_ring
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t
+  use spectral_grid, only: make_grid
+  implicit none
+  private
+  public :: vortex_ring
+
+contains
+
+  !> Its parameters on n(3) points in a box whose longest side is 2.5, with measured plans and a fixed time step.
+  function vortex_ring(n) result(p)
+    integer, intent(in) :: n(3)
+    type(fluid_params_t) :: p
+    p%grid = make_grid(n, 2.5_rp*n/maxval(n))
+    p%planner = 'measure'
+    p%dealias = 'ellipsoid'
+    p%nu = 1.0e-2_rp
+    p%t_max = huge(1.0_rp)
+    p%dt_fixed = 1.0e-4_rp
+    p%inicond = 'VortexRing'
+    p%omega1 = 12
+    p%size = 0.125_rp*minval(p%grid%length)
+    p%centre = p%grid%length/2
+    p%mask = 'none'
+    p%channel = 'no'
+  end function vortex_ring
+end module bench_ring
