@@ -15,43 +15,16 @@ import sys
 
 import h5py
 import numpy as np
+from gradient_case import CASE, input_text, synthesise
 from whole_program import EXIT_OK, SOURCE, Case, check, main
 
 from json_schema import validate
 
-CASE = {
-    "wing": str(SOURCE / "wings/calliphora_small.h5"), "seed": 3, "spacing": 3e-4,
-    "loads": [[0.00541, 0.00005, 6.0e-4], [0.00721, -0.00032, 1.6e-4], [0.00856, -0.00078, 1.0e-4]],
-    "protocol": {"levels": [1, -1], "random_order": True},
-    "stiffness": {"plate": "edges", "E": 9.0e9, "joints": {"C_Sc": 1.0e-6}, "E_gradient": -1.2},
-    "noise": {"height": 1.0e-5, "tilt": 1.0e-3, "piston": 5.0e-6, "reference_scans": 4},
-}
-INPUT = """[Wing]
-file = {wing};
-[Measurement]
-file = bending.h5;
-[Diagnose]
-parameters = E, joint:C_Sc, joint:R4+5_r-m;
-observations = 400;
-refine = no;
-starts = 1;
-draws = 1000;
-refits = 2;
-validation = no;
-intervals = no;
-"""
 FLUSI = sys.argv.pop(3)
 # ini/diagnose-flight.ini with one wing, one beat and a grid that is too coarse for physics.
 COARSE = {"nx": 32, "ny": 32, "nz": 16, "Tmax": 1.0, "CFL": 0.9, "surface": "penalized", "sponge_thickness": 4}
 EXIT_NAMED, EXIT_SET, EXIT_USER, EXIT_INSUFFICIENT, EXIT_UNWRITABLE = 10, 11, 2, 20, 5
 SCHEMA = SOURCE / "docs/formats/diagnosis.schema.json"
-
-
-def synthesise(case, *arguments, **changes):
-    (case.folder / "case.json").write_text(json.dumps({**CASE, **changes}))
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", "case.json", "-o", "bending.h5", *arguments],
-                   cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
-    (case.folder / "diagnose.ini").write_text(INPUT.format(wing=CASE["wing"]))
 
 
 def test_name(case):
@@ -87,7 +60,7 @@ def test_refine(case):
     earlier diagnosis found is not left."""
     synthesise(case, "--refine", "1", stiffness={"plate": "edges", "E": 9.0e9},
                noise={"height": 1.0e-6, "tilt": 3.0e-4, "piston": 1.0e-6, "reference_scans": 4})
-    text = INPUT.format(wing=CASE["wing"]).replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
+    text = input_text().replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
     text = text.replace("observations = 400", "observations = 300")
     case.write("diagnose.ini", text)
     done = case.flusi("diagnose.ini", timeout=300)
@@ -130,7 +103,7 @@ def test_rest(case):
     loads = json.loads((SOURCE / "ini/blind.json").read_text())["loads"]
     synthesise(case, loads=loads, stiffness={"plate": "edges", "E": 1.09e10, "joints": joints},
                noise={"height": 1.0e-5, "reference_scans": 4})
-    text = INPUT.format(wing=CASE["wing"]).replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
+    text = input_text().replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
     true = ", ".join(f"joint:{name} {value}" for name, value in joints.items())
     found = []
     for wing in "E = 12.58e9;\nD = 2e-7;", f"E = 1.09e10;\nD = 2e-7;\nparameters = {true};":
@@ -149,7 +122,7 @@ def test_load_errors(case):
     synthesise(case, seed=1, loads=[loads[k] for k in (0, 1, 6)], stiffness={"plate": "edges", "E": 1.2e10},
                protocol={"levels": [0.5, 1, -1], "random_order": True},
                noise={"height": 3e-6, "position": 6e-5, "tilt": 5e-4, "piston": 5e-6, "reference_scans": 4})
-    text = INPUT.format(wing=CASE["wing"]).replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
+    text = input_text().replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
     case.write("diagnose.ini", text.replace("observations = 400", "observations = 500"))
     texts = []
     for ranks in 1, 2:
@@ -249,7 +222,7 @@ def fly(case):
 def test_few(case):
     """Fewer heights than unknowns: a plan is made, and a diagnosis says that it cannot test anything."""
     synthesise(case, loads=CASE["loads"][1:2], spacing=2e-3, protocol={"levels": [1]})
-    (case.folder / "diagnose.ini").write_text(INPUT.format(wing=CASE["wing"]).replace("joint:C_Sc, joint:R4+5_r-m", "joint:*"))
+    (case.folder / "diagnose.ini").write_text(input_text().replace("joint:C_Sc, joint:R4+5_r-m", "joint:*"))
     plan = case.run("diagnose.ini", "--plan", code=EXIT_OK)
     for name in "diagnosis.json", "diagnosis_extended.ini", "diagnosis_baseline.ini":
         case.write(name, "of an earlier diagnosis\n")
@@ -302,11 +275,11 @@ def test_plan(case):
 
 def test_mistakes(case):
     """Unknown keys are named with the nearest one."""
-    (case.folder / "wrong.ini").write_text(INPUT.format(wing=CASE["wing"]) + "drows = 5;\n")
+    (case.folder / "wrong.ini").write_text(input_text() + "drows = 5;\n")
     done = case.run("wrong.ini", ranks=1, code=EXIT_USER)
     check("drows" in done.err and "draws" in done.err, done.err)
     (case.folder / "bending.h5").write_bytes((SOURCE / "wings/calliphora_small.h5").read_bytes())
-    (case.folder / "over.ini").write_text(INPUT.format(wing=CASE["wing"]) + "[Saving]\nname = bending;\n")
+    (case.folder / "over.ini").write_text(input_text() + "[Saving]\nname = bending;\n")
     done = case.run("over.ini", ranks=1, code=EXIT_USER)
     check("bending.h5 is read, and would be overwritten" in done.err, done.err)
 
@@ -314,10 +287,10 @@ def test_mistakes(case):
 def test_files(case):
     """That nothing can be written, or that another diagnosis writes there, is said before anything is computed."""
     synthesise(case, loads=CASE["loads"][1:2], spacing=2e-3, protocol={"levels": [1]})
-    case.write("diagnose.ini", INPUT.format(wing=CASE["wing"]) + "[Saving]\nname = no/such/folder;\n")
+    case.write("diagnose.ini", input_text() + "[Saving]\nname = no/such/folder;\n")
     done = case.run("diagnose.ini", ranks=0, code=EXIT_UNWRITABLE)
     check("no/such/folder.lock: cannot be written" in done.err and "verdict" not in done.out, done.err)
-    case.write("diagnose.ini", INPUT.format(wing=CASE["wing"]))
+    case.write("diagnose.ini", input_text())
     case.write("diagnosis.lock", "% A run\nhost = elsewhere\nprocess = 1\nbirth = 7\nsince = today\n")
     done = case.run("diagnose.ini", ranks=0, code=EXIT_USER)
     check("process 1 on elsewhere, since today; if it has ended, remove diagnosis.lock" in done.err, done.err)

@@ -5,46 +5,20 @@ number of ranks, and no verdict of before is left meanwhile.
 
 usage: msm_diagnose_kill.py <msm_diagnose> <h5dump> [tests]     FLUSI_TEST_SEED in the environment repeats the kills
 """
-import json
 import os
 import random
 import signal
-import subprocess
-import sys
 import time
 
-from whole_program import EXIT_USER, SOURCE, check, main, no_crash, same_files
+from gradient_case import input_text, synthesise
+from whole_program import EXIT_USER, check, main, no_crash, same_files
 
-CASE = {
-    "wing": str(SOURCE / "wings/calliphora_small.h5"), "seed": 3, "spacing": 3e-4,
-    "loads": [[0.00541, 0.00005, 6.0e-4], [0.00721, -0.00032, 1.6e-4], [0.00856, -0.00078, 1.0e-4]],
-    "protocol": {"levels": [1, -1], "random_order": True},
-    "stiffness": {"plate": "edges", "E": 9.0e9, "joints": {"C_Sc": 1.0e-6}, "E_gradient": -1.2},
-    "noise": {"height": 1.0e-5, "tilt": 1.0e-3, "piston": 5.0e-6, "reference_scans": 4},
-}
-INPUT = f"""[Wing]
-file = {CASE["wing"]};
-[Measurement]
-file = bending.h5;
-[Diagnose]
-parameters = E, joint:C_Sc, joint:R4+5_r-m;
-observations = 400;
-refine = REFINE;
-starts = 1;
-draws = 500;
-refits = 2;
-validation = no;
-intervals = yes;
-"""
 JOURNAL = "diagnosis.journal"
 KILLS = int(os.environ.get("FLUSI_TEST_KILLS", "2"))
 
 
-def synthesise(case, refine):
-    (case.folder / "case.json").write_text(json.dumps(CASE))
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", "case.json", "-o", "bending.h5"],
-                   cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
-    case.write("diagnose.ini", INPUT.replace("REFINE", refine))
+def text_of(refine):
+    return input_text(refine, draws=500, intervals="yes")
 
 
 def size(case):
@@ -84,8 +58,8 @@ def kills(case, refine):
     seed = int(os.environ.get("FLUSI_TEST_SEED", time.time()))
     dice = random.Random(seed)
     whole, killed = case.sub("whole"), case.sub("killed")
-    synthesise(whole, refine)
-    synthesise(killed, refine)
+    synthesise(whole, text=text_of(refine))
+    synthesise(killed, text=text_of(refine))
     begun, largest = time.monotonic(), 0
     whole.start("diagnose.ini", ranks=2)
     while whole.process.poll() is None:
@@ -122,8 +96,7 @@ def test_kill(case):
         same_outcome(whole, killed)
     (killed.folder / "diagnosis.json").unlink()
     if kill(killed, 0, dice, largest):
-        killed.write("diagnose.ini", INPUT.replace("REFINE", "no").replace("seed = 1", "seed = 2").replace("observations = 400",
-                                                                                                           "observations = 300"))
+        killed.write("diagnose.ini", text_of("no").replace("observations = 400", "observations = 300"))
         done = killed.flusi("diagnose.ini", timeout=300)
         check("goes on" not in done.err and done.code != EXIT_USER, f"another diagnosis begins anew: {done.err}")
         check((whole.folder / "diagnosis.json").read_bytes() != (killed.folder / "diagnosis.json").read_bytes(), "it differs")

@@ -11,7 +11,8 @@ from flusi_msm.bending.model import Stiffness
 from flusi_msm.blind.cases import Individual, draw_head, make_case
 from flusi_msm.blind.ledger import Ledger, digest, dump, read, write
 from flusi_msm.blind.oracle import Base
-from flusi_msm.measurement.case import Hidden, build, convert, read_case
+from flusi_msm.measurement.case import Hidden, read_case
+from flusi_msm.measurement.case_file import build, convert
 from flusi_msm.measurement.file import write_test
 from flusi_msm.measurement.synthesis import Bench, observe
 from flusi_msm.results.files import InputError

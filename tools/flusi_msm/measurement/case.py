@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The description of a synthetic bending test, from a JSON file: sections, keys, defaults and checks."""
-import difflib
-import json
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from flusi_msm.bending.model import Stiffness
+from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.measurement.noise import Noise, check_noise
-from flusi_msm.results.files import InputError
+from flusi_msm.errors import InputError
 
 
 @dataclass
@@ -62,86 +61,16 @@ class Case:
 
 
 ACCURACY = ("height", "correlation_length", "force", "force_gain", "position", "tilt", "piston")
-NAMED = ("E_wave", "one_way")  # keys whose first value is a name
 CALIBRATION = ("force_by_weight", "height_by_gauge", "position_by_marks", "order_is_random")
 
 
 def read_case(path, changes=(), drop=()):
     """The case in a JSON file, with changes `section.key=value` made to it and the sections `drop` left out. The wing is
     seen from the file's folder."""
-    try:
-        data = json.loads(Path(path).read_text())
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(f"{path}: not JSON: {error}") from None
-    for section in drop if isinstance(data, dict) else ():
-        data.pop(section, None)
-    for change in changes:
-        name, equals, text = change.partition("=")
-        if not equals:
-            raise InputError(f"--set {change}: write key=value or section.key=value")
-        try:
-            value = json.loads(text)
-        except ValueError:
-            value = text
-        *sections, key = name.strip().split(".")
-        place = data
-        for section in sections:
-            place = place.setdefault(section, {})
-            if not isinstance(place, dict):
-                raise InputError(f"--set {change}: {section} is not a section")
-        place[key] = value
-    case = build(Case, data, "")
+    case = build(Case, read_json(path, changes, drop), "")
     case.wing = str(Path(path).parent / case.wing)
     check(case)
     return case
-
-
-def build(kind, data, section):
-    """A dataclass from a dictionary; unknown keys and values of another kind are refused."""
-    if not isinstance(data, dict):
-        raise InputError(f"{section or 'the case'}: must be a section {{...}}")
-    section += "." if section else ""
-    known = {f.name: f for f in fields(kind)}
-    for key in data:
-        if key not in known:
-            near = difflib.get_close_matches(key, known, 1)
-            raise InputError(f"{section}{key}: unknown" + (f"; did you mean {near[0]}?" if near else
-                                                          f"; known are {', '.join(known)}"))
-    values = {}
-    for key, value in data.items():
-        values[key] = convert(known[key], value, section + key)
-    for name in ("wing", "loads"):
-        if name in known and name not in values:
-            raise InputError(f"{name}: required")
-    return kind(**values)
-
-
-def convert(item, value, name):
-    kind = item.type
-    if kind in (Stiffness, Protocol, Noise, Hidden):
-        return build(kind, value, name)
-    if kind is float and is_number(value):
-        return float(value)
-    if kind is tuple and isinstance(value, list):
-        size = len(item.default)
-        if name.endswith(("shift", "tilt", "creep", "compliance", "gravity", "fringe")) and len(value) != size:
-            raise InputError(f"{name}: needs {size} numbers")
-        rows = [v if isinstance(v, list) else [v] for v in (value[1:] if item.name in NAMED else value)]
-        rows = [row[1:] for row in rows] if item.name == "soft_places" else rows
-        if not all(is_number(v) for row in rows for v in row):
-            raise InputError(f"{name} = {value!r}: holds what is no number")
-        return tuple(tuple(v) if isinstance(v, list) else v for v in value)
-    if kind is dict and isinstance(value, dict) and not all(is_number(v) for v in value.values()):
-        raise InputError(f"{name} = {value!r}: holds what is no number")
-    if kind in (int, bool, str, dict, list) and type(value) is kind:
-        return value
-    raise InputError(f"{name} = {value!r}: must be {'a list' if kind is tuple else kind.__name__}")
-
-
-def is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
 def check(case):

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Natural modes of a synthetic wing with the errors of an experiment, for `make_modes` alone: the stiffness of the synthetic
 bending tests, and masses assembled here. Nothing is shared with the solver in src or with what is fitted to the data."""
-import json
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
 
@@ -12,7 +11,8 @@ from scipy.sparse.linalg import eigsh
 
 from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
-from flusi_msm.results.files import InputError
+from flusi_msm.measurement.case_file import build, read_json
+from flusi_msm.errors import InputError
 from flusi_msm.wing.file import read_wing
 
 
@@ -38,7 +38,7 @@ class Noise:
 
 @dataclass
 class Case:
-    wing: str = ""
+    wing: str
     refine: int = 0
     seed: int = 1
     title: str = ""
@@ -48,47 +48,14 @@ class Case:
     medium: str = "air"
     air_density: float = 1.2          # [kg/m^3]
     air_ratio: float = 0.8            # of the air that moves with the wing to that of strip theory
-    stiffness: dict = field(default_factory=dict)
+    stiffness: Stiffness = field(default_factory=Stiffness)
     mass: Mass = field(default_factory=Mass)
     noise: Noise = field(default_factory=Noise)
 
 
-def build(kind, data, where):
-    known = {f.name for f in fields(kind)}
-    for key in data:
-        if key not in known:
-            raise InputError(f"{where}{key}: no such key; valid: {', '.join(sorted(known))}")
-    return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in data.items()})
-
-
 def read_case(path, changes=()):
     """The case in a JSON file, with changes `section.key=value`; the wing is seen from the file's folder."""
-    try:
-        data = json.loads(Path(path).read_text())
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(f"{path}: not JSON: {error}") from None
-    for change in changes:
-        name, equals, text = change.partition("=")
-        if not equals:
-            raise InputError(f"--set {change}: write key=value or section.key=value")
-        try:
-            value = json.loads(text)
-        except ValueError:
-            value = text
-        *sections, key = name.strip().split(".")
-        place = data
-        for section in sections:
-            place = place.setdefault(section, {})
-        place[key] = value
-    for section, kind in (("mass", Mass), ("noise", Noise)):
-        if section in data:
-            data[section] = build(kind, data[section], section + ".")
-    case = build(Case, data, "")
-    case.stiffness = build(Stiffness, case.stiffness, "stiffness.")
-    if not case.wing:
-        raise InputError("wing: missing; it is a wing file")
+    case = build(Case, read_json(path, changes), "")
     if case.medium not in ("air", "vacuum"):
         raise InputError(f"medium is air or vacuum, not {case.medium}")
     if case.stiffness.pretension or any(case.stiffness.camber):

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Descriptions of synthetic experiments in JSON files: read, changed by key, and turned into dataclasses."""
+import difflib
+import json
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import numpy as np
+
+from flusi_msm.errors import InputError
+
+NAMED = ("E_wave", "one_way")  # keys whose first value is a name
+
+
+def read_json(path, changes=(), drop=()):
+    """The dictionary in a JSON file, without the sections `drop` and with changes `section.key=value` made to it."""
+    try:
+        data = json.loads(Path(path).read_text())
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: not JSON: {error}") from None
+    for section in drop if isinstance(data, dict) else ():
+        data.pop(section, None)
+    for change in changes:
+        name, equals, text = change.partition("=")
+        if not equals:
+            raise InputError(f"--set {change}: write key=value or section.key=value")
+        try:
+            value = json.loads(text)
+        except ValueError:
+            value = text
+        *sections, key = name.strip().split(".")
+        place = data
+        for section in sections:
+            place = place.setdefault(section, {})
+            if not isinstance(place, dict):
+                raise InputError(f"--set {change}: {section} is not a section")
+        place[key] = value
+    return data
+
+
+def build(kind, data, section):
+    """A dataclass from a dictionary; unknown keys and values of another kind are refused."""
+    if not isinstance(data, dict):
+        raise InputError(f"{section or 'the case'}: must be a section {{...}}")
+    section += "." if section else ""
+    known = {f.name: f for f in fields(kind)}
+    for key in data:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, 1)
+            raise InputError(f"{section}{key}: unknown" + (f"; did you mean {near[0]}?" if near else
+                                                          f"; known are {', '.join(known)}"))
+    values = {}
+    for key, value in data.items():
+        values[key] = convert(known[key], value, section + key)
+    for name in ("wing", "loads"):
+        if name in known and name not in values:
+            raise InputError(f"{name}: required")
+    return kind(**values)
+
+
+def convert(item, value, name):
+    kind = item.type
+    if is_dataclass(kind):
+        return build(kind, value, name)
+    if kind is float and is_number(value):
+        return float(value)
+    if kind is tuple and isinstance(value, list):
+        size = len(item.default)
+        if name.endswith(("shift", "tilt", "creep", "compliance", "gravity", "fringe")) and len(value) != size:
+            raise InputError(f"{name}: needs {size} numbers")
+        rows = [v if isinstance(v, list) else [v] for v in (value[1:] if item.name in NAMED else value)]
+        rows = [row[1:] for row in rows] if item.name == "soft_places" else rows
+        if not all(is_number(v) for row in rows for v in row):
+            raise InputError(f"{name} = {value!r}: holds what is no number")
+        return tuple(tuple(v) if isinstance(v, list) else v for v in value)
+    if kind is dict and isinstance(value, dict) and not all(is_number(v) for v in value.values()):
+        raise InputError(f"{name} = {value!r}: holds what is no number")
+    if kind in (int, bool, str, dict, list) and type(value) is kind:
+        return value
+    raise InputError(f"{name} = {value!r}: must be {'a list' if kind is tuple else kind.__name__}")
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
