@@ -366,7 +366,15 @@ def test_doubts(case):
     for words in ("[Wing] E: is not given: assumed is 12.58 GPa", "[Wing] D: is not given: assumed is 2e-7 N m",
                   "[Mass] membrane_mass: is not given: assumed is 81.475 ug"):
         check(sum(words in line for line in notices) == 1, f"{words}:\n{notices}")
-    check(told("plate.h5", Mass={"membrane_mass": 6e-8}) == [], "stated numbers are not doubted")
+    stated = {"vein_density": 1300, "membrane_law": "bilinear", "membrane_mass": 6e-8}
+    check(told("plate.h5", Mass=stated) == [], "stated numbers are not doubted")
+    for given, left, words in ((stated, "membrane_law", "bilinear, so that the mass is spread as in a blowfly's wing"),
+                               (stated, "vein_density", "1300 kg/m^3, of insect cuticle"),
+                               (stated, "membrane_mass", "81.475 ug spread by the bilinear law"),
+                               ({**stated, "membrane_law": "uniform"}, "areal_density", "3e-3 kg/m^2")):
+        notices = told("plate.h5", Mass={**given, left: None})
+        check(len(notices) == 1 and f"[Mass] {left}: is not given: assumed is {words}" in notices[0], f"{left}:\n{notices}")
+    check(told("calliphora_small.h5", Mass={"membrane_mass": 6e-8}) == [], "the law is that of the file, the mass that of the input")
     check(told("calliphora_small.h5") == [], "the file of the blowfly's wing states its mass")
     for section, key, value, words in (
             ("Wing", "E", 12.58, "12.58 Pa is too small for veins of insects, which have 1e7 to 1e11 Pa; if it is in GPa, write 12.58e9"),
@@ -381,10 +389,10 @@ def test_mass_keys(case):
     """Keys of [Mass] count before what the wing file states; drawn_wings.py has files that state other masses."""
     found = {}
     for name, mass in (("file", {}), ("same", {"membrane_law": "bilinear", "membrane_mass": 81.475e-9}),
-                       ("other", {"membrane_law": "uniform", "areal_density": 6e-3})):
+                       ("mass", {"membrane_mass": 81.475e-9}), ("other", {"membrane_law": "uniform", "areal_density": 6e-3})):
         done = run(case, wing(Mass=mass, Time={"t_max": 2e-5}))
         found[name] = re.search(r"^mass .*", done.out, re.M).group(0)
-    check(found["file"] == found["same"] != found["other"], f"{found}")
+    check(found["file"] == found["same"] == found["mass"] != found["other"], f"{found}")
 
 
 def test_check(case):

@@ -141,6 +141,42 @@ def squares_with_shared_scan(case, loads):
     return sum(r @ np.linalg.solve(sigma**2 * (np.eye(len(r)) + 1), r) for r in map(np.array, places.values()))
 
 
+def refuse_other_wing(case, diagnose):
+    """What was found for the small wing, by training and by diagnosis, is refused with the fine mesh of the same wing, and with the same
+    mesh in another size, by all three programs; allow_other_wing takes it with a notice."""
+    shutil.copy(diagnose.folder / "diagnosis_baseline.ini", case.folder / "diagnosed.ini")
+    fine = SOURCE / "wings/calliphora.h5"
+    inputs = {FLUSI: ("--static", (case.folder / "static.ini").read_text()), case.program: ("", (case.folder / "train.ini").read_text()),
+              MSM_DIAGNOSE: ("", (diagnose.folder / "diagnose.ini").read_text())}
+    for program, (mode, text) in inputs.items():
+        user = Case(program, case.h5dump, case.folder / "other")
+        shutil.copy(case.folder / "measurement.h5", user.folder)
+        shutil.copy(case.folder / TURNED, user.folder)
+        for found in "trained.ini", "diagnosed.ini":
+            shutil.copy(case.folder / found, user.folder)
+            text = re.sub(r"\[include\]\nfile = [^;\n]*;?\n", "", text)
+            text = re.sub(r"^\[Wing\]\n", "[include]\nfile = " + found + ";\n[Wing]\n", text, count=1, flags=re.M)
+            text = re.sub(r"^(result = )[^;]*;", r"\1new.ini;", text, flags=re.M)
+            own = re.sub(r"^file = \S*(?:turned|calliphora)\S*;", f"file = {WING};", text, flags=re.M)
+            check(str(WING) in own and found in own, own)
+            arguments = [mode] if mode else []
+            user.write("run.ini", own)
+            done = user.run(*arguments, "run.ini", "--check", ranks=0)
+            check("found for another wing" not in done.out + done.err, f"{found} is for this wing:\n{done.out}{done.err}")
+            for other in (own.replace(str(WING), str(fine)), own.replace("[Wing]\n", "[Wing]\nlength = 9.5e-3;\n", 1)):
+                user.write("run.ini", other)
+                done = user.run(*arguments, "run.ini", "--check", ranks=0, code=EXIT_USER)
+                check(re.search(rf"{found}:\d+: \[Wing\] fingerprint: these values were found for another wing", done.err),
+                      f"{program} refuses {found}:\n{done.out}{done.err}")
+                user.write("run.ini", other.replace("[Wing]\n", "[Wing]\nallow_other_wing = yes;\n", 1))
+                done = user.flusi(*arguments, "run.ini", "--check")
+                told = done.out + done.err
+                check("allow_other_wing = yes takes them all the same" in told and "give the wing file" not in told, told)
+    user.write("run.ini", own.replace("[Wing]\n", "[Wing]\nfingerprint = 12;\n", 1))
+    done = user.run("run.ini", "--check", ranks=0, code=EXIT_USER)
+    check("'12' is none: valid are the 16 digits" in done.err, done.err)
+
+
 def test_shipped(case):
     """Data of other mechanics under the same law fit within their errors, and every program sees the trained wing."""
     measure(case)
@@ -185,6 +221,8 @@ def test_shipped(case):
     check(abs(math.log(values["E"] / young)) < 4 * sd, f"with its E: {values['E']}, {young}")
     check("\nz_side = right dorsal;\n" in (diagnose.folder / "diagnosis_baseline.ini").read_text(),
           "and with the side of +z that the trained wing says, not its file")
+
+    refuse_other_wing(case, diagnose)
 
     # A load that was pressed elsewhere is another measurement, for which the checkpoint of this one is not.
     with h5py.File(case.folder / "measurement.h5", "r+") as file:

@@ -48,10 +48,20 @@ contains
       if (size(wing%veins) > 0) call assume('Wing', 'E', '12.58 GPa, the mean of nine blowflies ('//PAPER//')')
       if (has_membrane) call assume('Wing', 'D', '2e-7 N m, which regularises and was measured on no wing')
     end if
-    if (.not. needs_mass .or. .not. has_membrane .or. wing%mass%law /= '') return
-    if (any([c%is_given('Mass', 'membrane_law'), c%is_given('Mass', 'areal_density')])) return
-    call assume('Mass', 'membrane_mass', '81.475 ug spread by the bilinear law of a blowfly''s wing ('//PAPER//'), as the wing '// &
-                'file does not say what its membrane weighs')
+    if (.not. needs_mass) return
+    if (size(wing%veins) > 0 .and. .not. wing%mass%vein_density > 0) &
+      call assume('Mass', 'vein_density', '1300 kg/m^3, of insect cuticle')
+    if (.not. has_membrane) return
+    if (wing%mass%law /= '' .and. .not. any([c%is_given('Mass', 'membrane_law'), c%is_given('Mass', 'areal_density')])) return
+    if (c%get_word('Mass', 'membrane_law') == 'uniform') then
+      call assume('Mass', 'areal_density', '3e-3 kg/m^2, about 2.5 um of cuticle, which was measured on no wing')
+    else if (c%is_given('Mass', 'membrane_mass')) then
+      call assume('Mass', 'membrane_law', 'bilinear, so that the mass is spread as in a blowfly''s wing ('//PAPER//'); uniform '// &
+                  'takes areal_density')
+    else
+      call assume('Mass', 'membrane_mass', '81.475 ug spread by the bilinear law of a blowfly''s wing ('//PAPER//'), as the '// &
+                  'wing file does not say what its membrane weighs')
+    end if
 
   contains
 

@@ -4,7 +4,8 @@ module common_wing_fragment
   use base_text, only: number_text
   use solid_effect_places, only: effect_place_lines
   use solid_params, only: parameter_t, solid_params_t, N_COMMON
-  use solid_wing, only: wing_t, Z_SIDES
+  use solid_wing, only: Z_SIDES
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: wing_lines
@@ -13,16 +14,18 @@ module common_wing_fragment
 
 contains
 
-  !> The section with every value that differs from what it would be without, and the side that these mean by +z.
-  function wing_lines(p, wing) result(text)
+  !> The section with every value that differs from what it would be without, the side that these mean by +z, and the
+  !> fingerprint of their wing, without which the values mean nothing.
+  function wing_lines(p, setup) result(text)
     type(solid_params_t), intent(in) :: p
-    type(wing_t), intent(in) :: wing !< for which the values were found
+    type(wing_case_t), intent(in) :: setup !< the wing for which the values were found
     character(:), allocatable :: text, list, side
     type(parameter_t) :: known
     integer :: i
-    side = trim(wing%z_side)
+    side = trim(setup%wing%z_side)
     if (side == '') side = trim(Z_SIDES(1))
-    text = '[Wing]'//NL//'z_side = '//side//';'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '// &
+    text = '[Wing]'//NL//'fingerprint = '//setup%fingerprint//'; of the wing that these values belong to'//NL
+    text = text//'z_side = '//side//';'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '// &
            number_text(p%plate)//'; N m'//NL// &
            'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)
     if (p%slack < 1) text = text//'slack = '//number_text(p%slack)//';'//NL//'slack_width = '// &

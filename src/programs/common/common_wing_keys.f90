@@ -52,6 +52,9 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
     call r%add_word('Wing', 'z_side', 'file', 'file|'//z_side_choices('|'), &
                     'which side of which wing +z points to, for effects that tell up from down; file: as the '// &
                     'wing file says (docs/formats/wing-format.md), or else left ventral')
+    call r%add_text('Wing', 'fingerprint', '', 'of the wing that these values were found for; msm_train and msm_diagnose '// &
+                    'write it, and with another wing it is an error')
+    call r%add_switch('Wing', 'allow_other_wing', .false., 'take values that were found for another wing all the same')
     call register_effect_keys(r)
   end subroutine register_wing
 
@@ -61,7 +64,7 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
     call r%add_real('Mass', 'vein_density', 1300.0_rp, 'of the veins'' cuticle', unit='kg/m^3', above=0.0_rp)
     call r%add_word('Mass', 'membrane_law', 'bilinear', 'bilinear|uniform', &
                     'areal density of the membrane: 1.75 - 147 x + 101 y scaled to membrane_mass, or areal_density; '// &
-                    'what the wing file says counts if none of these keys is given')
+                    'the law of the wing file counts if neither this nor areal_density is given')
     call r%add_real('Mass', 'membrane_mass', 81.475e-9_rp, 'for bilinear', unit='kg', above=0.0_rp)
     call r%add_real('Mass', 'areal_density', 3.0e-3_rp, 'for uniform', unit='kg/m^2', above=0.0_rp)
     call r%add_real('Mass', 'vein_factor', 1.0_rp, 'factor on the mass of all veins', above=0.0_rp)

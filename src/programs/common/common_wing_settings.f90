@@ -13,9 +13,11 @@ module common_wing_settings
   use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, parameter_t, solid_params_t
+  use solid_wing, only: wing_t
   use solid_wing_case, only: wing_case_t
   use parallel_world, only: world_t
   use solid_wing_file, only: read_wing, load_shared_wing => load_wing
+  use solid_wing_fingerprint, only: wing_fingerprint, FINGERPRINT_LENGTH
   implicit none
   private
   public :: load_wing, read_damping, find_beside, check_name
@@ -56,6 +58,7 @@ contains
     if (errors%count() > n_before) return
     call read_z_side(config, s, notices)
     call scale_wing(config, s)
+    call check_fingerprint(config, s, errors, notices)
     call read_material(config, s, errors, notices)
     call read_mass(config, needs_mass, s, errors, notices)
     call notice_assumptions(config, s%wing, needs_mass, notices)
@@ -94,9 +97,11 @@ contains
     type(config_t), intent(in) :: config
     type(wing_case_t), intent(inout) :: s
     real(rp) :: length, chord, a(2), b(2), area, stretch
+    type(wing_t) :: in_file
     integer :: i
     length = config%get_real('Wing', 'length')
     chord = config%get_real('Wing', 'mean_chord')
+    in_file = s%wing
     associate (points => s%wing%points, triangles => s%wing%triangles)
       if (length > 0) s%scale = length/maxval(points(1, :))
       points = s%scale(1)*points
@@ -115,7 +120,31 @@ contains
         points(2, :) = stretch*points(2, :)
       end if
     end associate
+    s%fingerprint = wing_fingerprint(in_file, s%scale)
   end subroutine scale_wing
+
+  !> Values that were found for another wing are a mistake, unless the user wants them.
+  subroutine check_fingerprint(config, s, errors, notices)
+    type(config_t), intent(in) :: config
+    type(wing_case_t), intent(in) :: s
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable :: stated, text
+    if (.not. config%is_given('Wing', 'fingerprint')) return
+    stated = config%get_text('Wing', 'fingerprint')
+    if (stated == s%fingerprint) return
+    if (len(stated) /= FINGERPRINT_LENGTH .or. verify(stated, '0123456789ABCDEF') > 0) then
+      call config%complain(errors, 'Wing', 'fingerprint', quoted(stated)//' is none: valid are the '// &
+                           number_text(FINGERPRINT_LENGTH)//' digits that msm_train and msm_diagnose write')
+      return
+    end if
+    text = 'these values were found for another wing than '//s%path//', whose fingerprint is '//s%fingerprint
+    if (config%get_switch('Wing', 'allow_other_wing')) then
+      call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes takes them all the same')
+    else
+      call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file, length and mean_chord that they '// &
+                           'belong to, or take them all the same with [Wing] allow_other_wing = yes')
+    end if
+  end subroutine check_fingerprint
 
   !> Where the file `name` is: as it stands, or else in the folder of the input file `ini`.
   subroutine find_beside(ini, name, path, problem, world)
@@ -175,8 +204,7 @@ contains
     s%material%vein_density = c%get_real('Mass', 'vein_density')
     if (.not. c%is_given('Mass', 'vein_density') .and. s%wing%mass%vein_density > 0) &
       s%material%vein_density = s%wing%mass%vein_density
-    is_stated = c%is_given('Mass', 'membrane_law') .or. c%is_given('Mass', 'membrane_mass') .or. &
-                c%is_given('Mass', 'areal_density')
+    is_stated = c%is_given('Mass', 'membrane_law') .or. c%is_given('Mass', 'areal_density')
   s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, c%get_word('Mass', 'membrane_law') == 'bilinear')
     s%material%membrane_mass = c%get_real('Mass', 'membrane_mass')
     s%material%areal_density = c%get_real('Mass', 'areal_density')
@@ -186,7 +214,7 @@ contains
     s%material%point = c%get_reals('Mass', 'point_mass')
     if (.not. is_stated .and. s%wing%mass%law /= '') then ! what the file says of this very wing
       s%material%membrane_law = MEMBRANE_BILINEAR
-      s%material%membrane_mass = s%wing%mass%membrane
+      if (.not. c%is_given('Mass', 'membrane_mass')) s%material%membrane_mass = s%wing%mass%membrane
       s%material%weights = [1.0_rp, 0.0_rp, 0.0_rp]
       if (s%wing%mass%law == 'bilinear') s%material%weights = s%wing%mass%weights
     end if

@@ -84,7 +84,8 @@ contains
     end function is_wrong
   end subroutine check_wing_use
 
-  !> Names a viscosity and a penalization that flapping wings do not have, as where their unit is another one.
+  !> Names a viscosity and a penalization that flapping wings do not have, as where their unit is another one, and those that
+  !> are assumed because the input does not state them.
   subroutine notice_flow(c, fluid, flight, notices)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: fluid
@@ -99,7 +100,13 @@ contains
       text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
       if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes a Reynolds number that '// &
                                                        'insects do not have: '//text)
+      if (.not. c%is_given('ReynoldsNumber', 'nu')) call c%complain(notices, 'ReynoldsNumber', 'nu', 'is not given: assumed is '// &
+                      number_text(fluid%nu)//' L^2/T, which makes the Reynolds number '//number_text(anint(number)))
+    else
+      call c%complain(notices, 'ReynoldsNumber', 'nu', 'is 0: wings are held in a fluid without viscosity, which no insect has')
     end if
+    if (fluid%penalized .and. .not. c%is_given('Penalization', 'eps')) call c%complain(notices, 'Penalization', 'eps', &
+      'is not given: assumed is '//number_text(fluid%c_eta)//' T, in which a wing stops the fluid inside')
     number = fluid%c_eta*flight%frequency()
     text = magnitude_doubt(number, DAMPED(1), DAMPED(2), 'beats', 'wings that hold the fluid', .false.)
     if (fluid%penalized .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)

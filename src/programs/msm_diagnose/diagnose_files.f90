@@ -70,7 +70,7 @@ contains
     end if
     call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
-                    wing_lines(params, s%setup%wing)//mass_lines(s, q)// &
+                    wing_lines(params, s%setup)//mass_lines(s, q)// &
                     instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment

@@ -41,7 +41,7 @@ contains
            '; by msm_train '//BUILD_VERSION//' ('//BUILD_COMMIT//').'//NL//';'//NL// &
            outcome_lines(settings, space, trained, '; ')//free_note(space, trained)// &
            '; These values of E and joints belong to the '//note//'.'//NL// &
-           '; [include] file = '//settings%result//NL//NL//wing_lines(p, settings%setup%wing)// &
+           '; [include] file = '//settings%result//NL//NL//wing_lines(p, settings%setup)// &
            instrument_lines(settings%experiment%instrument_at(trained%coordinates))
     call write_text(settings%result, text, ok)
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')

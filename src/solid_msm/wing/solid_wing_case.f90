@@ -6,6 +6,7 @@ module solid_wing_case
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
+  use solid_wing_fingerprint, only: FINGERPRINT_LENGTH
   implicit none
   private
   public :: wing_case_t
@@ -13,6 +14,7 @@ module solid_wing_case
   type :: wing_case_t
     character(:), allocatable :: path      !< of the wing file
     type(wing_t) :: wing
+    character(FINGERPRINT_LENGTH) :: fingerprint = '' !< of the wing in its size (solid_wing_fingerprint)
     type(solid_model_t) :: model
     type(solid_params_t) :: asked          !< parameters before joints became as stiff as their veins
     type(mass_params_t) :: material
