@@ -99,11 +99,10 @@ class Import(unittest.TestCase):
         self.refused("tip is listed twice", reference + TIP + TIP)
         self.refused("tip: force is 'much', not a number", reference + TIP.replace("0.3", "much"))
         self.refused("nothing.csv: cannot be read", reference + TIP.replace("tip.npz", "nothing.csv"))
-        self.refused("list.csv: is neither a .csv nor a .npz file".replace("list.csv", "a.txt"),
-                     reference + TIP.replace("tip.npz", "a.txt"))
+        self.refused("a.dat: is none of .csv, .txt", reference + TIP.replace("tip.npz", "a.dat"))
         self.x = self.x + 0.01
         self.write_csv("shifted.csv", self.tip)
-        self.refused("tip: x of its map differs from that of the reference",
+        self.refused("shifted.csv: x of its map differs from that of the reference",
                      reference + TIP.replace("tip.npz", "shifted.csv"))
         self.x[3] = self.x[1]
         self.write_csv("folded.csv", self.tip)
