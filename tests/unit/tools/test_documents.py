@@ -68,7 +68,7 @@ class Documents(unittest.TestCase):
         checked = 0
         for page in TEXTS:
             text = page.read_text(encoding="utf-8")
-            if page.name in ("CHANGELOG.md", "parameters.md"):
+            if page.name in ("CHANGELOG.md", "parameters.md", "mistakes.md"):  # the last one has wrong keys on purpose
                 continue
             for section, names in named_keys(text):
                 for name in names:
