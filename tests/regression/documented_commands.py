@@ -21,7 +21,7 @@ from whole_program import SOURCE, check, ini_text
 PROGRAMS = Path(sys.argv[1])
 TOOLS = {path.name for path in (SOURCE / "tools").iterdir() if path.is_file() and os.access(path, os.X_OK)}
 OTHERS = {"mpirun", "flusi", "msm_train", "msm_diagnose", "cmake", "ctest", "sbatch", "pip", "mkdocs", "module", "docker", "apptainer",
-          "spack", "conda", "eb", "export", "cd", "mkdir", "cp"}
+          "spack", "conda", "eb", "ford", "export", "cd", "mkdir", "cp"}
 VERDICTS = (0, 10, 11, 12)
 
 # Pages whose commands are run by another test, all of them.
@@ -43,7 +43,7 @@ ELSEWHERE = {
     "tools/blind* *": "many diagnoses; test_blind", "bench/*": "benchmarks of minutes to days",
     "tools/import_flusi_mesh *": "needs a mesh of FLUSI; test_wing_tools", "tools/import_prepazy *": "needs that data",
     "tools/plot_prepazy *": "needs that data", "tools/import_heights *": "needs measured maps; test_import_heights",
-    "export P3DFFT_ROOT=*": "needs P3DFFT",
+    "export P3DFFT_ROOT=*": "needs P3DFFT", "pip install *": "fetches packages", "ford *": "needs FORD",
     "flusi --keyvalues *": "usage; test flusi_reference_keys", "flusi --compare-keys *": "usage",
     "tools/postprocess TOOL *": "usage",
 }
