@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Documents that are named exist: links of all pages, pages named in sources and messages, pages of the site and its index."""
+"""What documents name exists: links, pages named in sources and messages, pages of the site and its index, files, sections and keys."""
+import collections
 import re
 import subprocess
 import unittest
@@ -8,6 +9,15 @@ from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[3]
 PAGES = sorted((SOURCE / "docs").rglob("*.md"))
+TEXTS = [*SOURCE.glob("*.md"), *PAGES]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```", flags=re.M | re.S)
+SPAN = re.compile(r"`([^`\n]+)`")
+FOLDERS = "ini|tools|wings|bench|tests|src|cmake|docs|packaging"
+# Sections of other files: a motion of FLUSI, the table of a wing.
+OTHER_SECTIONS = {"kinematics", "outline", "root"}
+# Files that a command makes, and files of FLUSI's source.
+MADE = {"ini/modes.h5", "src/flexible_solver/mesh/Revolving_bumblebee_wing/params_prescribed_revolving_wing.ini",
+        "src/flexible_solver/mesh/Zimmerman/params_Zimmerman-test.ini"}
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
 
 
@@ -38,6 +48,66 @@ class Documents(unittest.TestCase):
                     checked += 1
                     self.assertTrue((SOURCE / page).exists(), f"{name} names {page}")
         self.assertGreater(checked, 40)
+
+    def test_named_files(self):
+        """A path in the source that a page names is there; a star stands for anything."""
+        checked = 0
+        for page in TEXTS:
+            if page.name == "CHANGELOG.md":
+                continue
+            for path in re.findall(rf"(?<![\w/.$-])((?:{FOLDERS})/[\w/.*-]*[\w*/])", page.read_text(encoding="utf-8")):
+                places = [SOURCE, page.parent] if page.parent != SOURCE else [SOURCE]
+                checked += 1
+                self.assertTrue(any(list(place.glob(path.rstrip("/"))) for place in places) or path in MADE,
+                                f"{page.relative_to(SOURCE)} names {path}")
+        self.assertGreater(checked, 200)
+
+    def test_named_keys(self):
+        """`[Section] key` in a page, and the keys of an example, are those of a program."""
+        keys = reference()
+        checked = 0
+        for page in TEXTS:
+            text = page.read_text(encoding="utf-8")
+            if page.name in ("CHANGELOG.md", "parameters.md", "mistakes.md"):  # the last one has wrong keys on purpose
+                continue
+            for section, names in named_keys(text):
+                for name in names:
+                    checked += 1
+                    self.assertIn(name, keys.get(section, ()), f"{page.relative_to(SOURCE)} names [{section}] {name}")
+        self.assertGreater(checked, 60)
+
+
+def reference():
+    """The keys of all programs by section, as the reference of parameters has them."""
+    keys = collections.defaultdict(set)
+    section = None
+    for line in (SOURCE / "docs/formats/parameters.md").read_text(encoding="utf-8").split("\n"):
+        if line.startswith("## "):
+            section = line[4:-1]
+        elif section and re.match(r"\| `", line):
+            keys[section].add(line.split("`")[1])
+        elif section and line.startswith("Accepted from FLUSI"):
+            keys[section].update(SPAN.findall(line))
+    return keys
+
+
+def named_keys(text):
+    """Pairs of a section and its keys, of spans such as `[Time] CFL, nt` and of blocks that look like an input."""
+    blocks = [block for kind, block in FENCE.findall(text) if kind not in ("toml", "python", "json")]
+    blocks += re.findall(r"(?:^ {4}.*\n)+", text, flags=re.M)
+    for span in SPAN.findall(FENCE.sub("", text)):
+        found = re.match(r"\[([A-Za-z]\w*)\] (\w+(?:, \w+)*)", span)
+        if found and found[1] not in OTHER_SECTIONS:
+            yield found[1], found[2].split(", ")
+    for block in blocks:
+        section = None
+        for line in block.split("\n"):
+            head = re.match(r"\s*\[([A-Za-z]\w*)\]\s*(?:;.*)?$", line)
+            key = re.match(r"\s*(\w+) *= *\S", line)
+            if head:
+                section = head[1]
+            elif section and key and section not in OTHER_SECTIONS:
+                yield section, [key[1]]
 
 
 if __name__ == "__main__":

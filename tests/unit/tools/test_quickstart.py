@@ -169,6 +169,12 @@ class Quickstart(unittest.TestCase):
         self.assertEqual(sorted(p.name for p in (self.tree / "runs/wing").iterdir()),
                          ["out.xmf", "run.log", "wing.ini"])
 
+    def test_demo(self):
+        self.assert_exit(self.quickstart("demo"), 0)
+        self.assertEqual(self.calls("cmake")[-1].split()[:2], ["--build", "--preset"])
+        self.assertEqual(self.calls("python")[-1], f"{self.tree}/tools/demo {self.tree}/runs/demo --ranks 3")
+        self.assert_exit(self.quickstart("demo", "--preset", "dev"), 2)
+
     def test_cases_of_the_same_name_in_two_folders(self):
         (self.tree / "ini" / "flusi").mkdir()
         shutil.copy(self.tree / "ini" / "sphere.ini", self.tree / "ini" / "flusi")
