@@ -92,7 +92,7 @@ class Diagnoses:
         folder.mkdir(parents=True)
         (folder / "diagnose.ini").write_text(ini_text({"mesh": mesh}, self.study.designs[wing].wing,
                                                       self.study.measurement(number), more))
-        command = [str(self.program), "diagnose.ini"]
+        command = [str(self.program), "diagnose.ini", "--exit-code"]
         if self.ranks > 1:
             command = ["mpirun", "-n", str(self.ranks), *command]
         begin = time.time()

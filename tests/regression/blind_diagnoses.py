@@ -79,7 +79,7 @@ def diagnose(case, data, name, timeout=300, **keys):
     for key, value in keys.items():
         text = re.sub(f"^{key} = .*$", f"{key} = {value};", text, flags=re.M)
     case = case.sub(name)
-    done = case.flusi(case.write(f"{name}.ini", text), timeout=timeout)
+    done = case.flusi(case.write(f"{name}.ini", text), "--exit-code", timeout=timeout)
     check(done.code in (ADEQUATE, NAMED, SET, UNKNOWN), f"{name} has a verdict:\n{done.out}{done.err}")
     check(len((done.out + done.err).splitlines()) <= 15, f"{name}: at most 15 lines on the terminal")
     found = json.loads((case.folder / f"{name}.json").read_text())

@@ -81,12 +81,12 @@ def test_shipped(case):
         (case.folder / path).parent.mkdir(exist_ok=True)
         shutil.copy(SOURCE / path, case.folder / path)
     tool(case, "make_measurement", "ini/diagnose.json", "-o", "ini/bending.h5")
-    done = case.flusi("ini/diagnose.ini", timeout=300)
+    done = case.flusi("ini/diagnose.ini", "--exit-code", timeout=300)
     verdict = json.loads((case.folder / "diagnosis.json").read_text())["verdict"]
     check(done.code in (NAMED, SET) and verdict["set"] in (["E_gradient"], ["E_gradient", "taper"]), verdict["sentence"])
     check(len((done.out + done.err).splitlines()) <= 15, "at most 15 lines on the terminal")
     tool(case, "plot_diagnosis", "diagnosis.json")
-    report = (case.folder / "report.html").read_text()
+    report = (case.folder / "diagnosis_report.html").read_text()
     check("stiffness that changes along the span" in report and "src=\"data:image/png;base64" in report and
           "What to measure next" in report, "the report has words, pictures and what to measure next")
 

@@ -31,9 +31,12 @@ def test_name(case):
     """One verdict on any number of ranks, and files that tell it."""
     synthesise(case)
     texts, kept = [], []
-    for ranks in 1, 2:
-        done = case.run("diagnose.ini", ranks=ranks, code=EXIT_NAMED, timeout=300)
+    for ranks, arguments, code in (1, ["--exit-code"], EXIT_NAMED), (2, [], EXIT_OK):
+        done = case.run("diagnose.ini", *arguments, ranks=ranks, code=code, timeout=300)
         check(len(done.out.splitlines()) <= 15, "at most 15 lines on the terminal")
+        check(re.search(r"E falls toward the tip: about (6|7)\d % lower than at the root\n", done.out), f"size and sign: {done.out}")
+        # Open MPI tells of every code but 0 what mpirun has noticed.
+        check(("exit" in done.err) == (code != EXIT_OK), f"a success has no banner of mpirun: {done.err}")
         texts.append((case.folder / "diagnosis.json").read_text())
         kept.append((case.folder / "diagnosis_draws.h5").stat().st_ino)
     check(kept[0] == kept[1], "two ranks use what one has drawn")
@@ -63,14 +66,14 @@ def test_refine(case):
     text = input_text().replace("joint:C_Sc, joint:R4+5_r-m", "joint:*")
     text = text.replace("observations = 400", "observations = 300")
     case.write("diagnose.ini", text)
-    done = case.flusi("diagnose.ini", timeout=300)
+    done = case.flusi("diagnose.ini", "--exit-code", timeout=300)
     blind = json.loads((case.folder / "diagnosis.json").read_text())
     check(done.code in (EXIT_NAMED, 11, 12) and 0 < blind["verdict"]["global_p"] < 0.05,
           f"the mesh is taken for a cause: {blind['verdict']['sentence']}, p = {blind['verdict']['global_p']}")
     (case.folder / "diagnosis_extended.ini").write_text("; of an earlier diagnosis\n")
     texts = []
     for ranks in 1, 2:
-        done = case.run("diagnose.ini", "--refine=yes", ranks=ranks, code=EXIT_OK, timeout=300)
+        done = case.run("diagnose.ini", "--refine=yes", "--exit-code", ranks=ranks, code=EXIT_OK, timeout=300)
         texts.append((case.folder / "diagnosis.json").read_text())
     check(texts[0] == texts[1], "the JSON file is the same to the byte on one and on two ranks")
     band = json.loads(texts[0])["mesh_band"]
@@ -86,7 +89,7 @@ def test_second_look(case):
     synthesise(case, "--refine", "1", stiffness={"plate": "edges", "E": 9.0e9, "D": 8.0e-7})
     texts = []
     for ranks in 1, 2:
-        case.run("diagnose.ini", "--refine=yes", ranks=ranks, code=EXIT_SET, timeout=300)
+        case.run("diagnose.ini", "--refine=yes", "--exit-code", ranks=ranks, code=EXIT_SET, timeout=300)
         texts.append((case.folder / "diagnosis.json").read_text())
     check(texts[0] == texts[1], "a second look is the same to the byte on one and on two ranks")
     found = json.loads(texts[0])
@@ -108,7 +111,7 @@ def test_rest(case):
     found = []
     for wing in "E = 12.58e9;\nD = 2e-7;", f"E = 1.09e10;\nD = 2e-7;\nparameters = {true};":
         case.write("diagnose.ini", text.replace("[Wing]", f"[Wing]\n{wing}"))
-        case.run("diagnose.ini", ranks=0, code=EXIT_OK, timeout=300)
+        case.run("diagnose.ini", "--exit-code", ranks=0, code=EXIT_OK, timeout=300)
         found.append(json.loads((case.folder / "diagnosis.json").read_text())["baseline"]["chi2"])
     # Both fits end where a hundredth is left to gain; values before them enter by priors of a decade.
     check(abs(found[1] - found[0]) < 1.0, f"both baselines are the same: chi^2 {found}")
@@ -126,7 +129,7 @@ def test_load_errors(case):
     case.write("diagnose.ini", text.replace("observations = 400", "observations = 500"))
     texts = []
     for ranks in 1, 2:
-        case.run("diagnose.ini", ranks=ranks, code=EXIT_OK, timeout=300)
+        case.run("diagnose.ini", "--exit-code", ranks=ranks, code=EXIT_OK, timeout=300)
         texts.append((case.folder / "diagnosis.json").read_text())
     check(texts[0] == texts[1], "the JSON file is the same to the byte on one and on two ranks")
     found = json.loads(texts[0])
@@ -210,7 +213,7 @@ def fly(case):
     subprocess.run([sys.executable, "-B", SOURCE / "tools/plot_diagnosis", "diagnosis.json", "--flight", "baseline",
                     "extended"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
     told = re.search(r"mean lift by ([-+.\d]+) %, the mean drag by ([-+.\d]+) % and the mean aerodynamic power by ([-+.\d]+) %",
-                     (case.folder / "report.html").read_text())
+                     (case.folder / "diagnosis_report.html").read_text())
     check(told, "the report tells what changes")
     for number, quantity in enumerate(("lift", "drag", "power")):
         change = 100 * (means["extended"][number] / means["baseline"][number] - 1)
@@ -226,7 +229,7 @@ def test_few(case):
     plan = case.run("diagnose.ini", "--plan", code=EXIT_OK)
     for name in "diagnosis.json", "diagnosis_extended.ini", "diagnosis_baseline.ini":
         case.write(name, "of an earlier diagnosis\n")
-    done = case.run("diagnose.ini", code=EXIT_INSUFFICIENT)
+    done = case.run("diagnose.ini", "--exit-code", code=EXIT_INSUFFICIENT)
     for name in "diagnosis.json", "diagnosis_extended.ini":
         check("earlier" in (case.folder / f"{name}.earlier").read_text(), f"{name} moves aside")
     check("diagnosis_extended.ini" not in case.files(), "and none is there if none is written")

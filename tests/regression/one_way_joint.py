@@ -66,7 +66,7 @@ def factor(words):
 
 
 def diagnose(program, folder):
-    done = subprocess.run([program, "case.ini"], cwd=folder, capture_output=True, text=True, timeout=300)
+    done = subprocess.run([program, "case.ini", "--exit-code"], cwd=folder, capture_output=True, text=True, timeout=300)
     print(done.stdout, done.stderr, sep="")
     found = json.loads((folder / "diagnosis.json").read_text())
     entry = {e["name"]: e for e in found["effects"]}["one_way_joint"]

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The look of all figures."""
+import re
+
 import matplotlib
 import matplotlib.pyplot as plt
 
@@ -16,6 +18,12 @@ def use_style():
         "axes.spines.top": False, "axes.spines.right": False, "mathtext.fontset": "dejavusans",
         "savefig.dpi": 150, "axes.formatter.limits": (-3, 4), "axes.formatter.use_mathtext": True,
     })
+
+
+def name_of(*parts):
+    """A file name without blanks and slashes of what makes a picture another one; parts that are None or empty are left out."""
+    words = "_".join(str(part) for part in parts if part not in (None, ""))
+    return re.sub(r"[^\w.+,=-]+", "-", words)
 
 
 def save(figure, path):

@@ -17,6 +17,7 @@ module diagnose_command
     integer :: action = DIAGNOSE_RUN
     character(:), allocatable :: ini !< parameter file
     character(:), allocatable :: refine !< yes, fit or no, instead of [Diagnose] refine; empty if not given
+    logical :: wants_code = .false.     !< the exit code of a diagnosis is that of its verdict, and not 0
   end type diagnose_command_t
 
 contains
@@ -27,14 +28,15 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(arguments_t) :: arguments
     integer, parameter :: N = 5
-    character(12), parameter :: FLAGS(N) = [ &
-                                '--refine    ', '--refine=yes', '--refine=fit', '--refine=no ', '--no-refine ']
+    character(12), parameter :: FLAGS(N + 1) = [character(12) :: &
+                                '--refine', '--refine=yes', '--refine=fit', '--refine=no', '--no-refine', '--exit-code']
     character(3), parameter :: CHOICES(N) = [character(3) :: 'yes', 'yes', 'fit', 'no', 'no']
     integer :: i
     call parse_arguments(ACTIONS, FLAGS, .false., arguments, errors)
     command%action = DIAGNOSE_RUN + arguments%action
     command%refine = ''
     command%ini = arguments%file
+    command%wants_code = arguments%has_flag(N + 1)
     if (arguments%is_final) return
     do i = 1, N
       if (.not. arguments%has_flag(i)) cycle
@@ -49,7 +51,7 @@ contains
   !> Writes how the program is called.
   subroutine print_diagnose_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(19) = [character(84) :: &
+    character(*), parameter :: LINES(21) = [character(84) :: &
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
@@ -58,16 +60,18 @@ contains
                                             '  --refine=fit        and fit everything on a mesh of half the size', &
                                             '  --refine=no, or', &
                                             '  --no-refine         the data come from the same mesh', &
+                                            '  --exit-code         the exit code of a diagnosis tells its verdict', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &
                                             '', &
-                                       'exit codes: 0 adequate, --plan or --check     1 defect of the program', &
-                                            '           10 one cause is named              2 mistake in the input', &
-                                            '           11 several causes are possible     3 numerical failure', &
-                                            '           12 a cause that is not in the catalogue', &
-                                            '           20 not enough data                 5 files cannot be written', &
-                                            "Open MPI's mpirun calls every code but 0 an error; with -q it does not.", &
+                                            'exit codes: 0 done, whatever the verdict is         1 defect of the program', &
+                                            '            2 mistake in the input                  3 numerical failure', &
+                                            '            5 files cannot be written', &
+                                            'with --exit-code a diagnosis ends with that of its verdict:', &
+                                            '            0 adequate                             10 one cause is named', &
+                                            '           11 several causes are possible          12 not in the catalogue', &
+                                            '           20 not enough data', &
                                             'parameters: docs/formats/parameters.md, example: ini/diagnose.ini']
     call print_lines(unit, LINES)
   end subroutine print_diagnose_usage

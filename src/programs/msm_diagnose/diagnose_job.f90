@@ -141,7 +141,8 @@ contains
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)
-    self%code = merge(EXIT_UNWRITABLE, self%diagnosis%decision%verdict, self%failure%failed)
+    if (command%wants_code) self%code = self%diagnosis%decision%verdict
+    if (self%failure%failed) self%code = EXIT_UNWRITABLE
   end subroutine diagnose_lead
 
   !> Rank 0: finds out whether files can be written, by a lock against another run, and moves a verdict of before aside, so

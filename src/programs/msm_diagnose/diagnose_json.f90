@@ -6,6 +6,7 @@ module diagnose_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
+  use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
   use diagnose_modes, only: put_modes
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
@@ -17,6 +18,7 @@ module diagnose_json
   use inference_battery, only: question_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
+  use inference_refit, only: nested_fit_t
   use inference_stated, only: grade_of, stated_probability, PROVENANCE
   use inference_validation, only: validation_t
   use io_json, only: json_t
@@ -158,6 +160,7 @@ contains
         call json%open_object('')
         call json%put('effect', s%catalogue%effects(d%design%candidates(v%causes(i))%effect)%name)
         call json%put('name', cause_name(s, d, i))
+        call json%put('finding', cause_finding(s, d, i))
         associate (one => d%design%candidates(v%causes(i)))
           call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
           call json%put('place', s%catalogue%effects(one%effect)%variants(one%variant)%place)
@@ -211,30 +214,52 @@ contains
     call json%put('chi2', d%plain%chi2)
     call json%put('prior_chi2', d%plain%prior_chi2)
     call json%put('spread_of_starts', d%spread)
-    call put_parameters(json, s, d%plain%active, d%plain%q)
+    call put_parameters(json, s, d%plain)
     call json%close()
   end subroutine put_baseline
 
-  !> Values of the quantities `active` at q, in their units.
-  subroutine put_parameters(json, s, active, q)
+  !> Values of what was fitted, in their units, and the sd of their coordinates.
+  subroutine put_parameters(json, s, fit)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
-    integer, intent(in) :: active(:)
-    real(rp), intent(in) :: q(:)
+    type(nested_fit_t), intent(in) :: fit
     integer :: i
     call json%open_list('parameters')
-    do i = 1, size(active)
-      associate (one => s%catalogue%quantities(active(i)))
+    do i = 1, size(fit%active)
+      associate (one => s%catalogue%quantities(fit%active(i)), q => fit%q(fit%active(i)))
         call json%open_object('')
         call json%put('name', one%name)
         call json%put('unit', one%unit)
-        if (one%is_log) call json%put('value', exp(q(active(i))))
-        if (.not. one%is_log) call json%put('value', q(active(i)))
+        if (one%is_log) call json%put('value', exp(q))
+        if (.not. one%is_log) call json%put('value', q)
+        call json%put('is_log', one%is_log)
+        if (allocated(fit%covariance)) call json%put('sd', sqrt(max(0.0_rp, fit%covariance(i, i))))
+        call json%put('prior_sd', one%prior_sd)
         call json%close()
       end associate
     end do
     call json%close()
   end subroutine put_parameters
+
+  !> A sentence for every parameter of the causes that were fitted.
+  subroutine put_findings(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer :: i, k
+    call json%open_list('findings')
+    do i = 1, size(d%decision%causes)
+      associate (columns => d%design%candidates(d%decision%causes(i))%columns)
+        do k = 1, size(columns)
+          call json%open_object('')
+          call json%put('name', s%catalogue%quantities(columns(k))%name)
+          call json%put('sentence', parameter_finding(s, d, i, k))
+          call json%close()
+        end do
+      end associate
+    end do
+    call json%close()
+  end subroutine put_findings
 
   subroutine put_effect(json, s, d, e)
     type(json_t), intent(inout) :: json
@@ -258,6 +283,7 @@ contains
       call json%put('variants', size(effect%variants))
       call json%put('status', trim(status))
       call json%put('missing', effect%missing)
+      if (effect_finding(s, d, e) /= '') call json%put('finding', effect_finding(s, d, e))
       if (c > 0) then
         associate (one => d%design%candidates(c))
           call json%put('variant', effect%variants(one%variant)%label)
@@ -275,6 +301,7 @@ contains
           ! A parameter that the baseline imitates alone shows at no strength.
           call json%put('detectable', [(merge(huge(1.0_rp), d%detectable_snr(e)/max(norm2(one%tangents(:, i)), FAINT), &
                                               norm2(one%tangents(:, i)) < FAINT), i=1, size(one%columns))])
+          call json%put('shows_from', shows_from(s, d, e))
           call json%open_list('parameters')
           do i = 1, size(one%columns)
             call json%put('', s%catalogue%quantities(one%columns(i))%name)
@@ -297,7 +324,8 @@ contains
     if (d%extended%is_found) then
       call json%put('chi2', d%extended%chi2)
       call json%put('prior_chi2', d%extended%prior_chi2)
-      call put_parameters(json, s, d%extended%active, d%extended%q)
+      call put_parameters(json, s, d%extended)
+      call put_findings(json, s, d)
       if (allocated(d%intervals)) then
         call json%put('is_null_excluded', d%is_null_excluded)
         call json%put('is_at_bound', d%is_at_bound)

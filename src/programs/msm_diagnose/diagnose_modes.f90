@@ -5,6 +5,7 @@ module diagnose_modes
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
+  use diagnose_words, only: fixed
   use diagnosis_wing_modes, only: mass_effects_at
   use diagnosis_wing_quantities, only: KIND_POINT_MASS
   use inference_engine, only: diagnosis_t
@@ -25,16 +26,17 @@ contains
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    character(160) :: line
+    character(:), allocatable :: text
     integer :: i, k
     if (.not. allocated(s%modes)) return
     associate (modes => s%measurement%modes, rows => s%modes)
       i = maxloc([(abs(rows(k)%frequency(1) - modes(k)%frequency)/modes(k)%frequency_sigma, k=1, size(rows))], 1)
-      write (line, '(2(a,f0.1),a,f0.1,a,f0.3,a)') ': ', modes(i)%frequency, ' +- ', modes(i)%frequency_sigma, ' Hz, baseline ', &
-        rows(i)%frequency(1), ' Hz (MAC ', rows(i)%mac(1), ')'
-      if (d%extended%is_found) write (line(len_trim(line) + 1:), '(a,f0.1,a,f0.3,a)') ', extended ', rows(i)%frequency(2), &
-        ' Hz (MAC ', rows(i)%mac(2), ')'
-      write (unit, '(a)') 'modes     worst is '//modes(i)%name//trim(line)
+      text = 'modes     worst is '//modes(i)%name//': '//fixed(modes(i)%frequency, 1)//' +- '// &
+             fixed(modes(i)%frequency_sigma, 1)//' Hz, baseline '//fixed(rows(i)%frequency(1), 1)//' Hz (MAC '// &
+             fixed(rows(i)%mac(1), 3)//')'
+      if (d%extended%is_found) text = text//', extended '//fixed(rows(i)%frequency(2), 1)//' Hz (MAC '// &
+                                      fixed(rows(i)%mac(2), 3)//')'
+      write (unit, '(a)') text
     end associate
   end subroutine print_modes
 

@@ -3,24 +3,26 @@
 module diagnose_summary
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_findings, only: cause_finding
   use diagnose_modes, only: print_modes
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_unknown, only: print_unknown
+  use diagnose_words, only: fixed
   use diagnosis_band, only: mesh_band_t
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: candidate_name, unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_decision, only: decision_t, verdict_word, AT_BOUND, NO_FIT, NO_GAIN, NO_INTERVAL, VERDICT_ADEQUATE, &
+  use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, VERDICT_ADEQUATE, &
                                 VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_engine, only: diagnosis_t
   use inference_stated, only: stated_probability
   implicit none
   private
-  public :: print_verdict, verdict_sentence, cause_name, probability_text, value_text
+  public :: print_verdict, verdict_sentence, cause_name, probability_text
 
 contains
 
-  !> At most 14 lines, and 15 with the notice of a wrong declared error; two more with natural modes.
+  !> At most 15 lines.
   subroutine print_verdict(unit, s, d, band, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -29,43 +31,30 @@ contains
     type(next_t), intent(in) :: next
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
-    character(:), allocatable :: extended
-    character(200) :: line
+    integer, parameter :: MOST_CAUSES = 3
+    character(:), allocatable :: extended, what
     integer :: i
     call print_data(unit, s)
     if (band%is_found) then
-      write (line, '(a,f0.2,a,f0.1,a,i0,a)') 'mesh      changes heights by ', 1.0e6_rp*band%rms, &
-        ' um rms after a refit, as a signal-to-noise ratio of ', band%snr, ' (', band%n_points, ' points)'
-      if (s%bins%n == 0) write (line, '(a,f0.1,a,i0,a)') 'mesh      changes modes after a refit, as a signal-to-noise ratio of ', &
-        band%snr, ' (', band%n_points, ' points)'
-      if (s%fits_finer) line = line(:len_trim(line) - 1)//', on which all is fitted)'
-      write (unit, '(a)') trim(line)
+      what = 'heights by '//fixed(1.0e6_rp*band%rms, 2)//' um rms'
+      if (s%bins%n == 0) what = 'modes'
+      what = what//' after a refit, as a signal-to-noise ratio of '//fixed(band%snr, 1)//' ('//number_text(band%n_points)//' points'
+      if (s%fits_finer) what = what//', on which all is fitted'
+      write (unit, '(a)') 'mesh      changes '//what//')'
     end if
-    write (line, '(a,f0.1,a,i0,a,f0.3)') 'baseline  chi^2 = ', d%plain%chi2, ' of ', &
-        s%bins%n + s%measurement%count_mode_observations(), &
-      '; variance over that of the noise model ', d%scale
-    write (unit, '(a)') trim(line)
-    write (line, '(a,a,a,f0.1)') 'misfit    global p = ', probability_text(d%decision%log_p_global), &
-      '; signal-to-noise ratio of the causes ', d%decision%snr
-    write (unit, '(a)') trim(line)
+    call print_misfit(unit, s, d)
     write (unit, '(a)') 'verdict   '//verdict_word(d%decision%verdict)//': '//verdict_sentence(s, d)
     if (d%decision%verdict == VERDICT_UNKNOWN) then
       call print_unknown(unit, unknown)
     else if (d%decision%verdict /= VERDICT_ADEQUATE) then
-      do i = 1, min(2, size(d%decision%causes))
-        associate (effect => s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect))
-          write (unit, '(a)') '          '//effect%sentence
-        end associate
-      end do
-      do i = 1, min(merge(2, 3, size(zeros%value) > 1), parameter_count(d))
-        write (unit, '(a)') '          '//value_text(s, d, i)
+      do i = 1, min(MOST_CAUSES, size(d%decision%causes))
+        write (unit, '(a)') '          '//told_cause(s, d, i)
       end do
     end if
     if (size(zeros%value) > 1) call print_zeros(unit, zeros)
     if (d%has_gain) then
-      write (line, '(a,f0.2,a,f0.2,a)') 'gain      of log predictive density ', d%gain, ' +- ', d%gain_error, &
+      write (unit, '(a)') 'gain      of log predictive density '//fixed(d%gain, 2)//' +- '//fixed(d%gain_error, 2)// &
         ' for a location that was left out'
-      write (unit, '(a)') trim(line)
     end if
     call print_modes(unit, s, d)
     if (size(next%order) > 0) call print_next(unit, s, d, next)
@@ -75,6 +64,40 @@ contains
       'tools/plot_diagnosis '//s%name//'.json makes the report'
     flush (unit)
   end subroutine print_verdict
+
+  !> How well the baseline fits, and how surely something is left.
+  subroutine print_misfit(unit, s, d)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer :: n
+    n = s%bins%n + s%measurement%count_mode_observations()
+    write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%plain%chi2, 1)//' of '//number_text(n)// &
+      ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
+    write (unit, '(a)') 'misfit    chance alone does this with p = '//probability_text(d%decision%log_p_global)// &
+      ' (all tests together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
+    if (hides_cause(n, d)) write (unit, '(a)') '          (a good chi^2 can hide a cause: it sums the noise of all numbers, '// &
+      'and a cause shows in few combinations of them)'
+  end subroutine print_misfit
+
+  !> Whether the sum of squares looks like noise, within two of its sd, although something was found.
+  pure logical function hides_cause(n, d) result(hides)
+    integer, intent(in) :: n
+    type(diagnosis_t), intent(in) :: d
+    hides = d%decision%log_p_global < log(LEVEL) .and. d%plain%chi2 < n + 2*sqrt(2.0_rp*n)
+  end function hides_cause
+
+  !> A cause with sign, size and interval, or in general if it was not fitted.
+  function told_cause(s, d, i) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    text = cause_finding(s, d, i)
+    if (text == '') text = s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect)%sentence
+    if (d%decision%verdict == VERDICT_SET .and. size(d%decision%set) > 1 .and. .not. d%decision%is_together) &
+      text = 'if it is '//s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect)%title//': '//text
+  end function told_cause
 
   !> The sensor whose zero differs most from that of the first one.
   subroutine print_zeros(unit, zeros)
@@ -97,7 +120,6 @@ contains
     type(next_t), intent(in) :: next
     real(rp), parameter :: NOTHING = 1.0_rp ! [sd]
     character(:), allocatable :: what, cause, rival
-    character(120) :: line
     real(rp) :: after
     cause = effect_name(next%cause)
     rival = effect_name(next%rivals(1))
@@ -107,17 +129,17 @@ contains
       associate (load => next%places(1))
         if (load%after > after) then
           after = load%after
-          write (line, '(a,es10.3,a,es10.3,a,es10.2,a)') 'push at ', load%place(1), ' ', load%place(2), ' m with', &
-            load%force*sign(1.0_rp, load%direction(3)), ' N'
-          what = trim(line)
+          what = 'push '//merge('up  ', 'down', load%direction(3) > 0)
+          what = trim(what)//' at ('//fixed(1.0e3_rp*load%place(1), 2)//', '//fixed(1.0e3_rp*load%place(2), 2)// &
+                 ') mm with '//fixed(1.0e3_rp*load%force, 3)//' mN'
         end if
       end associate
     end if
     if (after < NOTHING) then
       write (unit, '(a)') 'next      no further load of this kind tells '//cause//' from '//rival
     else
-      write (line, '(2(a,f0.1),a)') ' is then ', after, ' sd from all others, now ', next%now(1), ' sd from '
-      write (unit, '(a)') 'next      '//what//': '//cause//trim(line)//' '//rival
+      write (unit, '(a)') 'next      '//what//': '//cause//' is then '//fixed(after, 1)//' sd from all others, now '// &
+        fixed(next%now(1), 1)//' sd from '//rival
     end if
 
   contains
@@ -130,31 +152,29 @@ contains
 
   end subroutine print_next
 
-  !> What was measured, and how exactly.
+  !> What was measured, and how exactly; two lines.
   subroutine print_data(unit, s)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
-    character(120) :: line
-    if (s%measurement%count_modes() > 0) then
-      write (line, '(a,i0,a,i0,a)') 'data      ', s%measurement%count_modes(), ' natural modes, ', &
-        s%measurement%count_mode_observations(), ' numbers; '
-      write (unit, '(a)') trim(line)//' '//s%measurement_path
-      if (size(s%measurement%loads) == 0) return
+    character(:), allocatable :: what
+    what = 'data      '
+    if (s%measurement%count_modes() > 0) what = what//number_text(s%measurement%count_modes())//' natural modes ('// &
+                                                number_text(s%measurement%count_mode_observations())//' numbers), '
+    if (size(s%measurement%loads) == 0) then
+      write (unit, '(a)') what(:len(what) - 2)//'; '//s%measurement_path
+      return
     end if
+    what = what//number_text(size(s%measurement%loads))//' loads, '//number_text(s%bins%n)
     if (.not. any(s%measurement%loads%has_surface)) then
-      write (line, '(a,i0,a,i0,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
-        ' readings of single points; '
-      write (unit, '(a)') trim(line)//' '//s%measurement_path
+      write (unit, '(a)') what//' readings of single points; '//s%measurement_path
       write (unit, '(a)') 'noise     as the file declares for each reading'
       return
     end if
-    write (line, '(a,i0,a,i0,a,es10.3,a)') 'data      ', size(s%measurement%loads), ' loads, ', s%bins%n, &
-      ' averages over squares of ', s%bins%size, ' m; '
-    write (unit, '(a)') trim(line)//' '//s%measurement_path
-    write (line, '(a,f0.2,a,f0.2,a)') 'noise     neighbours scatter by ', 1.0e6_rp*s%noise%white, &
-      ' um, declared are ', 1.0e6_rp*s%noise%declared, ' um'
-    if (s%outliers%n > 0) line = trim(line)//'; '//number_text(s%outliers%n)//' heights stand out and are left out'
-    write (unit, '(a)') trim(line)
+    write (unit, '(a)') what//' averages over squares of '//fixed(1.0e3_rp*s%bins%size, 2)//' mm; '//s%measurement_path
+    what = 'noise     neighbours scatter by '//fixed(1.0e6_rp*s%noise%white, 2)//' um, declared are '// &
+           fixed(1.0e6_rp*s%noise%declared, 2)//' um'
+    if (s%outliers%n > 0) what = what//'; '//number_text(s%outliers%n)//' heights stand out and are left out'
+    write (unit, '(a)') what
   end subroutine print_data
 
   !> One sentence.
@@ -226,58 +246,6 @@ contains
     character(:), allocatable :: text
     text = candidate_name(s, d, d%decision%causes(i))
   end function cause_name
-
-  !> Parameters of the causes that were fitted.
-  pure integer function parameter_count(d) result(n)
-    type(diagnosis_t), intent(in) :: d
-    n = 0
-    if (d%extended%is_found) n = size(d%extended%active) - size(d%baseline%active)
-  end function parameter_count
-
-  !> Parameter number i of the causes: value and, where it was sought, interval.
-  function value_text(s, d, i) result(text)
-    type(diagnose_settings_t), intent(in) :: s
-    type(diagnosis_t), intent(in) :: d
-    integer, intent(in) :: i
-    character(:), allocatable :: text
-    integer :: column
-    column = d%extended%active(size(d%baseline%active) + i)
-    associate (q => s%catalogue%quantities(column))
-      text = q%name//' = '//shown(d%extended%q(column))//unit()
-      if (.not. allocated(d%intervals)) return
-      associate (one => d%intervals(i))
-        if (one%has_lower .and. one%has_upper) then
-          text = text//', with 90 % confidence between '//shown(one%lower)//' and '//shown(one%upper)//unit()
-        else if (one%has_lower) then
-          text = text//', with 95 % confidence more than '//shown(one%lower)//unit()
-        else if (one%has_upper) then
-          text = text//', with 95 % confidence less than '//shown(one%upper)//unit()
-        end if
-        if (any(one%is_jump)) text = text//' (it ends where a shape jumps)'
-      end associate
-    end associate
-
-  contains
-
-    function shown(x) result(number)
-      real(rp), intent(in) :: x
-      character(:), allocatable :: number
-      character(16) :: buffer
-      if (s%catalogue%quantities(column)%is_log) then
-        write (buffer, '(es11.3)') exp(x)
-      else
-        write (buffer, '(es11.3)') x
-      end if
-      number = trim(adjustl(buffer))
-    end function shown
-
-    function unit() result(word)
-      character(:), allocatable :: word
-      word = ''
-      if (s%catalogue%quantities(column)%unit /= '1') word = ' '//s%catalogue%quantities(column)%unit
-    end function unit
-
-  end function value_text
 
   !> A probability from its logarithm.
   function probability_text(log_p) result(text)

@@ -110,7 +110,7 @@ class Pictures(Cycle):
         return done
 
     def test_one_run_beside_its_data(self):
-        done = self.assert_picture(self.run_folder, "--cycles", "3-4", out=self.run_folder / "cycle.png")
+        done = self.assert_picture(self.run_folder, "--cycles", "3-4", out=self.run_folder / "cycle_3-4.png")
         self.assertIn("mean lift               5.25 \u00b1 0.25 = 1.053 mN", done.stdout)
 
     def test_the_start_of_the_flow_is_beyond_the_axes(self):

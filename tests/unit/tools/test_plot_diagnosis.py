@@ -9,13 +9,16 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from flusi_msm.diagnosis.report import page
+
+from browser import find_browser, look_at
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
 
 SOURCE = Path(__file__).resolve().parents[3]
 EFFECT = {"name": "drift", "title": "a wing that changed", "sentence": "It dried.", "is_measurement": True, "variants": 1,
           "status": "tested", "missing": "", "variant": "", "place": [0.0, 0.0], "local_p": 1e-9, "p": 1e-8,
           "retained": 0.4, "log_evidence": 20.0, "posterior": 0.9999, "parameters": ["drift"],
-          "detectable": [0.0012]}
+          "detectable": [0.0012], "shows_from": "0.12 % stiffer each time", "finding": "The wing became stiffer: about 0.20 %"}
 FOLDS = {"location": [1.0, 2.0], "observations": [20.0, 20.0], "log_density": [10.0, 11.0], "chi2": [60.0, 50.0],
          "sum_of_squares": [1e-9, 1e-9]}
 DIAGNOSIS = {
@@ -23,13 +26,20 @@ DIAGNOSIS = {
     "wing": str(SOURCE / "wings/calliphora_small.h5"), "measurement": "bending.h5",
     "verdict": {"word": "named", "is_together": False, "sentence": "a wing that changed", "probability": 0.9999, "global_p": 1e-8, "snr": 7.0,
                 "grade": "A",
-                "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0]}],
+                "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0],
+                            "finding": "The wing became stiffer from one measurement to the next: 0.2 % each time"}],
                 "set": ["drift"]},
     "noise": {"warning": "", "heavy_tails": {"is_found": False}}, "questions": [], "next_measurements": [],
     "effects": [EFFECT],
-    "baseline": {"parameters": [{"name": "E", "unit": "Pa", "value": 9.1e9}]},
-    "extended": {"is_found": True, "parameters": [{"name": "E", "unit": "Pa", "value": 8.2e9},
-                                                  {"name": "drift", "unit": "1", "value": 0.002}],
+    "baseline": {"observations": 1463, "chi2": 1466.9,
+                 "parameters": [{"name": "E", "unit": "Pa", "value": 9.1e9, "is_log": True, "sd": 0.01, "prior_sd": 2.3},
+                                {"name": "joint:C_h", "unit": "N m/rad", "value": 0.009189, "is_log": True, "sd": 2.2,
+                                 "prior_sd": 2.3}]},
+    "extended": {"is_found": True, "parameters": [
+        {"name": "E", "unit": "Pa", "value": 8.2e9, "is_log": True, "sd": 0.2, "prior_sd": 2.3},
+        {"name": "joint:C_h", "unit": "N m/rad", "value": 1.618e-4, "is_log": True, "sd": 1.0, "prior_sd": 2.3},
+        {"name": "drift", "unit": "1", "value": 0.002, "is_log": False, "sd": 5e-4, "prior_sd": 0.3}],
+                 "findings": [{"name": "drift", "sentence": "The wing became stiffer: 0.2 % each time, 0.1 to 0.3 %"}],
                  "intervals_90": [{"name": "drift", "lower_best_upper": [0.001, 0.002, 0.003], "has_lower": True,
                                    "has_upper": True, "lower_is_jump": False, "upper_is_jump": False}]},
     "validation": {"has_gain": True, "gain_per_location": 5.0, "standard_error": 1.0, "baseline": FOLDS,
@@ -55,29 +65,51 @@ class Report(unittest.TestCase):
             (self.folder / "diagnosis.json").write_text(json.dumps(diagnosis))
         done = run_tool("plot_diagnosis", self.folder / "diagnosis.json", *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
-        return (self.folder / "report.html").read_text()
+        return (self.folder / "diagnosis_report.html").read_text()
+
+    def told(self, **changes):
+        """The page without pictures, which take most of the time."""
+        return page({**DIAGNOSIS, **changes}, [])
 
     def test_page(self):
         text = self.page("--pictures", self.folder / "pictures")
-        self.assertLess(text.index("The cause has a name"), text.index("<img"))
-        self.assertEqual(text.count("data:image/png;base64,"), 4)
+        self.assertLess(text.index("The cause has a name"), text.index("from one measurement to the next: 0.2 % each time."))
+        self.assertLess(text.index("from one measurement to the next: 0.2 % each time."), text.index("<img"))
+        self.assertEqual(text.count("data:image/png;base64,"), 5)
         self.assertFalse(re.search(r"(src|href)=\"(?!data:)", text), "nothing is fetched from elsewhere")
-        self.assertIn("over 99 %", text)
-        self.assertIn("0.001 to 0.003", text)
-        self.assertEqual(sorted(p.name for p in (self.folder / "pictures").iterdir()),
-                         [f"diagnosis_{n}.png" for n in ("evidence", "folds", "residuals", "unknown")])
-        self.assertIn("Grade A: one answer", text)
+        self.assertEqual(text.count("over 99 %"), 1, "one probability")
+        self.assertIn("<b>How sure is that? over 99 %</b> is the probability that this cause is really there", text)
+        self.assertIn("less than 1 in 10<sup>8</sup>", text)
+        self.assertIn("0.00100 to 0.00300", text)
+        self.assertIn("The wing became stiffer: 0.2 % each time, 0.1 to 0.3 %", text)
+        self.assertEqual(sorted(p.name for p in (self.folder / "pictures").iterdir()), [f"diagnosis_{n}.png" for n in (
+            "evidence", "folds", "residuals_P01", "residuals_P02", "unknown_stiffness")])
         self.assertNotIn("in flight", text)
-        self.assertIn("<td class=number>9.1e+09</td><td class=number>8.2e+09</td><td>Pa</td>", text)
-        self.assertIn("drift 0.0012", text)
+        self.assertIn("0.12 % stiffer each time", text)
         self.assertNotIn("cannot tell apart", text)
+
+    def test_undetermined_numbers_are_not_shown(self):
+        """A joint of which the data say less than was assumed, or leave a range of ten times, has no value: 9189 and 162 µN m."""
+        text = self.told()
+        self.assertIn("E of all veins</td><td class=number data-label=\"without the cause\">9.10 GPa ± 1.6 %</td>"
+                      "<td class=number data-label=\"with it\">about 8.20 GPa (within a factor of 1.4)</td>", text)
+        row = text[text.index("joint C_h"):]
+        row = row[:row.index("</tr>")]
+        self.assertEqual(row.count("not determined"), 2)
+        self.assertNotRegex(row, r"\d\d|9\.|1\.6")
+
+    def test_good_sum_of_squares(self):
+        """It says why a good chi^2 can hide a cause where it does so, in numbers, and not where chi^2 is large."""
+        self.assertIn("has χ² = 1466.9 for 1463 numbers, and so looks good", self.told())
+        base = {**DIAGNOSIS["baseline"], "chi2": 1700.0}
+        self.assertNotIn("looks good", self.told(baseline=base))
 
     def test_flight(self):
         """The table has the means that the runs were made with; the other run has 0.5 n more lift in cycle n."""
         for name, drift in (("baseline", 0.0), ("extended", 0.5)):
             write_flapping_run(self.folder / name, drift=drift)
         text = self.page("--flight", self.folder / "baseline", self.folder / "extended")
-        self.assertEqual(text.count("data:image/png;base64,"), 5)
+        self.assertEqual(text.count("data:image/png;base64,"), 6)
         lift = CYCLE_MEANS["lift"]
         self.assertIn(f"mean lift by {100 * 2.0 / lift:+.1f} %, the mean drag by {0:+.1f} %", text)
         done = run_tool("plot_diagnosis", self.folder / "diagnosis.json", "--flight", self.folder, self.folder)
@@ -89,8 +121,9 @@ class Report(unittest.TestCase):
                                     "verdict": {**DIAGNOSIS["verdict"], "word": "adequate", "causes": [], "set": []},
                                     "validation": {"has_gain": False, "baseline": FOLDS}})
         self.assertIn("The model is adequate", text)
-        self.assertEqual(text.count("data:image/png;base64,"), 3)
+        self.assertEqual(text.count("data:image/png;base64,"), 4)
         self.assertNotIn("It dried.</p>", text)
+        self.assertIn("that nothing which these data could show is missing", text)
 
     def test_set(self):
         """What cannot be told apart has a table, and an interval with one end says which."""
@@ -98,19 +131,25 @@ class Report(unittest.TestCase):
                     "lower_is_jump": True, "upper_is_jump": False}
         verdict = {**DIAGNOSIS["verdict"], "word": "consistent_with_set", "grade": "B", "set_because": "alias"}
         extended = {**DIAGNOSIS["extended"], "intervals_90": [interval]}
-        text = self.page(diagnosis={**DIAGNOSIS, "verdict": verdict, "extended": extended})
+        text = self.told(verdict=verdict, extended=extended)
         self.assertIn("What these data cannot tell apart", text)
-        self.assertIn("more than 0.001 (95 %); the shape of the wing jumps at the lower end", text)
+        self.assertIn("&gt; 0.001", text)
+        self.assertIn("only a lower limit", text)
+        self.assertIn("that one of these causes at least is there", text)
         self.assertNotIn("stays a candidate", text)
-        effects = [EFFECT, {**EFFECT, "name": "creep", "posterior": 0.04}]
-        text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**verdict, "set": ["drift", "creep"]}, "effects": effects})
-        self.assertIn("What is improbable here stays a candidate", text)
+        effects = [EFFECT, {**EFFECT, "name": "creep", "title": "creep under load", "posterior": 0.04}]
+        text = self.told(verdict={**verdict, "set": ["drift", "creep"]}, effects=effects)
+        self.assertIn("These data cannot tell apart: a wing that changed; creep under load. If it is the first: The wing became", text)
+        self.assertIn("What fits worse stays a candidate", text)
+        self.assertIn("The wing became stiffer: about 0.20 %", text)
+        self.assertEqual(text.count("over 99 %"), 1)
+        self.assertNotIn(">4 %", text, "one probability, not one for each")
 
     def test_heavy_tails(self):
         """Heights that were left out are told, beside what else there is to say of the noise."""
         tails = {"is_found": True, "heights_left_out": 12, "heights_tested": 930, "share_90": [0.008, 0.021],
                  "sentence": "Specks."}
-        text = self.page(diagnosis={**DIAGNOSIS, "noise": {"warning": "they scatter", "heavy_tails": tails}})
+        text = self.told(noise={"warning": "they scatter", "heavy_tails": tails})
         self.assertIn("they scatter. 12 of 930 heights stand out from those around them (0.8 to 2.1 % do) and were left out. "
                       "Specks.</div>", text)
 
@@ -126,10 +165,24 @@ class Report(unittest.TestCase):
         self.assertIn("around (4.2, -1.1) mm, radius 1.1 mm (93 %)", text)
         self.assertIn("not sufficient: a wing that &lt;changed&gt; (41 % of the misfit)", text)
         self.assertNotIn("It dried.</p>", text)
-        self.assertNotIn("Grade", text)
         self.assertIn("thick edges", text)
-        text = self.page(diagnosis={**DIAGNOSIS, "verdict": {**verdict, "region": {**region, "form": "field", "parts": []}}})
+        text = self.told(verdict={**verdict, "region": {**region, "form": "field", "parts": []}})
         self.assertIn("no place stands out", text)
+        self.assertIn("It explains too little for an interval.", self.told(
+            verdict=verdict, extended={**DIAGNOSIS["extended"], "intervals_90": []}))
+
+    @unittest.skipUnless(find_browser(), "no Chromium is found: apt-get install chromium-headless-shell, or set FLUSI_BROWSER")
+    def test_nothing_reaches_beyond_the_page(self):
+        """On a desk and on a phone, also with the tables in numbers open and names without a blank to break at."""
+        long = {**EFFECT, "name": "creep", "title": "x" * 80, "status": "not_testable", "missing": "needs " + "y" * 60}
+        text = self.page(diagnosis={**DIAGNOSIS, "effects": [EFFECT, long], "measurement": "z" * 120})
+        text = text.replace("<details>", "<details open>")
+        for width in 1280, 390:
+            seen = look_at(find_browser(), text, width)
+            self.assertEqual((seen["found"], seen["width"] <= width), ([], True), seen)
+            self.assertGreater(seen["text"], 3000, "the page was there")
+        self.assertTrue(look_at(find_browser(), text.replace("<h1>", "<h1><pre style='white-space: pre'>" + 99 * "wide "), 390)["found"],
+                        "what reaches beyond is seen")
 
 
 if __name__ == "__main__":

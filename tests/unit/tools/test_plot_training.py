@@ -59,7 +59,7 @@ class PlotTraining(unittest.TestCase):
         made.write_training(self.folder, **choices)
         done = run_tool("plot_training", self.folder, *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
-        made_page = Page((self.folder / "report.html").read_text(encoding="utf-8"))
+        made_page = Page((self.folder / "train_report.html").read_text(encoding="utf-8"))
         self.assertEqual(made_page.open, [])
         return made_page
 
@@ -77,7 +77,7 @@ class PlotTraining(unittest.TestCase):
 
     def test_page_needs_nothing_else(self):
         done = self.report(readings=True, loads=6)
-        text = (self.folder / "report.html").read_text(encoding="utf-8")
+        text = (self.folder / "train_report.html").read_text(encoding="utf-8")
         self.assertIsNone(re.search(r"https?:|<script|<link|@import|url\(", text))
         tags = [tag for tag, _ in done.tags]
         self.assertLess(tags.index("table"), tags.index("img"), "verdicts first")

@@ -70,7 +70,7 @@ class PlotSeries(Tool):
 
     def test_columns_and_default_name(self):
         self.write("x.t", 3, header="% time [s] Fx [N] Fy [N]\n")
-        self.assert_picture("plot_series", self.folder / "x.t", "--columns", "Fx, fy", out="x.png", given=False)
+        self.assert_picture("plot_series", self.folder / "x.t", "--columns", "Fx, fy", out="x_Fx_fy.png", given=False)
 
     def test_refusals(self):
         one = self.folder / "one.t"

@@ -200,14 +200,15 @@ class Quickstart(unittest.TestCase):
                           f"{self.tree}/tools/plot_series {folder}/forces.t -o {folder}/forces.png"])
 
     def test_pictures_of_wings(self):
-        self.stub(self.bin / "mpirun", "touch vorx_000100.h5 aero_power.t summary.txt\n")
+        self.stub(self.bin / "mpirun", "touch vorx_000100.h5 aero_power.t summary.txt wing.xmf\n")
         self.assert_exit(self.quickstart("run"), 0)
         folder = f"{self.tree}/runs/wing"
         self.assertEqual(self.calls("python"),
                          [f"{self.tree}/tools/plot_slice {folder} -o {folder}/flow.png",
                           f"{self.tree}/tools/plot_cycle {folder} -o {folder}/beat.png",
                           f"{self.tree}/tools/render {folder} -o {folder}/wings.png",
-                          f"{self.tree}/tools/plot_slice {folder} --section left -o {folder}/sections.png"])
+                          f"{self.tree}/tools/plot_slice {folder} --section left -o {folder}/sections.png",
+                          f"{self.tree}/tools/open_in_paraview {folder}"])
 
     def test_wrong_use(self):
         for arguments in (["frob"], ["run", "no.ini"], ["run", "--ranks", "0"], ["run", "--ranks"], ["build", "x"],

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """render: iso-surfaces with known area and volume, pixels with known colours, pictures, mistakes by name."""
+import io
+import os
 import tempfile
 import unittest
+from contextlib import redirect_stdout
 from pathlib import Path
+from unittest import mock
 
 import matplotlib
 
@@ -10,10 +14,12 @@ matplotlib.use("Agg")
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
 
 from flusi_msm.render import command as render
 from flusi_msm.render import renderers
 from flusi_msm.render.isosurface import area, iso_surface
+from flusi_msm.render.movie import choose_movie, write_movie
 from flusi_msm.results.files import InputError
 from synthetic import axes_of, grid, picture, rectangle, run_tool, write_ball, write_field, write_velocity, write_wing
 
@@ -203,6 +209,44 @@ class Pictures(unittest.TestCase):
         # half the vorticity of the last time: below all of its levels, so that only the wings are drawn
         self.assertLess(picture(self.folder / "film" / "render_000500.png")[2],
                         picture(self.folder / "film" / "render_001000.png")[2])
+
+    def test_names_tell_what_differs(self):
+        """Two pictures of one time do not overwrite each other."""
+        self.assert_picture("--with", "numpy", out="render_001000.png")
+        whole = (self.folder / "render_001000.png").read_bytes()
+        self.assert_picture("--with", "numpy", "--wings", out="render_001000_wings.png")
+        self.assert_picture("--with", "numpy", "--wings", "--view=10,20", out="render_001000_wings_10,20.png")
+        self.assertEqual((self.folder / "render_001000.png").read_bytes(), whole)
+
+    def test_movie(self):
+        """As many pictures as times, of one size, as GIF without ffmpeg, and as MP4 with one, which gets them in order."""
+        done = run_tool("render", self.folder, "--height", 240, "--with", "numpy", "--movie", "--stride", 2, "--rate", 5,
+                        "-o", self.folder / "film.gif")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout.splitlines()[-1], str(self.folder / "film.gif"))
+        with Image.open(self.folder / "film.gif") as film:
+            self.assertEqual((film.n_frames, film.info["duration"]), (2, 200))
+            self.assertAlmostEqual(film.size[0], 320, delta=20)
+            first = np.array(film.convert("RGB"), dtype=int)
+            film.seek(1)
+            self.assertGreater(np.abs(np.array(film.convert("RGB"), dtype=int) - first).mean(), 1, "it moves")
+        self.assertEqual(list(self.folder.glob("*.png")), [], "the pictures are not left")
+        fake = self.folder / "bin/ffmpeg"
+        fake.parent.mkdir()
+        fake.write_text(f'#!/bin/sh\nls "$(dirname "$7")" | tr "\\n" " " > {self.folder}/told; for out; do :; done; echo film > "$out"\n')
+        fake.chmod(0o755)
+        path = os.environ["PATH"]
+        for path, name in ((f"{fake.parent}:{path}", "movie.mp4"), (f"{self.folder / 'none'}", "movie.gif")):
+            with mock.patch.dict(os.environ, {"PATH": path}):
+                self.assertEqual(choose_movie(self.folder, None), self.folder / name)
+        frames = [self.folder / f"{number}.png" for number in (10, 9)]
+        for number, frame in enumerate(frames):
+            Image.new("RGB", (33 + number, 20)).save(frame)
+        with mock.patch.dict(os.environ, {"PATH": f"{fake.parent}:{os.environ['PATH']}"}), redirect_stdout(io.StringIO()):
+            write_movie(frames, self.folder / "movie.mp4", 10)
+        self.assertEqual((self.folder / "told").read_text(), "000000.png 000001.png ")
+        with self.assertRaisesRegex(InputError, "a movie is a .mp4 or a .gif"):
+            choose_movie(self.folder, self.folder / "film.avi")
 
     def test_the_mask_replaces_missing_wings(self):
         for path in self.folder.glob("wing_*.h5"):

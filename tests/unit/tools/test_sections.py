@@ -172,7 +172,7 @@ class Pictures(Section):
     def test_pictures(self):
         write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
         write_ball(self.folder, LABEL, N, LENGTH, 0.5, 0.6)
-        one = self.folder / "section_right_000500.png"
+        one = self.folder / "section_right_000500_0.5.png"
         done = run_tool("plot_slice", self.folder, "--section", "right", 0.5)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("span 0.5: spanwise vorticity", done.stdout)

@@ -76,11 +76,12 @@ class SlurmChain(unittest.TestCase):
         code, output = self.run_job("exit 0\n", **{**chain, "FLUSI_CHAIN_RUN": "8T"})
         self.assertEqual(code, 2, output)
 
-    def test_verdicts_end_the_chain(self):
-        for verdict in (10, 11, 12, 20):
-            code, output = self.run_job(f"exit {verdict}\n", FLUSI="msm_diagnose")
-            self.assertEqual((code, self.read("submitted")), (0, None), output)
-            self.assertIn("the diagnosis is done", output)
+    def test_diagnosis_ends_the_chain(self):
+        """The exit code of a diagnosis is 0 whatever its verdict is; the script never asks for --exit-code."""
+        code, output = self.run_job("exit 0\n", FLUSI="msm_diagnose")
+        self.assertEqual((code, self.read("submitted"), self.read("started")), (0, None, "msm_diagnose a.ini"), output)
+        self.assertIn("the case is done", output)
+        self.assertNotIn("10 |", SCRIPT.read_text())
 
     def test_nine_individuals(self):
         share = SCRIPT.parents[2]
@@ -133,10 +134,10 @@ class SlurmChain(unittest.TestCase):
         self.assertEqual((job.returncode, self.read("submitted"), self.read("submitted_run")),
                          (0, f"2 --export=ALL {SCRIPT} a.ini", ""), output)
         chain = {"FLUSI": "msm_diagnose", "FLUSI_CHAIN": "2", "FLUSI_CHAIN_RUN": "", "FLUSI_CHAIN_FILE": "./diagnosis.journal"}
-        self.run_job("exit 10\n", **chain)
+        self.run_job("exit 0\n", **chain)
         self.assertEqual(self.read("started"), "msm_diagnose a.ini")
         (self.folder / "diagnosis.journal").unlink()
-        code, output = self.run_job("exit 10\n", **chain)
+        code, output = self.run_job("exit 0\n", **chain)
         self.assertEqual(code, 2, output)
         self.assertIn("another diagnosis has ended", output)
 

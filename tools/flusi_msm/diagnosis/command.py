@@ -4,6 +4,7 @@ gained by it, what it may be confused with, maps of what the model misses, all c
 
 usage: plot_diagnosis NAME.json [-o HTML] [--pictures FOLDER] [--flight BASELINE EXTENDED]
 
+The page is NAME_report.html beside NAME.json, pictures are NAME_<picture>.png.
 NAME.h5 is looked for beside NAME.json. --flight adds what the cause changes in lift, drag and power: two folders of runs,
 as ini/diagnose-flight.ini describes them.
 """
@@ -18,6 +19,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.patches import Circle
 
 from flusi_msm.diagnosis.flight import flight_section
 from flusi_msm.diagnosis.modes import draw_modes, read_modes
@@ -80,72 +83,83 @@ def draw_outline(ax, lines):
 
 
 def draw_residuals(loads, outline, is_extended):
-    """Residuals of baseline and extended wing, in units of their sd, for the loads at which the cause shows best, or that
-    fit worst."""
+    """[(load, figure)]: residuals of baseline and extended wing, in units of their sd, for the loads at which the cause shows
+    best, or that fit worst."""
     def weight(name):
         rows = table_of(loads[name][0])
         return float(np.sum((rows[:, 5] - rows[:, 6])**2 if is_extended else rows[:, 5]**2))
 
-    names = sorted(sorted(loads, key=weight, reverse=True)[:SHOWN_LOADS])
-    columns = 4 if is_extended else 2
-    figure, axes = plt.subplots(len(names), columns, figsize=(2.9 * columns, 1.45 * len(names) + 0.3), squeeze=False,
-                                sharex=True, sharey=True, layout="constrained")
-    last = None
-    for row, name in zip(axes, names):
-        rows, point, force = table_of(loads[name][0]), *loads[name][1:]
-        on = (rows[:, 0] != 0) | (rows[:, 1] != 0)
-        x, y = 1e3 * rows[on, 0], 1e3 * rows[on, 1]
-        pictures = [(1e6 * rows[on, 2], "viridis", None), (rows[on, 5], "RdBu_r", LIMIT)]
-        if is_extended:
-            pictures += [(rows[on, 5] - rows[on, 6], "RdBu_r", LIMIT), (rows[on, 6], "RdBu_r", LIMIT)]
-        for ax, (values, colours, limit) in zip(row, pictures):
-            image = ax.scatter(x, y, c=values, s=30, marker="s", cmap=colours, vmin=None if limit is None else -limit,
-                               vmax=limit)
-            draw_outline(ax, outline)
-            ax.plot(*(1e3 * point), "k+", ms=9, mew=1.5)
-            ax.tick_params(labelsize=7)
-            if limit is None:
-                figure.colorbar(image, ax=ax, shrink=0.85).ax.tick_params(labelsize=7)
-            else:
-                last = image
-        row[0].set_ylabel(f"{name}\n{1e3 * force:.3g} mN\ny [mm]", fontsize=7)
-    titles = ("measured deformation [µm]", "baseline leaves [sd]", "the cause explains [sd]", "extended wing leaves [sd]")
-    for ax, title in zip(axes[0], titles):
-        ax.set_title(title, fontsize=8)
-    for ax in axes[-1]:
-        ax.set_xlabel("x [mm]", fontsize=7)
-    figure.colorbar(last, ax=axes[:, -1], shrink=0.6 if len(names) > 2 else 1.0).ax.tick_params(labelsize=7)
-    return figure
+    return [(name, draw_load(name, *loads[name], outline, is_extended))
+            for name in sorted(sorted(loads, key=weight, reverse=True)[:SHOWN_LOADS])]
 
 
-def draw_unknown(unknown, outline, region=None):
-    """Where stiffness or forces would have to differ; places of the region of an unknown cause have a thick edge."""
-    figure, axes = plt.subplots(1, len(unknown), figsize=(4.8 * len(unknown), 2.6), squeeze=False, layout="constrained")
-    for ax, (name, values) in zip(axes[0], sorted(unknown.items())):
-        rows = table_of(values)
-        ratio = rows[:, 2] / np.maximum(rows[:, 3], 1e-300)
-        image = ax.scatter(1e3 * rows[:, 0], 1e3 * rows[:, 1], c=ratio, s=200, cmap="RdBu_r", vmin=-LIMIT, vmax=LIMIT,
-                           edgecolors="#8c8478", clip_on=False)
-        for part in region["parts"] if region and region["of"] == name else []:
-            ax.scatter(*(1e3 * np.array(part["places_m"]).T), s=200, facecolors="none", edgecolors="k", lw=2.2, clip_on=False)
+def draw_load(name, table, point, force, outline, is_extended):
+    """The maps of one load; narrow, so that a phone shows them."""
+    rows = table_of(table)
+    on = (rows[:, 0] != 0) | (rows[:, 1] != 0)
+    x, y = 1e3 * rows[on, 0], 1e3 * rows[on, 1]
+    panels = [("measured deformation [µm]", 1e6 * rows[on, 2], "viridis", None), ("baseline leaves [sd]", rows[on, 5], "RdBu_r", LIMIT)]
+    if is_extended:
+        panels += [("the cause explains [sd]", rows[on, 5] - rows[on, 6], "RdBu_r", LIMIT),
+                   ("extended wing leaves [sd]", rows[on, 6], "RdBu_r", LIMIT)]
+    figure, axes = plt.subplots(len(panels) // 2, 2, figsize=(6.2, 1.55 * len(panels) // 2 + 0.75), squeeze=False, sharex=True,
+                                sharey=True, layout="constrained")
+    for ax, (title, values, colours, limit) in zip(axes.ravel(), panels):
+        image = ax.scatter(x, y, c=values, s=30, marker="s", cmap=colours, vmin=None if limit is None else -limit, vmax=limit)
         draw_outline(ax, outline)
-        ax.set_title(f"{name}: mean over sd")
-        ax.set_xlabel("x [mm]")
-        ax.set_ylabel("y [mm]")
-        figure.colorbar(image, ax=ax, shrink=0.8)
+        ax.plot(*(1e3 * point), "k+", ms=9, mew=1.5)
+        ax.tick_params(labelsize=8)
+        ax.set_title(title, fontsize=9)
+        if limit is None or not is_extended or ax is axes.ravel()[-1]:
+            figure.colorbar(image, ax=ax, shrink=0.85).ax.tick_params(labelsize=8)
+    for ax in axes[:, 0]:
+        ax.set_ylabel("y [mm]", fontsize=8)
+    for ax in axes[-1]:
+        ax.set_xlabel("x [mm]", fontsize=8)
+    figure.suptitle(f"{name}: {1e3 * force:.3g} mN", fontsize=10)
     return figure
+
+
+def draw_unknown(name, values, outline, region=None):
+    """Where stiffness or forces would have to differ; places of the region of an unknown cause have a thick edge."""
+    figure, ax = plt.subplots(figsize=(6.2, 3.4), layout="constrained")
+    rows = table_of(values)
+    places, ratio = 1e3 * rows[:, :2], rows[:, 2] / np.maximum(rows[:, 3], 1e-300)
+    radius = 0.42 * nearest_distance(places)
+    image = ax.add_collection(PatchCollection([Circle(place, radius) for place in places], cmap="RdBu_r", edgecolors="#8c8478"))
+    image.set_array(ratio)
+    image.set_clim(-LIMIT, LIMIT)
+    for part in region["parts"] if region and region["of"] == name else []:
+        ax.add_collection(PatchCollection([Circle(place, radius) for place in 1e3 * np.array(part["places_m"])], facecolors="none",
+                                          edgecolors="k", lw=2.2))
+    draw_outline(ax, outline)
+    ax.autoscale_view()
+    ax.set_title(f"{name}: mean over sd")
+    ax.set_xlabel("x [mm]")
+    ax.set_ylabel("y [mm]")
+    figure.colorbar(image, ax=ax, shrink=0.8)
+    return figure
+
+
+def nearest_distance(places):
+    """The usual distance of a place to the nearest other one; 1 for one place."""
+    if len(places) < 2:
+        return 1.0
+    between = np.linalg.norm(places[:, None] - places[None], axis=2)
+    return float(np.median(np.min(between + np.diag(np.full(len(places), np.inf)), axis=1))) or 1.0
 
 
 def draw_evidence(effects):
     """Evidence of all candidates that were tested."""
     tested = sorted((e for e in effects if e["status"] == "tested"), key=lambda e: e["log_evidence"])
-    figure, ax = plt.subplots(figsize=(7, 0.8 + 0.26 * len(tested)), layout="constrained")
+    figure, ax = plt.subplots(figsize=(6.2, 0.8 + 0.24 * len(tested)), layout="constrained")
     values = [e["log_evidence"] for e in tested]
     ax.barh([e["title"] for e in tested], values,
             color=[COLOURS[1] if e["is_measurement"] else COLOURS[0] for e in tested])
     ax.axvline(0, color="k", lw=0.8)
     if values:
         ax.axvline(max(values) - 3, color="k", lw=0.8, ls="--")
+    ax.tick_params(axis="y", labelsize=8)
     ax.set_xlabel("log evidence over the baseline")
     return figure
 
@@ -179,15 +193,15 @@ def draw_folds(validation, loads):
 
 
 def pictures_of(diagnosis, loads, unknown, outline, modes=()):
-    """(name, heading, caption, figure)."""
+    """(name, heading, caption, [(part, figure)])."""
     made = []
     if loads:
         is_extended = diagnosis["extended"]["is_found"]
         which = "at which the cause shows best" if is_extended else "that fit worst"
-        caption = f"For the loads {which}: the measured deformation, and what the baseline leaves of it, in units of its " \
-                  "errors. White is noise; patches of one colour are a shape."
+        caption = f"For the loads {which}: the measured deformation, and what the baseline, the usual model with its parameters " \
+                  "fitted, leaves of it, in units of its errors (sd). White is noise; patches of one colour are a shape."
         if is_extended:
-            caption += " What the cause explains is the difference of both models; what the extended wing leaves should " \
+            caption += " What the cause explains is the difference to the extended wing, which has it; what that leaves should " \
                        "be noise. A shape that is weaker than the noise of one square can still be sure when all loads " \
                        "show it."
         made.append(("residuals", "What the model misses", caption + " The cross marks the force.",
@@ -195,22 +209,40 @@ def pictures_of(diagnosis, loads, unknown, outline, modes=()):
     if modes:
         made.append(("modes", "Natural modes", "Frequencies of the models against the measured ones, with their sd, and for "
                      "each mode the measured shape and what the models leave of it.",
-                     draw_modes(modes, outline, draw_outline, diagnosis["extended"]["is_found"])))
-    made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
-                 "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
-                 "beyond the dashed line is less than 20 times less probable than the first.", draw_evidence(diagnosis["effects"])))
+                     [("", draw_modes(modes, outline, draw_outline, diagnosis["extended"]["is_found"]))]))
+    if any(e["status"] == "tested" for e in diagnosis["effects"]):
+        made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
+                     "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
+                     "beyond the dashed line is less than 20 times less probable than the first.",
+                     [("", draw_evidence(diagnosis["effects"]))]))
     if unknown:
         region = diagnosis["verdict"].get("region")
         made.append(("unknown", "Where on the wing", "If nothing but further forces, or nothing but the stiffness, were "
                      "free all over the wing: where they would have to differ from the baseline, in units of what chance "
                      "does. Pale dots say that no single place stands out."
                      + (" The region of the verdict has thick edges." if region and region["parts"] else ""),
-                     draw_unknown(unknown, outline, region)))
+                     [(name, draw_unknown(name, values, outline, region)) for name, values in sorted(unknown.items())]))
     if diagnosis["validation"]["has_gain"]:
         made.append(("folds", "Loads that the fit has not seen", "Each location was left out with all its levels and "
-                     "predicted from the others. Above zero the extended wing predicts better; the dashed line is the "
-                     "mean.", draw_folds(diagnosis["validation"], loads)))
+                     "predicted from the others. The log density is the natural logarithm of how probable the model makes what was "
+                     "measured there. Above zero the extended wing predicts better; the dashed line is the "
+                     "mean.", [("", draw_folds(diagnosis["validation"], loads))]))
     return made
+
+
+def write_picture(options, name, data):
+    options.pictures.mkdir(parents=True, exist_ok=True)
+    (options.pictures / f"{options.json.stem}_{name}.png").write_bytes(data)
+
+
+def drawn(figure, options, *names):
+    """The figure as PNG, also as a file if the user wants pictures."""
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=130)
+    plt.close(figure)
+    if options.pictures:
+        write_picture(options, "_".join(filter(None, names)), data.getvalue())
+    return data.getvalue()
 
 
 def main():
@@ -226,21 +258,15 @@ def main():
     pictures, flight = [], None
     outline = outline_of(diagnosis, options.json.resolve().parent)
     modes = read_modes(options.json.with_suffix(".h5"), diagnosis)
-    for name, heading, caption, figure in pictures_of(diagnosis, loads, unknown, outline, modes):
-        data = io.BytesIO()
-        figure.savefig(data, format="png", dpi=110)
-        if options.pictures:
-            options.pictures.mkdir(parents=True, exist_ok=True)
-            (options.pictures / f"diagnosis_{name}.png").write_bytes(data.getvalue())
-        plt.close(figure)
-        pictures.append((heading, caption, data.getvalue()))
+    for name, heading, caption, figures in pictures_of(diagnosis, loads, unknown, outline, modes):
+        pictures.append((heading, caption, [drawn(figure, options, name, part) for part, figure in figures]))
     if options.flight:
         flight = flight_section(options.flight)
         if options.pictures:
-            (options.pictures / "diagnosis_flight.png").write_bytes(flight[1])
-    output = options.output or options.json.parent / "report.html"
+            write_picture(options, "flight", flight[1])
+    output = options.output or options.json.with_name(f"{options.json.stem}_report.html")
     try:
-        output.write_text(page(diagnosis, pictures, flight))
+        output.write_text(page(diagnosis, pictures, flight), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{output}: {error}") from None
     print(output)

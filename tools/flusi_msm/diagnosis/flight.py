@@ -7,6 +7,7 @@ from html import escape
 import matplotlib.pyplot as plt
 import numpy as np
 
+from flusi_msm.page_parts import table_html
 from flusi_msm.plots.runs import ROWS, rows_of
 from flusi_msm.results.cycles import PHASES, FlappingRun
 from flusi_msm.style import COLOURS
@@ -47,21 +48,18 @@ def draw_flights(runs):
     return data.getvalue()
 
 
-def table_html(runs, rows):
+def table_of_changes(runs, rows):
     cycle = runs[0][1][0]
     lines = []
     for name, unit, values, _, si, change in rows:
         shown = si or values
-        cells = "".join(f"<td class=number>{value:.4g}</td>" for value in shown)
         number = f"{100 * change:+.1f} %" if np.isfinite(change) else "–"
-        lines.append(f"<tr><td class=name>{escape(name)}{f' [{unit}]' if si and unit else ''}</td>{cells}"
-                     f"<td class=number>{number}</td></tr>")
-    return (f"<table><thead><tr><th>beat {cycle}</th><th class=number>baseline</th><th class=number>extended</th>"
-            "<th class=number>change</th></tr></thead><tbody>" + "".join(lines) + "</tbody></table>")
+        lines.append((f"{escape(name)}{f' [{unit}]' if si and unit else ''}", *(f"{value:.4g}" for value in shown), number))
+    return table_html((f"beat {cycle}", ("baseline", True), ("extended", True), ("change", True)), lines, "flight")
 
 
 def flight_section(folders):
     """(html without the picture, picture) of two folders of runs, baseline first."""
     runs = read_flights(folders)
     rows = rows_of(runs)
-    return f"<p>{escape(sentence_of(rows))}</p>{table_html(runs, rows)}", draw_flights(runs)
+    return f"<p>{escape(sentence_of(rows))}</p>{table_of_changes(runs, rows)}", draw_flights(runs)

@@ -1,54 +1,148 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a diagnosis as one HTML page that needs nothing else: verdict and gain first, then pictures, candidates,
-questions to the residuals, and what to measure next."""
-import base64
+"""The report of a diagnosis as one HTML page that needs nothing else: the verdict in words and how sure it is, then what was
+added to the model, pictures, candidates, questions to the residuals, and what to measure next."""
 import math
+import re
 from html import escape
 
-from flusi_msm.training.report import STYLE
+from flusi_msm.diagnosis.values import Value, in_text, said_of
+from flusi_msm.page_parts import badge, document, figure_html, table_html
 
 CLASSES = {"adequate": "determined", "named": "determined", "consistent_with_set": "roughly",
            "unknown_cause": "failed", "data_insufficient": "unknown"}
 WORDS = {"adequate": "The model is adequate", "named": "The cause has a name",
          "consistent_with_set": "Several causes are possible", "unknown_cause": "A cause that is not in the catalogue",
          "data_insufficient": "Not enough data"}
-SMALL = 0.05  # posterior probability: 3 units of log evidence, the bound of an alias
+SMALL = 0.05  # p below which something was found
+STUDY = ("A study of cases whose causes were hidden from the program has told how often it is right when the odds are these "
+         "(docs/results/blind-tests.md).")
+# What the one probability is of.
+SURE = {"adequate": "that nothing which these data could show is missing from the model",
+        "named": "that this cause is really there",
+        "together": "that these causes are there, and no other",
+        "consistent_with_set": "that one of these causes at least is there",
+        "unknown_cause": "that the cause is none of those in the catalogue"}
+REASONS = {"alias": "Another cause does nearly the same to the wing, so that these data cannot tell them apart.",
+           "not_rejectable": "The data are too weak to exclude a cause that nobody thought of.",
+           "probability": "It is not sure enough for a name.",
+           "no_fit": "The wing could not be fitted with it.",
+           "null_not_excluded": "Its interval holds the value at which it does nothing.",
+           "at_bound": "Its fit stands at the end of the range that was searched.",
+           "no_gain": "With it the model predicts loads that the fit has not seen no better than without."}
 
 
-def probability(p):
-    """A p-value for people."""
+def pretty(text):
+    """Words of the program with the signs of print."""
+    return escape(re.sub(r"(?<=\d )u(?=(m|N|g)\b)", "µ", re.sub(r"\buN m\b", "µN m", text)).replace("m/s^2", "m/s²"))
+
+
+def share(p):
+    """A probability in per cent; never quite 100."""
+    return f"{100 * p:.0f} %" if p < 0.995 else "over 99 %"
+
+
+def power(p):
+    """A p-value in full."""
     if p is None:
         return "–"
     if p >= 1e-3:
         return f"{p:.3f}"
-    return "below 10⁻³⁰⁰" if p <= 0 else f"10<sup>{math.floor(math.log10(p))}</sup>"
+    return "below 10<sup>−300</sup>" if p <= 0 else f"10<sup>{str(math.floor(math.log10(p))).replace('-', '−')}</sup>"
+
+
+def one_in(p):
+    """How rarely chance does something: '1 in 300'."""
+    if p >= 0.1:
+        return f"{100 * p:.0f} of 100"
+    if p >= 1e-5:
+        return f"1 in {float(f'{1 / p:.2g}'):.0f}"
+    return "less than 1 in 10<sup>300</sup>" if p <= 0 else f"less than 1 in 10<sup>{math.floor(-math.log10(p))}</sup>"
+
+
+def titles_of(diagnosis):
+    return {e["name"]: e["title"] for e in diagnosis["effects"]}
+
+
+def is_together(verdict):
+    return verdict["is_together"] or (verdict["word"] == "named" and len(verdict["causes"]) > 1)
+
+
+def lead(diagnosis):
+    """The verdict in one to three sentences."""
+    verdict, word = diagnosis["verdict"], diagnosis["verdict"]["word"]
+    titles = titles_of(diagnosis)
+    if word == "adequate":
+        return "The model explains these data within their errors: chance alone makes differences like those that remain " \
+               f"in {one_in(verdict['global_p'])} experiments."
+    if word == "data_insufficient":
+        return "There are too few data to test anything: more loads or more heights than unknowns are needed."
+    if word == "unknown_cause":
+        return "Something makes the wing differ from the model, and nothing in the catalogue explains it."
+    told = [one.get("finding") or titles.get(one["effect"], one["effect"]) for one in verdict["causes"]]
+    text = " ".join(f"{pretty(one)}." for one in told)
+    if word == "consistent_with_set" and not verdict["is_together"] and len(verdict["set"]) > 1:
+        names = "; ".join(pretty(titles[name]) for name in verdict["set"])
+        text = f"These data cannot tell apart: {names}. If it is the first: {text}"
+    return text
+
+
+def meaning(diagnosis):
+    """What the causes are, in general."""
+    verdict = diagnosis["verdict"]
+    if verdict["word"] not in ("named", "consistent_with_set"):
+        return ""
+    known = {e["name"]: e for e in diagnosis["effects"]}
+    sentences = dict.fromkeys(f"{known[c['effect']]['title'].capitalize()}: {known[c['effect']]['sentence']}"
+                              for c in verdict["causes"] if c["effect"] in known)
+    return "".join(f"<p>{pretty(text)}</p>" for text in sentences)
+
+
+def sureness(diagnosis):
+    """The one probability of the page, what it is of, and why the answer is not more than it is."""
+    verdict, word = diagnosis["verdict"], diagnosis["verdict"]["word"]
+    if word not in SURE:
+        return ""
+    text = f"<b>How sure is that? {share(verdict['probability'])}</b> is the probability " \
+           f"{SURE['together' if is_together(verdict) and word == 'named' else word]}. " + STUDY
+    if word == "named":
+        text += " Of an unknown cause that is as strong the same rules would hardly have said this name."
+    if word == "consistent_with_set":
+        text += " It gets no name of its own: " + REASONS.get(verdict.get("set_because", ""), "other causes are not excluded.")
+        text += " Causes outside the catalogue are not excluded either."
+    return f"<p class=sure>{text}</p>"
+
+
+def hidden_cause(diagnosis):
+    """Why a sum of squares that looks like noise can hide a cause; '' where it does not look so, or nothing was found."""
+    verdict, base = diagnosis["verdict"], diagnosis["baseline"]
+    n, chi2 = base.get("observations", 0), base.get("chi2", 0)
+    if not n or verdict["global_p"] > SMALL or verdict["word"] == "data_insufficient" or chi2 > n + 2 * math.sqrt(2 * n):
+        return ""
+    return (f"<p>The baseline, the usual model with its parameters fitted, has χ² = {chi2:.1f} for {n} numbers, and so looks good. χ² is "
+            "the sum of the squared differences in units of their errors, about one for each number that is only noise. It adds up "
+            "the noise of all numbers, and a cause moves only a few combinations of them: in the sum it drowns, while tests "
+            f"that look along these combinations find it at {verdict['snr']:.0f} times the noise.</p>")
 
 
 def boxes_of(diagnosis):
     """(value, what it is) of the boxes at the top."""
     verdict, validation = diagnosis["verdict"], diagnosis["validation"]
-    boxes = [(probability(verdict["global_p"]), "probability that chance alone makes differences like these (all tests "
-                                                "together)")]
+    if verdict["word"] == "data_insufficient":
+        return []
+    boxes = [(one_in(verdict["global_p"]), "experiments in which chance alone makes differences like these, all tests "
+                                           "together")]
     if verdict["word"] != "adequate":
-        boxes.append((share(verdict["probability"]), "probability of what the verdict says"))
-        boxes.append((f"{verdict['snr']:.1f}", "signal-to-noise ratio of the cause"))
+        boxes.append((f"{verdict['snr']:.1f}", "signal-to-noise ratio: what the cause does to the data over what their "
+                                               "errors do"))
     if validation["has_gain"]:
-        boxes.append((f"{validation['gain_per_location']:.2f} ± {validation['standard_error']:.2f}",
-                      "gain of log probability for a location that the fit has not seen"))
         base, extended = validation["baseline"], validation["extended"]
         n = sum(extended["observations"])
         boxes.append((f"{math.sqrt(sum(base['chi2']) / n):.2f} → {math.sqrt(sum(extended['chi2']) / n):.2f}",
-                      "difference at such locations in units of its errors, before and after"))
+                      "difference at loads that the fit has not seen, in units of its errors, without and with the cause"))
+    band = diagnosis.get("mesh_band", {})
+    if band.get("is_found"):
+        boxes.append((f"{band['snr']:.1f}", "signal-to-noise ratio that the mesh alone would mimic; it is counted as an error"))
     return boxes
-
-
-GRADES = {"A": "one answer, which an unknown cause of the same strength would not have got",
-          "B": "the data agree with this, and other causes are not excluded"}
-
-
-def grade_html(verdict):
-    grade = verdict.get("grade", "")
-    return f"<p>Grade {grade}: {GRADES[grade]}.</p>" if grade in GRADES else ""
 
 
 def unknown_html(verdict):
@@ -59,8 +153,10 @@ def unknown_html(verdict):
                 "scans": "bent scans", "veins": "veins of another stiffness"}[region["of"]]
         parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
                  f"({share(p['share'])})" for p in region["parts"]]
-        text = f"<p>As {what}, it would be " + ("at one place, with these probabilities: " if region["form"] == "one_place"
-                                                else "a field over the wing, with these shares: ") + "; ".join(parts) + ".</p>"
+        text = f"<p>As {what}, it would be " + ("at one place; the share is that of this place among all: "
+                                                if region["form"] == "one_place" else
+                                                "a field over the wing; the shares are of all that stands out: ") \
+            + "; ".join(parts) + ".</p>"
         if region["of"] == "scans":
             text = "<p>It is not on the wing: scans are bent, each in another way, as if the rig bent or the wing kept " \
                    "something of the scan before.</p>"
@@ -68,38 +164,32 @@ def unknown_html(verdict):
             text = f"<p>As {what}, it would be a field over the wing in which no place stands out.</p>"
     if verdict.get("related"):
         text += "<p>Related, but not sufficient: " + "; ".join(
-            f"{escape(one['name'])} ({share(one['explained'])} of the misfit)" for one in verdict["related"]) + ".</p>"
+            f"{pretty(one['name'])} ({share(one['explained'])} of the misfit)" for one in verdict["related"]) + ".</p>"
     return text
 
 
 def extension(diagnosis):
-    """What was added to the model, with intervals if there are any: what leaves most of the misfit has none."""
+    """What was added to the model: value, interval and sentence of each parameter, no value of one that is not determined."""
     extended = diagnosis["extended"]
     before = {one["name"] for one in diagnosis["baseline"]["parameters"]}
     intervals = {one["name"]: one for one in extended.get("intervals_90", [])}
+    sentences = {one["name"]: one["sentence"] for one in extended.get("findings", [])}
+    is_too_little = not intervals and diagnosis["verdict"]["word"] == "unknown_cause"
     rows = []
     for parameter in extended.get("parameters", []):
-        name, value = parameter["name"], parameter["value"]
-        if name in before:
+        if parameter["name"] in before:
             continue
-        interval = "not sought"
-        if "intervals_90" not in extended and diagnosis["verdict"]["word"] == "unknown_cause":
-            interval = "none, as this explains too little"
-        if name in intervals:
-            one = intervals[name]
-            lower, value, upper = one["lower_best_upper"]
-            interval = (f"{lower:.4g} to {upper:.4g}" if one["has_lower"] and one["has_upper"] else
-                        f"more than {lower:.4g} (95 %)" if one["has_lower"] else
-                        f"less than {upper:.4g} (95 %)" if one["has_upper"] else "the data set no end")
-            jumps = [end for end in ("lower", "upper") if one.get(f"{end}_is_jump")]
-            if jumps:
-                interval += f"; the shape of the wing jumps at the {' and the '.join(jumps)} end"
-        rows.append(f"<tr><td class=name>{escape(name)}</td><td class=number>{value:.4g}</td>"
-                    f"<td class=number>{interval}</td></tr>")
+        value = Value.of(parameter, intervals.get(parameter["name"]))
+        words = sentences.get(parameter["name"], "")
+        if is_too_little:
+            words = "It explains too little for an interval."
+        rows.append((escape(value.label), escape("–" if is_too_little else value.shown()), escape(value.interval()),
+                     badge(value.kind, value.word()), pretty(words)))
     if not rows:
         return ""
-    return ("<h2>What was added to the model</h2><table><thead><tr><th>parameter</th><th class=number>value</th>"
-            "<th class=number>90 % interval</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>")
+    return ("<h2>What was added to the model</h2><p>A 90 % interval holds the true value in nine of ten experiments, if model and "
+            "errors are right; all other parameters were fitted again at each of its ends.</p>"
+            + table_html(("parameter", ("value", True), ("90 % interval", True), "verdict", "in words"), rows, "added"))
 
 
 def alternatives(diagnosis):
@@ -108,98 +198,112 @@ def alternatives(diagnosis):
     if verdict["word"] != "consistent_with_set" or verdict["is_together"]:
         return ""
     known = {e["name"]: e for e in diagnosis["effects"]}
-    rows = [f"<tr><td class=name>{escape(known[name]['title'])}</td><td class=number>{share(known[name]['posterior'])}</td>"
-            f"<td>{escape(known[name]['sentence'])}</td></tr>" for name in verdict["set"]]
-    note = ""
-    if verdict["set_because"] == "alias" and min(known[name]["posterior"] for name in verdict["set"]) < SMALL:
-        note = ("<p>What is improbable here stays a candidate: if the other parameters may have any value, it does nearly what "
-                "the first cause does. Only what was known of them beforehand, or chance, speaks against it.</p>")
-    return ("<h2>What these data cannot tell apart</h2><table><thead><tr><th>cause</th><th class=number>alone, with "
-            "probability</th><th>in words</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>" + note)
+    first = {c["effect"] for c in verdict["causes"]}
+    rows = []
+    for name in verdict["set"]:
+        found = pretty(known[name].get("finding", "")) or "It was not fitted alone."
+        rows.append((pretty(known[name]["title"]), badge("roughly", "fits best") if name in first
+                     else badge("open", "cannot be excluded"), pretty(known[name]["sentence"]), found))
+    note = ("<p>What fits worse stays a candidate if it does nearly the same to the wing as the first: only what was assumed of "
+            "other parameters beforehand, or chance, speaks against it. Another measurement decides, see the end of this page.</p>"
+            if len(rows) > 1 else "")
+    return ("<h2>What these data cannot tell apart</h2>"
+            + table_html(("cause", "standing", "in words", "what it would be"), rows, "set") + note)
 
 
 def shifts(diagnosis):
-    """What the usual parameters become if the model has the cause; '' if it was not extended."""
+    """What the usual parameters become if the model has the cause; '' if it was not extended. What the data do not determine
+    has no value."""
     if not diagnosis["extended"]["is_found"]:
         return ""
     before = {p["name"]: p for p in diagnosis["baseline"]["parameters"]}
-    rows = [f"<tr><td class=name>{escape(p['name'])}</td><td class=number>{before[p['name']]['value']:.4g}</td>"
-            f"<td class=number>{p['value']:.4g}</td><td>{escape(p['unit'])}</td></tr>"
-            for p in diagnosis["extended"]["parameters"] if p["name"] in before]
-    return ("<h2>What becomes of the other parameters</h2><table><thead><tr><th>parameter</th><th class=number>without the "
-            "cause</th><th class=number>with it</th><th>unit</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>")
+    rows = []
+    for parameter in diagnosis["extended"]["parameters"]:
+        if parameter["name"] not in before:
+            continue
+        first, second = before[parameter["name"]], parameter
+        rows.append((escape(Value.of(second).label), escape(said_of(first)), escape(said_of(second))))
+    return ("<h2>What becomes of the other parameters</h2><p>A value with its 90 % error by the curvature of the fit; "
+            "“not determined” where the data say less about it than was assumed before, or leave a range of ten times.</p>"
+            + table_html(("parameter", ("without the cause", True), ("with it", True)), rows, "shifts"))
+
+
+def standing(effect, diagnosis):
+    """(class, words) of an entry of the catalogue in this verdict."""
+    verdict = diagnosis["verdict"]
+    if effect["status"] != "tested":
+        return ("unknown", "cannot be seen" if effect["status"] == "absorbed" else "not testable")
+    if verdict["word"] in ("named", "consistent_with_set"):
+        if effect["name"] in {c["effect"] for c in verdict["causes"]}:
+            return ("determined" if verdict["word"] == "named" else "roughly", "the cause" if verdict["word"] == "named" else "fits best")
+        if effect["name"] in verdict["set"]:
+            return ("roughly", "cannot be excluded")
+    if effect["name"] in {one["effect"] for one in verdict.get("related", [])}:
+        return ("open", "related, not sufficient")
+    if effect["p"] > SMALL:
+        return ("open", "not needed")
+    return ("open", "explains less") if verdict["word"] != "adequate" else ("open", "not needed")
 
 
 def smallest(effect):
     """From which strength on the data would show an effect."""
-    found = [f"{name} {value:.3g}" for name, value in zip(effect["parameters"], effect["detectable"])
+    if "shows_from" in effect:
+        return pretty(effect["shows_from"]) or "at no strength"
+    found = [in_text(name, value) for name, value in zip(effect["parameters"], effect["detectable"])
              if value is not None and 0 < value < 1e30]
     return escape("; ".join(found)) or "–"
 
 
-def candidates(effects):
-    """All entries of the catalogue, the most probable first."""
+def candidates(diagnosis):
+    """All entries of the catalogue, the most probable first, and their tests in numbers."""
     order = {"tested": 0, "absorbed": 1, "not_testable": 2}
-    rows = []
-    for e in sorted(effects, key=lambda e: (order[e["status"]], -(e.get("log_evidence") or 0))):
+    rows, numbers = [], []
+    for e in sorted(diagnosis["effects"], key=lambda e: (order[e["status"]], -(e.get("log_evidence") or 0))):
+        where = f" ({pretty(e['variant'])})" if e.get("variant") else ""
+        missing = "too few data" if diagnosis["verdict"]["word"] == "data_insufficient" and e["status"] == "absorbed" else \
+            "other values of the baseline's parameters do the same" if e["status"] == "absorbed" else e["missing"]
+        rows.append((pretty(e["title"]) + where, badge(*standing(e, diagnosis)),
+                     smallest(e) if e["status"] == "tested" else pretty(missing), pretty(e["sentence"])))
         if e["status"] == "tested":
-            cells = (f"<td class=number>{probability(e['local_p'])}</td><td class=number>{probability(e['p'])}</td>"
-                     f"<td class=number>{share(e['posterior'])}</td><td class=number>{e['retained']:.2f}</td>"
-                     f"<td>{smallest(e)}</td>")
-            where = f" ({escape(e['variant'])})" if e["variant"] else ""
-        else:
-            word = "absorbed by the baseline" if e["status"] == "absorbed" else f"not testable: {e['missing']}"
-            cells, where = f"<td colspan=5>{escape(word)}</td>", ""
-        rows.append(f"<tr><td class=name>{escape(e['title'])}{where}</td>{cells}<td>{escape(e['sentence'])}</td></tr>")
-    return ("<h2>All candidates</h2><div class=scroll><table><thead><tr><th>cause</th><th class=number>local p</th>"
-            "<th class=number>p with its positions</th><th class=number>alone, with probability</th>"
-            "<th class=number>seen beside baseline</th><th>found with 90 % from</th><th>in words</th></tr></thead><tbody>"
-            + "\n".join(rows) + "</tbody></table></div>")
+            numbers.append((pretty(e["title"]) + where, power(e["local_p"]), power(e["p"]), f"{100 * e['retained']:.0f} %",
+                            f"{e['log_evidence']:.1f}"))
+    detail = ("<details><summary>The tests of the candidates in numbers</summary><p>p: how often chance alone makes a cause look at "
+              "least so good, at this position, and at the best of all positions that were tried. Seen: how much of what it does "
+              "the baseline cannot imitate by other values of its parameters. Evidence: the natural logarithm of how much more "
+              "probable it makes the data than the baseline alone.</p>"
+              + table_html(("cause", ("p here", True), ("p anywhere", True), ("seen", True), ("evidence", True)), numbers,
+                           "tests") + "</details>" if numbers else "")
+    return ("<h2>All candidates</h2><p>The catalogue of what may be wrong with the model or the measurement. “Would show "
+            "from” is the smallest strength that these data would show in nine of ten experiments.</p>"
+            + table_html(("cause", "standing", "would show from, or what is missing", "in words"), rows, "candidates") + detail)
 
 
 def questions(diagnosis):
-    rows = [f"<tr><td class=name>{escape(q['name'])}</td><td class=number>{probability(q['p'])}</td>"
-            f"<td>{escape(q['sentence'])}</td></tr>" for q in diagnosis["questions"]]
-    return ("<h2>Plain questions to what the baseline leaves</h2><table><tbody>" + "".join(rows) + "</tbody></table>"
-            if rows else "")
+    rows = [(pretty(q["name"]), power(q["p"]), pretty(q["sentence"])) for q in diagnosis["questions"]]
+    return ("<h2>Plain questions to what the baseline leaves</h2><p>p is how often noise alone would answer so clearly; below 0.01 "
+            "the answer counts.</p>" + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
 
 
 def next_measurement(diagnosis):
     if not diagnosis["next_measurements"]:
         return ""
-    rows = [f"<tr><td class=name>{escape(n['repeat'])}</td><td class=number>{n['separation_sd']:.2f} sd</td></tr>"
-            for n in diagnosis["next_measurements"][:5]]
-    return ("<h2>What to measure next</h2>" + rivals(diagnosis) + "<p>By how much the first cause differs from the nearest "
-            "of all others with one of these loads once more:</p><table><tbody>" + "".join(rows) + "</tbody></table>"
-            + new_loads(diagnosis.get("new_loads", [])))
+    rows = [(pretty(f"once more: {n['repeat']}"), f"{n['separation_sd']:.1f} sd") for n in diagnosis["next_measurements"][:5]]
+    for n in diagnosis.get("new_loads", [])[:5]:
+        way = "up" if n["direction"][2] >= 0 else "down"
+        rows.append((f"push {way} at ({1e3 * n['place_m'][0]:.2f}, {1e3 * n['place_m'][1]:.2f}) mm with "
+                     f"{1e3 * n['force_n']:.3g} mN", f"{n['separation_sd']:.1f} sd"))
+    rows.sort(key=lambda row: -float(row[1].split()[0]))
+    return ("<h2>What to measure next</h2>" + rivals(diagnosis) + "<p>By how much the first cause differs from the nearest of all "
+            "others with one of these loads more. One sd is the size of a usual error: below 2 sd causes cannot be told apart, "
+            "above 3 they can.</p>" + table_html(("load", ("it then differs by", True)), rows, "next"))
 
 
 def rivals(diagnosis):
-    titles = {e["name"]: e["title"] for e in diagnosis["effects"]}
-    near = [f"{escape(titles[r['effect']])}{' (' + escape(r['variant']) + ')' if r['variant'] else ''} by "
-            f"{r['separation_now_sd']:.2f} sd" for r in diagnosis.get("rivals", [])[:4]]
-    return ("<p>What others can imitate of the first cause is taken from it; it then differs from " + ", from ".join(near)
-            + ". Below 2 sd they cannot be told apart, above 3 they can.</p>" if near else "")
-
-
-def new_loads(loads):
-    rows = [f"<tr><td class=number>{1e3 * n['place_m'][0]:.2f}</td><td class=number>{1e3 * n['place_m'][1]:.2f}</td>"
-            f"<td class=number>{1e3 * n['force_n'] * (1 if n['direction'][2] >= 0 else -1):.4g}</td>"
-            f"<td class=number>{n['separation_sd']:.2f} sd</td></tr>" for n in loads[:5]]
-    return ("<p>With one load at a new place:</p><table><thead><tr><th>x [mm]</th><th>y [mm]</th><th>force, up [mN]</th>"
-            "<th>it differs by</th></tr></thead><tbody>" + "".join(rows) + "</tbody></table>" if rows else "")
-
-
-def figure_html(picture):
-    heading, caption, data = picture
-    code = base64.b64encode(data).decode()
-    return (f"<h2>{escape(heading)}</h2><figure><img alt=\"{escape(heading)}\" src=\"data:image/png;base64,{code}\">"
-            f"<figcaption>{escape(caption)}</figcaption></figure>")
-
-
-def share(p):
-    """A probability in per cent; never quite 100."""
-    return f"{100 * p:.0f} %" if p < 0.995 else "over 99 %"
+    titles = titles_of(diagnosis)
+    near = [f"{pretty(titles[r['effect']])}{' (' + pretty(r['variant']) + ')' if r['variant'] else ''} by "
+            f"{r['separation_now_sd']:.1f} sd" for r in diagnosis.get("rivals", [])[:4]]
+    return ("<p>What others can imitate of the first cause is taken from it; it now differs from " + ", from ".join(near)
+            + ".</p>" if near else "")
 
 
 def flight_html(flight):
@@ -208,50 +312,52 @@ def flight_html(flight):
         return ""
     text, picture = flight
     return f"<h2>What it changes in flight</h2>{text}" + figure_html(
-        ("", "Lift, drag and aerodynamic power over the last beat.", picture)).replace("<h2></h2>", "")
+        ("", "Lift, drag and aerodynamic power over the last beat.", picture))
 
 
-def page(diagnosis, pictures, flight=None):
-    """The whole page."""
-    verdict = diagnosis["verdict"]
-    boxes = "".join(f"<li><b>{value}</b><span>{escape(what)}</span></li>" for value, what in boxes_of(diagnosis))
-    sentences = [e["sentence"] for c in verdict["causes"] for e in diagnosis["effects"]
-                 if e["name"] == c["effect"] and verdict["word"] in ("named", "consistent_with_set")]
-    warning = diagnosis["noise"]["warning"]
-    tails = diagnosis["noise"].get("heavy_tails")  # files of earlier versions have none
+def warnings_of(diagnosis):
+    noise = diagnosis["noise"]
+    warning, tails = noise["warning"], noise.get("heavy_tails")  # files of earlier versions have none
     if tails and tails["is_found"]:
         least, most = tails["share_90"]
         warning = ". ".join(filter(None, (warning, f"{tails['heights_left_out']} of {tails['heights_tested']} heights stand out "
                                           f"from those around them ({100 * least:.2g} to {100 * most:.2g} % do) and were left "
                                           f"out. {tails['sentence'].rstrip('.')}")))
-    return f"""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Diagnosis</title><style>{STYLE}</style></head><body>
-<h1>{escape(WORDS[verdict["word"]])} <span class="verdict {CLASSES[verdict["word"]]}">{escape(verdict["word"])}</span></h1>
-<p><b>{escape(verdict["sentence"])}.</b> {escape(" ".join(sentences))}</p>
-{grade_html(verdict)}{unknown_html(verdict)}
+    return f"<div class=warnings>{pretty(warning)}.</div>" if warning else ""
+
+
+GLOSSARY = """<h2>How to read this</h2>
+<dl>
+<dt>Baseline</dt><dd>The usual model of the wing, with those parameters fitted that the input asks for, and nothing of the
+catalogue. The extended wing is the same with the causes of the verdict.</dd>
+<dt>sd</dt><dd>Standard deviation, the size of a usual error. Nine of ten errors are below 1.6 sd.</dd>
+<dt>Why a good χ² can hide a cause</dt><dd>χ² adds up the squared differences of all numbers, each about one if it is noise. A
+cause moves only a few combinations of the numbers. Tests that look along these find it when the sum is still good.</dd>
+<dt>Probability</dt><dd>It holds if one of the hypotheses is true: nothing, an entry of the catalogue, several together, or an
+unknown smooth cause.</dd>
+</dl>"""
+
+
+def page(diagnosis, pictures, flight=None):
+    """The whole page. `pictures` are (heading, caption, png bytes or a list of them)."""
+    verdict = diagnosis["verdict"]
+    boxes = "".join(f"<li><b>{value}</b><span>{escape(what)}</span></li>" for value, what in boxes_of(diagnosis))
+    return document(f"Diagnosis: {WORDS[verdict['word']]}", f"""<h1>{escape(WORDS[verdict["word"]])} {
+        badge(CLASSES[verdict["word"]], verdict["word"].replace("_", " "))}</h1>
+<p class=lead>{lead(diagnosis)}</p>
+{meaning(diagnosis)}{unknown_html(verdict)}
+{sureness(diagnosis)}
 <p class=quiet>Wing {escape(diagnosis["wing"])}, measured in {escape(diagnosis["measurement"])}.</p>
-<ul class=numbers>{boxes}</ul>
-{f'<div class=warnings>{escape(warning)}.</div>' if warning else ''}
+{f"<ul class=numbers>{boxes}</ul>" if boxes else ""}
+{hidden_cause(diagnosis)}
+{warnings_of(diagnosis)}
 {alternatives(diagnosis)}
 {extension(diagnosis)}
 {shifts(diagnosis)}
 {flight_html(flight)}
 {"".join(figure_html(picture) for picture in pictures)}
-{candidates(diagnosis["effects"])}
+{candidates(diagnosis)}
 {questions(diagnosis)}
 {next_measurement(diagnosis)}
-<h2>How to read this</h2>
-<dl>
-<dt>local p, p</dt><dd>How often chance alone makes a cause look at least so good: at this position, and at the best of all
-positions that were tried. With many causes one of them looks good by chance; the number at the top allows for it.</dd>
-<dt>seen beside baseline</dt><dd>How much of what a cause does to the deformations the baseline cannot imitate by other
-values of its parameters. Below 0.05 a cause is absorbed.</dd>
-<dt>found with 90 % from</dt><dd>The change of a parameter that these data would show in nine of ten experiments; in units of the
-parameter, of its natural logarithm for stiffnesses.</dd>
-<dt>probability</dt><dd>Holds if one of the hypotheses is true: nothing, an entry of the catalogue, several, or an unknown
-smooth cause.</dd>
-</dl>
-<p class=quiet>{escape(diagnosis["program"])}, seed {diagnosis["seed"]}.</p>
-</body></html>
-"""
+{GLOSSARY}
+<p class=quiet>{escape(diagnosis["program"])}, seed {diagnosis["seed"]}.</p>""")

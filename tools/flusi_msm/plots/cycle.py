@@ -14,7 +14,7 @@ import numpy as np
 
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.results.cycles import PHASES, QUANTITIES, FlappingRun
-from flusi_msm.style import COLOURS, save, use_style
+from flusi_msm.style import COLOURS, name_of, save, use_style
 
 PANELS = (("lift", ()), ("drag", ()), ("aerodynamic power", ("inertial power",)))
 NORMALS = {"lift": r"lift / $\rho R^4 f^2$", "drag": r"drag / $\rho R^4 f^2$",
@@ -195,7 +195,8 @@ def main():
     parser.add_argument("--wind", default="x", choices=("x", "y", "-x", "-y"), help="direction of the mean flow "
                         "and of positive drag (default x); lift is z")
     parser.add_argument("--csv", help="write the curves and means into this file, too")
-    parser.add_argument("-o", "--output", help="picture to write (default: cycle.png in the first folder)")
+    parser.add_argument("-o", "--output", help="picture to write (default: cycle.png in the first folder, with "
+                        "the names of several runs and the cycles that were asked for)")
     a = parser.parse_args()
     if a.frequency <= 0:
         raise InputError("--frequency must be positive")
@@ -209,7 +210,9 @@ def main():
     print_means(runs)
     if a.csv:
         write_csv(a.csv, runs)
-    draw(runs, a.output or Path(a.folders[0]) / "cycle.png")
+    others = [run.name for run, _, _ in runs] if len(runs) > 1 else []
+    name = name_of("cycle", *others, a.cycles if a.cycles != "last" else "")
+    draw(runs, a.output or Path(a.folders[0]) / f"{name}.png")
 
 
 def command() -> None:

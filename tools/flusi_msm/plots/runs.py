@@ -10,6 +10,7 @@ import numpy as np
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.plots.cycle import draw, span
 from flusi_msm.results.cycles import FlappingRun
+from flusi_msm.style import name_of
 
 ROWS = ("lift", "drag", "aerodynamic power")
 
@@ -89,7 +90,8 @@ def main():
     parser.add_argument("--labels", default="rigid,flexible", help="names of the runs (default rigid,flexible)")
     parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time (default 1)")
     parser.add_argument("--wind", default="x", choices=("x", "y", "-x", "-y"), help="as in plot_cycle")
-    parser.add_argument("-o", "--output", help="stem of the files written (default: comparison in FLEXIBLE)")
+    parser.add_argument("-o", "--output", help="stem of the files written (default: comparison_RIGID in FLEXIBLE, with the cycles that were "
+                        "asked for)")
     a = parser.parse_args()
     labels = [label.strip() for label in a.labels.split(",")]
     if len(labels) != 2:
@@ -101,7 +103,7 @@ def main():
     rows = rows_of(runs)
     text = text_of(runs, rows)
     print(text)
-    stem = Path(a.output or Path(a.flexible) / "comparison")
+    stem = Path(a.output or Path(a.flexible) / name_of("comparison", runs[0][0].name, a.cycles if a.cycles != "last" else ""))
     try:
         stem.with_suffix(".txt").write_text(text, encoding="utf-8")
     except OSError as error:

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 
 from flusi_msm.errors import run_command
 from flusi_msm.results.files import InputError, read_series
-from flusi_msm.style import COLOURS, save, use_style
+from flusi_msm.style import COLOURS, name_of, save, use_style
 
 # What each known file shows: one panel per entry, as (label of the axis, column numbers).
 PANELS = {
@@ -118,10 +118,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.t")
     parser.add_argument("--columns", help="names of columns, separated by commas")
-    parser.add_argument("-o", "--output", help="picture to write (default: beside the first file)")
+    parser.add_argument("-o", "--output", help="picture to write (default: beside the first file, named after all files and columns)")
     arguments = parser.parse_args()
     wanted = [name.strip() for name in (arguments.columns or "").split(",") if name.strip()]
-    draw(arguments.files, wanted, arguments.output or Path(arguments.files[0]).with_suffix(".png"))
+    first = Path(arguments.files[0])
+    name = name_of(*dict.fromkeys(Path(path).stem for path in arguments.files), *wanted)
+    draw(arguments.files, wanted, arguments.output or first.with_name(f"{name}.png"))
 
 
 def command() -> None:

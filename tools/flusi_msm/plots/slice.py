@@ -14,7 +14,7 @@ from mpl_toolkits.axes_grid1 import make_axes_locatable
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.results.files import Field, Snapshot, choose_snapshot, derivative_on_plane, field_path, fields_in, has_field, load_field
 from flusi_msm.results.section import draw_sections, parse_section
-from flusi_msm.style import save, use_style
+from flusi_msm.style import name_of, save, use_style
 
 AXES = "xyz"
 VELOCITY = ("ux", "uy", "uz")
@@ -87,6 +87,7 @@ def colour_range(values, outside, quantity, limit):
 def draw(snapshot, quantity, plane, index, position, limit, out):
     labels = fields_in(snapshot.folder)[snapshot.label]
     reference = load_field(snapshot, quantity if quantity in labels else sorted(labels)[0])
+    is_middle = index is None and position is None
     axis, index = choose_plane(reference, plane, index, position)
     quantity = quantity or f"vor{AXES[axis]}"
     values = values_on_plane(snapshot, quantity, axis, index)
@@ -120,7 +121,8 @@ def draw(snapshot, quantity, plane, index, position, limit, out):
                           extend=extent_of(values[mask < 0.5], low, high))
     bar.set_label(SYMBOLS.get(quantity, quantity))
     bar.outline.set_linewidth(0.6)
-    save(figure, out or snapshot.folder / f"{quantity}_{snapshot.label}_{AXES[axis]}.png")
+    name = name_of(quantity, snapshot.label, AXES[axis], "" if is_middle else index)
+    save(figure, out or snapshot.folder / f"{name}.png")
 
 
 def picture_size(ratio):

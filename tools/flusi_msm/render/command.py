@@ -4,7 +4,10 @@ the one nearest to a time, or of all. Uses vorabs, or else vorx, vory, vorz, or 
 of wing_left_<label>.h5, wing_right_<label>.h5 and body_<label>.h5, or else the surface of the mask. Over a flexible wing its rigid twin is
 drawn, where the wing would be if it did not bend; --wings draws wings and twins without vortices."""
 import argparse
+import io
 import sys
+import tempfile
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import matplotlib
@@ -18,6 +21,7 @@ from matplotlib.patches import Patch
 
 from flusi_msm.errors import run_command
 from flusi_msm.render.isosurface import iso_surface
+from flusi_msm.render.movie import choose_movie, write_movie
 from flusi_msm.render.renderers import Camera, Surface, choose_renderer
 from flusi_msm.render.wing_surface import load_body, surfaces_of
 from flusi_msm.results.files import (
@@ -30,7 +34,7 @@ from flusi_msm.results.files import (
     snapshot_times,
 )
 from flusi_msm.results.flow import VELOCITY, VORTICITY, every, vorticity_files, vorticity_magnitude
-from flusi_msm.style import save, use_style
+from flusi_msm.style import name_of, save, use_style
 
 LEVELS = (100.0, 150.0, 200.0)  # of the paper, in units of the wing beat frequency
 COLOURS = ("#8ec7e8", "#1f4e9e", "#d7301f")  # light blue, dark blue, red
@@ -206,6 +210,9 @@ def main():
     which.add_argument("--label", help="the snapshot of this label, like 000500")
     which.add_argument("--all", action="store_true", help="a picture of every snapshot, with the "
                        "levels of the last and one camera")
+    which.add_argument("--movie", action="store_true", help="a movie of every snapshot, as with --all: .mp4 by ffmpeg where it is "
+                       "found, else .gif")
+    parser.add_argument("--rate", type=float, default=10.0, help="pictures per second of a movie (default 10)")
     parser.add_argument("--levels", help="levels of the vorticity, separated by commas (default: 100,150,200 times the "
                         "frequency where the flow reaches them, else from the data)")
     parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time of the run "
@@ -217,14 +224,17 @@ def main():
     parser.add_argument("--wings", action="store_true", help="draw wings and body only")
     parser.add_argument("--no-twin", action="store_true", help="do not draw the rigid twins of flexible wings")
     parser.add_argument("--with", dest="renderer", choices=("auto", "pyvista", "numpy"), default="auto")
-    parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures "
-                        "(default: beside the data)")
+    parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures, with "
+                        "--movie the movie (default: beside the data, render_LABEL.png, with _wings and the view where they were asked "
+                        "for; movie.mp4 or movie.gif)")
     a = parser.parse_args()
     view = view_of(a.view)
     if a.label is not None and not a.label.isdigit():
         raise InputError(f"--label takes digits like 000500, not '{a.label}'")
     if (a.stride is not None and a.stride < 1) or a.frequency <= 0:
         raise InputError("--stride and --frequency must be positive")
+    if not 0 < a.rate <= 100:
+        raise InputError("--rate takes up to 100 pictures per second")
     if not 100 <= a.height <= 10000:
         raise InputError("--height takes 100 to 10000 pixels")
     try:
@@ -234,9 +244,10 @@ def main():
     if levels and levels[0] <= 0:
         raise InputError("--levels must be positive")
 
+    movie = choose_movie(a.folder, a.output) if a.movie else None
     labels = drawable(a.folder)
     if a.time is None and a.label is None:
-        chosen = [Snapshot(a.folder, label) for label in (labels if a.all else labels[-1:])]
+        chosen = [Snapshot(a.folder, label) for label in (labels if a.all or a.movie else labels[-1:])]
     else:
         chosen = [choose_snapshot(a.folder, a.time, a.label)]
     last = Scene(chosen[-1], a.stride, not a.no_twin)
@@ -254,13 +265,19 @@ def main():
     print(("wings only" if a.wings else what) + f"; {note}" + (f"; every {last.stride}. point" if last.stride > 1 else ""))
     if a.all and a.output:
         a.output.mkdir(parents=True, exist_ok=True)
-    for snapshot in chosen:
-        scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride, not a.no_twin)
-        name = f"render_{snapshot.label}.png"
-        out = (a.output or a.folder) / name if a.all else a.output or a.folder / name
-        compose(render(scene.surfaces(levels), camera, a.height), scene, levels, camera, out)
-        if not scene.wings and not scene.body:
-            print(f"note: no wing surfaces and no mask at {snapshot.label}", file=sys.stderr)
+    with tempfile.TemporaryDirectory() as place:
+        drawn = []
+        for snapshot in chosen:
+            scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride, not a.no_twin)
+            name = name_of("render", snapshot.label, "wings" if a.wings else "", a.view if a.view != "perspective" else "") + ".png"
+            drawn.append(Path(place) / name if a.movie else
+                         (a.output or a.folder) / name if a.all else a.output or a.folder / name)
+            with redirect_stdout(io.StringIO() if a.movie else sys.stdout):
+                compose(render(scene.surfaces(levels), camera, a.height), scene, levels, camera, drawn[-1])
+            if not scene.wings and not scene.body:
+                print(f"note: no wing surfaces and no mask at {snapshot.label}", file=sys.stderr)
+        if a.movie:
+            write_movie(drawn, movie, a.rate)
 
 
 def command() -> None:

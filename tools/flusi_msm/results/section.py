@@ -7,7 +7,7 @@ from matplotlib.collections import LineCollection
 from flusi_msm.render.wing_surface import SIDES, UPPER_SIDE, load_surface
 from flusi_msm.results.files import InputError, has_field, load_field
 from flusi_msm.results.flow import at_points, vorticity_at
-from flusi_msm.style import save, use_style
+from flusi_msm.style import name_of, save, use_style
 
 DEFAULT_FRACTIONS = (0.25, 0.5, 0.75)
 MOST_POINTS = 400  # along the chord
@@ -87,7 +87,8 @@ def draw_sections(snapshot, side, fractions, limit, out):
                           extend=extend[bool(sample.min() < -limit), bool(sample.max() > limit)])
     bar.set_label(r"$\omega \cdot e_\mathrm{span}$ [1/T]")
     bar.outline.set_linewidth(0.6)
-    save(figure, out or snapshot.folder / f"section_{side}_{snapshot.label}.png")
+    places = "" if tuple(fractions) == DEFAULT_FRACTIONS else ",".join(f"{fraction:g}" for fraction in fractions)
+    save(figure, out or snapshot.folder / f"{name_of('section', side, snapshot.label, places)}.png")
     for section in sections:
         values = section.outside()
         print(f"span {section.fraction:g}: spanwise vorticity {values.min():.4g} to {values.max():.4g}, "

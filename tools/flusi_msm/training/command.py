@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a training of msm_train and collects everything in one page, report.html, which needs no other file: what the
+"""Draws a training of msm_train and collects everything in one page, NAME_report.html, which needs no other file: what the
 measurements say about every parameter, convergence, intervals, profiles, and for every load the measured and the
 simulated deformation and their difference.
 
@@ -81,7 +81,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="RUN_FOLDER", help="where msm_train ran, or a NAME_history.h5")
     parser.add_argument("--name", metavar="NAME", help="which training, if the folder holds several")
-    parser.add_argument("-o", "--output", metavar="HTML", help="page to write (default: report.html in the folder)")
+    parser.add_argument("-o", "--output", metavar="HTML", help="page to write (default: NAME_report.html in the folder)")
     parser.add_argument("--pictures", metavar="FOLDER", help="write the pictures there too, as NAME_<picture>.png")
     parser.add_argument("--wing", metavar="WING", help="wing file to draw, if it has moved")
     options = parser.parse_args()
@@ -96,7 +96,7 @@ def main():
         pictures.append((heading, caption, png))
         if options.pictures:
             write(Path(options.pictures) / f"{training.name}_{name}.png", png)
-    write(Path(options.output) if options.output else path.parent / "report.html", page(training, pictures).encode())
+    write(Path(options.output) if options.output else path.parent / f"{training.name}_report.html", page(training, pictures).encode())
 
 
 def command() -> None:

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters of a diagnosis as text: with units and errors, and without a value where the data determine none."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from flusi_msm.training.run import Interval, Parameter, in_words
+
+SIGMA_90 = 1.6448536269514722  # of a normal distribution, two-sided 90 %
+WORDS = {"determined": "determined", "roughly": "roughly known", "lower": "only a lower limit", "upper": "only an upper limit",
+         "open": "not determined", "unknown": "no interval"}
+NAMES = {"E": "E of all veins", "E_gradient": "E toward the tip, logarithm", "D": "bending stiffness D of the membrane",
+         "added_mass": "air that moves with the wing, over strip theory", "point_mass": "mass at one place",
+         "force_gain": "gain of the forces", "force_offset": "added force", "height_scale": "scale of the heights",
+         "root_flap": "root: flapping per moment", "root_twist": "root: twisting per moment", "soft": "stiffness at one place, factor",
+         "damage": "stiffness of the region, factor", "torsion": "stiffness of veins against twist over bend",
+         "diameter_exponent": "exponent of the diameter", "vein_mass": "mass of the veins, factor",
+         "membrane_mass": "mass of the membrane, factor", "membrane_gradient": "mass of the membrane toward the tip, logarithm",
+         "one_way": "stiffness upward over downward,", "hardening": "hardening of joint"}
+
+
+def label_of(name):
+    """For people."""
+    kind, _, rest = name.partition(":")
+    known = {"joint": "joint", "E": "E of vein", "zero": "zero of"}
+    if rest:
+        return f"{known.get(kind, NAMES.get(kind, kind))} {rest}"
+    return NAMES.get(name, name.replace("_", " "))
+
+
+def grams(unit, value):
+    """Masses in grams, whose prefixes people know."""
+    return ("g", 1e3 * value) if unit == "kg" else (unit, value)
+
+
+def in_text(name, value):
+    return f"{label_of(name)} {value:.3g}"
+
+
+@dataclass
+class Value:
+    """A parameter with its interval, if one was sought."""
+    label: str
+    parameter: Parameter
+
+    @classmethod
+    def of(cls, facts, interval=None):
+        unit, value = grams(facts["unit"], facts["value"])
+        made = Parameter(facts["name"], unit, 1.0 if facts.get("is_log") else -np.inf, np.inf, value)
+        if interval is not None:
+            ends = [np.nan if end is None else grams(facts["unit"], end)[1] for end in interval["lower_best_upper"]]
+            made.interval = Interval(*ends, interval["has_lower"], interval["has_upper"])
+        return cls(label_of(facts["name"]), made)
+
+    @property
+    def kind(self):
+        """A class of the badge."""
+        return self.parameter.verdict
+
+    def word(self):
+        return WORDS[self.kind]
+
+    def shown(self):
+        return self.parameter.shown()
+
+    def interval(self):
+        """Both ends, or none."""
+        return self.parameter.interval_text()
+
+
+def said_of(facts):
+    """A fitted parameter: '8.01 GPa ± 2 %', 'about 30 µN m/rad (within a factor of 1.6)', or 'not determined' where the data say
+    less of it than was known before, its sd being above 1/√2 of that of its prior, or leave it a range of ten times."""
+    sd, prior = facts.get("sd"), facts.get("prior_sd", 0)
+    if sd is None or (prior > 0 and sd > prior / np.sqrt(2)):
+        return "not determined"
+    unit, value = grams(facts["unit"], facts["value"])
+    error = SIGMA_90 * sd
+    if facts.get("is_log") and error > np.log(10) / 2:
+        return "not determined"
+    if not facts.get("is_log"):
+        error = grams(facts["unit"], error)[1]
+        return f"{in_words(value, unit, error)} ± {in_words(error, unit)}"
+    if error <= np.log(1.25):
+        return f"{in_words(value, unit, value * error)} ± {100 * error:.2g} %"
+    return f"about {in_words(value, unit, value * error)} (within a factor of {np.exp(error):.2g})"

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Opens a run of flusi in ParaView: vortices, wings and body.
+
+paraview --script=open_in_paraview.py; pvpython open_in_paraview.py picture.png [TIME] draws without a window."""
+import os
+import sys
+
+from paraview import simple as pv
+
+# FACTS: what open_in_paraview knows of the run
+FOLDER, FLOW, SURFACES, SOURCE = "", "", {}, "vorticity"
+LEVELS, COLOURS, OPACITIES = [], [], []
+# END OF FACTS
+try:
+    FOLDER = os.path.dirname(os.path.abspath(__file__))
+except NameError:  # ParaView's own shell does not tell where the script is
+    pass
+VECTOR = "{0}x*iHat + {0}y*jHat + {0}z*kHat"
+
+
+def path_of(name):
+    return os.path.join(FOLDER, name)
+
+
+def opened(name):
+    """The reader of an index, with its name in the browser of ParaView."""
+    reader = pv.XDMFReader(FileNames=[path_of(name)])
+    pv.RenameSource(name, reader)
+    return reader
+
+
+def magnitude(flow):
+    """The magnitude of the vorticity as the point data "vorticity"."""
+    if SOURCE == "velocity":
+        flow = pv.Calculator(Input=flow, ResultArrayName="u", Function=VECTOR.format("u"))
+        flow = pv.Gradient(Input=flow, ScalarArray=["POINTS", "u"], ComputeGradient=0, ComputeVorticity=1, VorticityArrayName="omega")
+        return pv.Calculator(Input=flow, ResultArrayName="vorticity", Function="mag(omega)")
+    function = "vorabs" if SOURCE == "vorabs" else "sqrt(vorx*vorx + vory*vory + vorz*vorz)"
+    return pv.Calculator(Input=flow, ResultArrayName="vorticity", Function=function)
+
+
+def coloured(source, view, colour, opacity):
+    shown = pv.Show(source, view)
+    pv.ColorBy(shown, None)
+    shown.DiffuseColor = shown.AmbientColor = [int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)]
+    shown.Opacity = opacity
+    return shown
+
+
+def main():
+    view = pv.GetActiveViewOrCreate("RenderView")
+    view.ViewSize = [1200, 900]
+    view.Background = [1.0, 1.0, 1.0]
+    view.OrientationAxesLabelColor = [0.2, 0.2, 0.2]
+    flow = opened(FLOW)
+    vorticity = magnitude(flow)
+    for level, colour, opacity in zip(LEVELS, COLOURS, OPACITIES):
+        vortices = pv.Contour(Input=vorticity, ContourBy=["POINTS", "vorticity"], Isosurfaces=[level])
+        pv.RenameSource("|omega| = %g" % level, vortices)
+        coloured(vortices, view, colour, opacity)
+    for name, colour in SURFACES.items():
+        coloured(opened(name), view, colour, 1.0)
+    scene = pv.GetAnimationScene()
+    scene.UpdateAnimationUsingDataTimeSteps()
+    times = list(flow.TimestepValues)
+    if times:
+        scene.AnimationTime = float(sys.argv[2]) if len(sys.argv) > 2 else times[-1]
+    view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [-1.0, -1.4, 1.2], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+    pv.ResetCamera(view)
+    pv.Render(view)
+    if len(sys.argv) > 1 and sys.argv[1].endswith(".png"):
+        pv.SaveScreenshot(sys.argv[1], view)
+
+
+main()
