@@ -9,17 +9,19 @@
 !>       call simulator%serve()
 !>     end if
 module diagnosis_wing_simulator
+  use base_errors, only: require
   use base_kinds, only: rp
   use diagnosis_answers, only: ask_farm
   use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_modes, only: wing_modes_t
   use diagnosis_wing_quantities, only: find_quantity, wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
-  use diagnosis_wing_standing, only: standing_t
+  use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
                                  TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
-  use inference_simulator, only: effect_t, N_SLOTS, quantity_t, simulator_t, slot_of
+  use inference_simulator, only: effect_t, quantity_t, simulator_t
   use io_journal, only: journal_t
+  use least_squares_state, only: solver_state_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t
@@ -47,8 +49,7 @@ module diagnosis_wing_simulator
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     !> Quantities that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
-    type(standing_t), private :: here
-    type(standing_t), allocatable, private :: kept(:) !< (0:) by slot
+    type(wing_state_t), private :: here
     real(rp), allocatable, private :: tried(:, :, :)
     logical, allocatable, private :: was_straight(:), was_tried(:)
   contains
@@ -63,8 +64,8 @@ module diagnosis_wing_simulator
     procedure :: covariance => wing_covariance
     procedure :: directions => wing_directions
     procedure :: accept => wing_accept
-    procedure :: keep => wing_keep
-    procedure :: recall => wing_recall
+    procedure :: get_state => wing_get_state
+    procedure :: set_state => wing_set_state
     procedure :: forget => wing_forget
     procedure :: settle => wing_settle
     procedure :: settles => wing_settles
@@ -92,7 +93,6 @@ contains
     self%experiment => experiment
     self%quantities = quantities
     self%effects = effects
-    allocate (self%kept(0:N_SLOTS + size(effects)))
     self%bins = bins
     self%n_baseline = n_baseline
     if (experiment%measurement%count_modes() > 0 .and. world%is_root) call self%modes%init(experiment, wing, kinds, parts)
@@ -235,24 +235,29 @@ contains
     where (self%was_tried) self%here%is_start = self%was_straight
   end subroutine wing_accept
 
-  subroutine wing_keep(self, slot)
-    class(wing_simulator_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
-    self%kept(slot_of(slot)) = self%here
-  end subroutine wing_keep
+  subroutine wing_get_state(self, state)
+    class(wing_simulator_t), intent(in) :: self
+    class(solver_state_t), allocatable, intent(out) :: state
+    allocate (state, source=self%here)
+  end subroutine wing_get_state
 
-  subroutine wing_recall(self, slot, only_shapes)
+  subroutine wing_set_state(self, state, only_shapes)
     class(wing_simulator_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
+    class(solver_state_t), intent(in) :: state
     logical, intent(in), optional :: only_shapes
-    if (present(only_shapes)) then
-      self%here%shapes = self%kept(slot_of(slot))%shapes
-      self%here%is_start = self%kept(slot_of(slot))%is_start
-      if (only_shapes) return
-    end if
-    call self%set_band(self%kept(slot_of(slot))%band)
-    self%here = self%kept(slot_of(slot))
-  end subroutine wing_recall
+    select type (state)
+    type is (wing_state_t)
+      self%here%shapes = state%shapes
+      self%here%is_start = state%is_start
+      if (present(only_shapes)) then
+        if (only_shapes) return
+      end if
+      call self%set_band(state%band)
+      self%here = state
+    class default
+      call require(.false., 'wing_simulator_t: the state must be one of a wing')
+    end select
+  end subroutine wing_set_state
 
   subroutine wing_forget(self)
     class(wing_simulator_t), intent(inout) :: self

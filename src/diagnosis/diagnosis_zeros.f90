@@ -44,11 +44,11 @@ contains
     if (size(same) < 2) return
     found = d%baseline
     if (d%extended%is_found) found = d%extended
-    call simulator%recall(d%extended_slot)
+    call d%stand_at_extended(simulator)
     call find_triangle(simulator, d, found, r, is_valid)
     if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may do nothing
       found = d%baseline
-      call simulator%recall()
+      call d%stand_at_baseline(simulator)
       call find_triangle(simulator, d, found, r, is_valid)
     end if
     if (.not. is_valid) return ! what the data do not determine has no sd

@@ -12,12 +12,12 @@ module inference_engine
   use inference_design, only: build_design, design_t
   use inference_exchange, only: add_finer
   use inference_intervals, only: find_intervals, find_support, move_to_better
-  use inference_leaders, only: fit_extended, refit_leaders, slot_of_fit
+  use inference_leaders, only: fit_extended, refit_leaders
   use inference_noise_share, only: find_share
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refit, only: fit_baseline
   use inference_second_look, only: model_error_t, take_leaders_view
-  use inference_simulator, only: simulator_t, N_SLOTS
+  use inference_simulator, only: simulator_t
   use inference_validation, only: compare_folds, validate
   implicit none
   private
@@ -29,7 +29,7 @@ contains
 
   !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
   !> `model_error` renews directions of errors. The simulator then stands where the extended fit has ended, or the baseline's
-  !> without one; see `extended_slot`.
+  !> without one.
   subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -53,10 +53,10 @@ contains
       if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure, nuisances)
       if (failure%failed) return
     end if
-    d%plain = d%baseline
     call build_design(simulator, d%baseline%q, d%design, failure, nuisances=nuisances)
     if (failure%failed) return
-    call simulator%keep() ! where all refits begin
+    call simulator%get_state(d%baseline%state) ! where all refits begin
+    d%plain = d%baseline
     ! Without directions that no test uses the noise model is believed.
     is_scale_known = options%is_scale_known .or. d%design%n_rest < FEWEST_REST
     if (simulator%n_observations < 2*simulator%n_baseline) then
@@ -72,7 +72,7 @@ contains
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
       if (options%validates) &
         call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
-      call simulator%recall()
+      call d%stand_at_baseline(simulator)
       return
     end if
     call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
@@ -84,18 +84,18 @@ contains
       if (failure%failed) return
     end if
     call refit_leaders(simulator, options, d)
-    call simulator%recall()
+    call d%stand_at_baseline(simulator)
     if (options%validates) &
       call validate(simulator, d%plain%active, d%plain%q, d%design%nuisances, options%fit, d%validated)
     call take_leaders_view(simulator, options, d, is_new, model_error)
     if (is_new) then
       call judge(simulator, options, is_scale_known, d, failure)
       if (failure%failed) return
-      before = d%refits
+      call move_alloc(d%refits, before)
       call refit_leaders(simulator, options, d, before)
     end if
     call confirm(simulator, options, d)
-    call simulator%recall(d%extended_slot)
+    call d%stand_at_extended(simulator)
   end subroutine run_diagnosis
 
   !> What the tangents alone say: z, statistics, odds, and a first verdict. Statistics that are there already are those of
@@ -137,14 +137,10 @@ contains
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout), target :: d
-    integer, parameter :: OWN_SLOT = N_SLOTS
     logical :: ok
     if (size(d%decision%causes) == 0) return
-    d%extended_slot = fitted_already(d)
-    if (d%extended_slot == 0) then
-      call fit_extended(simulator, options, d, d%decision%causes, OWN_SLOT, d%extended)
-      if (d%extended%is_found) d%extended_slot = OWN_SLOT
-    end if
+    call take_fitted(d)
+    if (.not. d%extended%is_found) call fit_extended(simulator, options, d, d%decision%causes, d%extended)
     if (.not. d%extended%is_found) then
       if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision, NO_FIT)
       return
@@ -154,21 +150,17 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    call simulator%recall(d%extended_slot)
+    call d%stand_at_extended(simulator)
     ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
       call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
-      if (ok) then
-        d%extended_slot = OWN_SLOT
-        call simulator%keep(OWN_SLOT)
-        call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
-      end if
+      if (ok) call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call find_support(simulator%quantities, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
-      call simulator%recall(d%extended_slot)
+      call d%stand_at_extended(simulator)
       call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
       call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
       d%has_gain = ok
@@ -183,16 +175,14 @@ contains
     end if
   end subroutine confirm
 
-  !> Where the simulator keeps the fit of a single cause of the verdict, which is then the extended model; 0: it has none.
-  integer function fitted_already(d) result(slot)
+  !> If a single cause of the verdict has been fitted already, this fit is the extended model.
+  subroutine take_fitted(d)
     type(diagnosis_t), intent(inout) :: d
     integer :: i
-    slot = 0
     if (size(d%decision%causes) > 1) return
     do i = 1, size(d%refits)
       if (d%refits(i)%candidate /= d%decision%causes(1)) cycle
       d%extended = d%refits(i)%found
-      slot = slot_of_fit(d%design, d%refits(i))
     end do
-  end function fitted_already
+  end subroutine take_fitted
 end module inference_engine

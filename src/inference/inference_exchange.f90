@@ -18,13 +18,13 @@ module inference_exchange
 contains
 
   !> The candidate `next` of the same effect that promises the smallest sum of squares if it takes the place of candidate
-  !> `c`, whose fit is `found` and ended at the place that the simulator keeps in `slot`, and by how much it is then smaller;
+  !> `c`, whose fit is `found`, and by how much it is then smaller;
   !> 0 if there is none. Effects of one parameter only.
-  subroutine find_exchange(simulator, design, whitener, c, found, slot, next, gain)
+  subroutine find_exchange(simulator, design, whitener, c, found, next, gain)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design
     type(whitener_t), intent(in) :: whitener
-    integer, intent(in) :: c, slot
+    integer, intent(in) :: c
     type(nested_fit_t), intent(in) :: found
     integer, intent(out) :: next
     real(rp), intent(out) :: gain
@@ -41,7 +41,7 @@ contains
     n = simulator%n_observations
     columns = [(i, i=1, b), (design%candidates(rivals(i))%columns(1), i=1, size(rivals))]
     allocate (raw(n), tangents(n, size(columns)), left(n + b))
-    call simulator%recall(slot)
+    call simulator%set_state(found%state)
     call simulator%evaluate(found%q, columns, raw, tangents, is_valid)
     if (.not. is_valid) return
     call whitener%apply_one(raw)

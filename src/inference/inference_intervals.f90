@@ -5,10 +5,11 @@ module inference_intervals
   use base_kinds, only: rp
   use inference_design, only: candidate_t
   use inference_refit, only: fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
-  use inference_simulator, only: N_SLOTS, quantity_t, simulator_t
+  use inference_simulator, only: quantity_t, simulator_t
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
   use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: find_intervals, find_support, move_to_better
@@ -26,7 +27,7 @@ contains
     type(nested_fit_t), intent(in) :: extended
     type(interval_t), allocatable, intent(out) :: intervals(:)
     real(rp), parameter :: RESOLUTION = 0.01_rp ! of the threshold, in sums of squares
-    integer, parameter :: START_SLOT = N_SLOTS  ! 1 and 2 are those of profile_interval
+    class(solver_state_t), allocatable :: start
     type(nested_problem_t) :: problem
     type(fit_options_t) :: fits
     integer :: i, n, first
@@ -39,14 +40,14 @@ contains
     ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
     fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*scale/ &
                                    (extended%cost() + THRESHOLD_90*scale))
-    call simulator%keep(START_SLOT)
+    call simulator%get_state(start)
     do i = first, n
-      call simulator%recall(START_SLOT)
+      call simulator%set_state(start)
       call profile_interval(problem, nested_unknowns(simulator, extended%active, extended%q), &
                             extended%q(extended%active), i, sqrt(extended%covariance(i, i)), THRESHOLD_90*scale, fits, &
                             intervals(i - first + 1), extended%covariance(:, i)/extended%covariance(i, i))
     end do
-    call simulator%recall(START_SLOT)
+    call simulator%set_state(start)
   end subroutine find_intervals
 
   !> Whether an interval excludes the null.

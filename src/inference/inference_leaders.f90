@@ -9,15 +9,14 @@ module inference_leaders
   use inference_hypotheses, only: explain, explained_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refit, only: fit_nested, nested_fit_t, roughly
-  use inference_simulator, only: simulator_t, N_SLOTS
+  use inference_simulator, only: simulator_t
   use least_squares_fit, only: fit_options_t
   implicit none
   private
 
-  integer, parameter :: TRIAL_SLOT = N_SLOTS !< of the simulator, for what may be taken
   real(rp), parameter :: DISAPPOINTING = 20.0_rp !< of the sum of squares, in units of the noise
 
-  public :: fit_extended, refit_leaders, slot_of_fit
+  public :: fit_extended, refit_leaders
 
 contains
 
@@ -55,11 +54,9 @@ contains
         known = place_in_before()
         if (known > 0) then
           one%candidate = before(known)%candidate
-          call fit_extended(simulator, options, d, [one%candidate], slot_of_fit(d%design, one), one%found, &
-                            before(known))
+          call fit_extended(simulator, options, d, [one%candidate], one%found, before(known))
         else
-          call fit_extended(simulator, options, d, [one%candidate], slot_of_fit(d%design, one), one%found, &
-                            is_rough=round == 2)
+          call fit_extended(simulator, options, d, [one%candidate], one%found, is_rough=round == 2)
         end if
         if (.not. one%found%is_found) cycle
         call explain(d%design, [one%candidate], d%z, alone)
@@ -67,10 +64,10 @@ contains
         call take_refit(simulator, d, one)
         if (round == 2 .and. known == 0 .and. .not. is_behind(order(i))) then
           full = one
-          call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, full%found, one)
+          call fit_extended(simulator, options, d, [one%candidate], full%found, one)
           call take_better(simulator, d, full, one, 0.0_rp, is_better)
         end if
-        d%refits = [d%refits, one]
+        call append(d%refits, one)
         least = min(least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
       end do
       if (round == 2 .and. size(d%refits) == n_fitted) exit
@@ -123,15 +120,21 @@ contains
 
   end subroutine refit_leaders
 
-  !> Where the simulator keeps the end of a refit.
-  pure integer function slot_of_fit(design, one) result(slot)
-    type(design_t), intent(in) :: design
+  !> Puts `one` behind the others.
+  subroutine append(refits, one)
+    type(refit_t), allocatable, intent(inout) :: refits(:)
     type(refit_t), intent(in) :: one
-    slot = N_SLOTS + design%candidates(one%candidate)%effect
-  end function slot_of_fit
+    type(refit_t), allocatable :: more(:)
+    integer :: i
+    allocate (more(size(refits) + 1))
+    do i = 1, size(refits)
+      more(i) = refits(i)
+    end do
+    more(size(more)) = one
+    call move_alloc(more, refits)
+  end subroutine append
 
-  !> `one` becomes `other`, a fit of the same effect that ended at the place in TRIAL_SLOT, if its sum of squares is smaller by
-  !> more than `worth`.
+  !> `one` becomes `other`, a fit of the same effect, if its sum of squares is smaller by more than `worth`.
   subroutine take_better(simulator, d, other, one, worth, is_better)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(inout) :: d
@@ -141,8 +144,6 @@ contains
     is_better = other%found%is_found
     if (is_better) is_better = other%found%cost() < one%found%cost() - worth
     if (.not. is_better) return
-    call simulator%recall(TRIAL_SLOT)
-    call simulator%keep(slot_of_fit(d%design, other))
     call take_refit(simulator, d, other)
     one = other
   end subroutine take_better
@@ -158,7 +159,7 @@ contains
     real(rp) :: z(d%design%k), rest
     one%gain = (d%baseline%cost() - one%found%cost())/d%scale
     call explain(d%design, [one%candidate], d%z, alone)
-    call simulator%recall(slot_of_fit(d%design, one))
+    call simulator%set_state(one%found%state)
     call compress_at(simulator, one%found%q, d%design, z, rest, failure)
     if (failure%failed) return
     z = z/sqrt(d%scale)
@@ -186,7 +187,7 @@ contains
       if (.not. is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate))) cycle
       if (d%refits(k)%found%cost() > one%found%cost() - DISAPPOINTING*d%scale) cycle
       other = one
-      call fit_extended(simulator, options, d, [one%candidate], TRIAL_SLOT, other%found, d%refits(k))
+      call fit_extended(simulator, options, d, [one%candidate], other%found, d%refits(k))
       call take_better(simulator, d, other, one, 0.0_rp, is_better)
     end do
   end subroutine begin_at_whole
@@ -205,10 +206,9 @@ contains
     integer :: n
     other = one
     do n = 1, MOST
-      call find_exchange(simulator, d%design, d%whitener, one%candidate, one%found, slot_of_fit(d%design, one), &
-                         other%candidate, gain)
+      call find_exchange(simulator, d%design, d%whitener, one%candidate, one%found, other%candidate, gain)
       if (other%candidate == 0 .or. gain < WORTH*d%scale) return
-      call fit_extended(simulator, options, d, [other%candidate], TRIAL_SLOT, other%found, one)
+      call fit_extended(simulator, options, d, [other%candidate], other%found, one)
       call take_better(simulator, d, other, one, WORTH*d%scale, is_better)
       if (.not. is_better) return
     end do
@@ -218,12 +218,12 @@ contains
   !> tangents promise, or if they tell little of it, also from the values before any fit, as joints that a wrong model
   !> made rigid do not come back. `near`, where given, is a refit of this or another variant, or of an effect of which this
   !> is a part: one candidate is then fitted from it, where it has ended, and as without it only if that does not succeed.
-  !> The end is a rough one if `is_rough`; the simulator keeps it in `slot`.
-  subroutine fit_extended(simulator, options, d, candidates, slot, found, near, is_rough)
+  !> The end is a rough one if `is_rough`.
+  subroutine fit_extended(simulator, options, d, candidates, found, near, is_rough)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(in), target :: d
-    integer, intent(in) :: candidates(:), slot
+    integer, intent(in) :: candidates(:)
     type(nested_fit_t), intent(out) :: found
     type(refit_t), intent(in), optional :: near
     logical, intent(in), optional :: is_rough
@@ -248,7 +248,7 @@ contains
       end associate
     end do
     usual = q
-    call simulator%recall()
+    call d%stand_at_baseline(simulator)
     if (present(near)) then
       associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
         q = near%found%q
@@ -256,24 +256,21 @@ contains
         if (size(new) == size(old)) q(new) = near%found%q(old)
         if (size(new) < size(old)) q(new) = near%found%q(new)
       end associate
-      call simulator%recall(slot_of_fit(d%design, near), only_shapes=.true.)
+      call simulator%set_state(near%found%state, only_shapes=.true.)
       call fit_nested(simulator, d%whitener, active, q, options%fit, found, usual)
-      call simulator%keep(slot)
       if (found%is_found) return
-      call simulator%recall()
+      call d%stand_at_baseline(simulator)
     end if
     call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, usual)
-    call simulator%keep(slot)
     call explain(d%design, candidates, d%z, together)
     is_strong = any(simulator%quantities(active)%strong > 0)
     if (found%is_found .and. .not. is_strong .and. &
         d%baseline%cost() - found%cost() > d%scale*(together%square - DISAPPOINTING)) return
-    call simulator%recall()
+    call d%stand_at_baseline(simulator)
     q = max(simulator%quantities%lower, min(simulator%quantities%upper, usual))
     call fit_nested(simulator, d%whitener, active, q, how, other, usual)
     if (.not. other%is_found) return
     if (found%is_found .and. .not. other%cost() < found%cost()) return
     found = other
-    call simulator%keep(slot)
   end subroutine fit_extended
 end module inference_leaders

@@ -56,7 +56,6 @@ module inference_record
     type(decision_t) :: linear, decision !< before and after the refits
     type(refit_t), allocatable :: refits(:)
     type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
-    integer :: extended_slot = 0         !< where the simulator keeps its end, 0: the end of the baseline
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
     logical :: is_null_excluded = .false. !< for each of the causes
     logical :: is_at_bound = .false.     !< a parameter that excludes its null
@@ -65,9 +64,30 @@ module inference_record
     logical :: has_gain = .false.
     real(rp), allocatable :: detectable_snr(:) !< (effects)
     integer :: n_design_evaluations = 0
+  contains
+    procedure :: stand_at_baseline => diagnosis_stand_at_baseline
+    procedure :: stand_at_extended => diagnosis_stand_at_extended
   end type diagnosis_t
 
 contains
+
+  !> The simulator stands where the fit of the baseline has ended and all refits begin.
+  subroutine diagnosis_stand_at_baseline(self, simulator)
+    class(diagnosis_t), intent(in) :: self
+    class(simulator_t), intent(inout) :: simulator
+    call simulator%set_state(self%baseline%state)
+  end subroutine diagnosis_stand_at_baseline
+
+  !> The simulator stands where the extended model's fit has ended, or where the baseline's has if there is none.
+  subroutine diagnosis_stand_at_extended(self, simulator)
+    class(diagnosis_t), intent(in) :: self
+    class(simulator_t), intent(inout) :: simulator
+    if (self%extended%is_found) then
+      call simulator%set_state(self%extended%state)
+    else
+      call simulator%set_state(self%baseline%state)
+    end if
+  end subroutine diagnosis_stand_at_extended
 
   !> z and rest of the data at the point q.
   subroutine compress_at(simulator, q, design, z, rest, failure)

@@ -12,6 +12,7 @@ module inference_refit
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: least_squares_t, unknowns_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_roughly, nested_unknowns, roughly, &
@@ -30,8 +31,8 @@ module inference_refit
     procedure :: init => nested_init
     procedure :: evaluate => nested_evaluate
     procedure :: accept => nested_accept
-    procedure :: keep => nested_keep
-    procedure :: go_back => nested_go_back
+    procedure :: get_state => nested_get_state
+    procedure :: set_state => nested_set_state
   end type nested_problem_t
 
   !> A model that was fitted.
@@ -43,6 +44,7 @@ module inference_refit
     real(rp), allocatable :: covariance(:, :) !< (active, active) in the linear approximation
     logical, allocatable :: is_at_bound(:)   !< (active)
     integer :: n_evaluations = 0
+    class(solver_state_t), allocatable :: state !< of the simulator, where the fit has ended
   contains
     procedure :: cost => nested_cost
   end type nested_fit_t
@@ -88,17 +90,17 @@ contains
     call self%simulator%accept()
   end subroutine nested_accept
 
-  subroutine nested_keep(self, slot)
-    class(nested_problem_t), intent(inout) :: self
-    integer, intent(in) :: slot
-    call self%simulator%keep(slot)
-  end subroutine nested_keep
+  subroutine nested_get_state(self, state)
+    class(nested_problem_t), intent(in) :: self
+    class(solver_state_t), allocatable, intent(out) :: state
+    call self%simulator%get_state(state)
+  end subroutine nested_get_state
 
-  subroutine nested_go_back(self, slot)
+  subroutine nested_set_state(self, state)
     class(nested_problem_t), intent(inout) :: self
-    integer, intent(in) :: slot
-    call self%simulator%recall(slot)
-  end subroutine nested_go_back
+    class(solver_state_t), intent(in) :: state
+    call self%simulator%set_state(state)
+  end subroutine nested_set_state
 
   !> Sum of squares with priors.
   pure real(rp) function nested_cost(self) result(cost)
@@ -159,6 +161,7 @@ contains
     found%n_evaluations = report%n_evaluations
     posterior = find_posterior(unknowns, report)
     found%covariance = posterior%covariance
+    call simulator%get_state(found%state)
   end subroutine fit_nested
 
   !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
@@ -196,14 +199,13 @@ contains
       if (found%is_found .and. .not. spread(s) < least) cycle
       least = spread(s)
       found = one
-      call simulator%keep()
     end do
     if (.not. found%is_found) then
       call failure%raise('the baseline could not be fitted from any start')
       return
     end if
     where (spread < huge(1.0_rp)) spread = spread - least
-    call simulator%recall()
+    call simulator%set_state(found%state)
     least = huge(least)
     one = found
     do pass = 1, MOST_PASSES
@@ -217,12 +219,11 @@ contains
       if (pass == 1 .or. one%cost() + whitener%log_determinant < least) then
         least = one%cost() + whitener%log_determinant
         found = one
-        call simulator%keep()
       end if
       if (pass > 1 .and. abs(one%cost() - before) <= SETTLED) exit
       call settle_nuisances(simulator, whitener, one%q, is_valid)
     end do
-    call simulator%recall()
+    call simulator%set_state(found%state)
     call take_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
     if (.not. is_valid) then
       call failure%raise('the simulator has no result at the best fit of the baseline')
@@ -259,19 +260,22 @@ contains
       call failure%raise('the baseline could not be fitted')
       return
     end if
-    call simulator%evaluate(found%q, [integer ::], followed, nothing, is_valid)
-    call simulator%forget()
-    if (is_valid) call take_directions(simulator, found%q, whitener, is_valid, from_rest)
-    if (.not. is_valid) return
-    followed = followed - from_rest
-    call whitener%apply_one(followed)
-    if (sum(followed**2) <= SAME) then
-      call whitener%apply_one(from_rest)
-      found%chi2 = sum(from_rest**2)
-      return
-    end if
-    call fit_nested(simulator, whitener, active, found%q, roughly(options), one)
-    if (one%is_found) found = one
+    check: block
+      call simulator%evaluate(found%q, [integer ::], followed, nothing, is_valid)
+      call simulator%forget()
+      if (is_valid) call take_directions(simulator, found%q, whitener, is_valid, from_rest)
+      if (.not. is_valid) exit check
+      followed = followed - from_rest
+      call whitener%apply_one(followed)
+      if (sum(followed**2) <= SAME) then
+        call whitener%apply_one(from_rest)
+        found%chi2 = sum(from_rest**2)
+        exit check
+      end if
+      call fit_nested(simulator, whitener, active, found%q, roughly(options), one)
+      if (one%is_found) found = one
+    end block check
+    call simulator%get_state(found%state)
   end subroutine fit_roughly
 
   !> The same choices, with an end where little is gained.

@@ -8,10 +8,9 @@ module inference_second_look
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_design, only: build_design, design_t
-  use inference_leaders, only: slot_of_fit
   use inference_record, only: diagnosis_options_t, diagnosis_t
   use inference_refit, only: fit_nested, nested_fit_t, settle_nuisances
-  use inference_simulator, only: simulator_t, N_SLOTS
+  use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   implicit none
   private
@@ -36,7 +35,6 @@ module inference_second_look
 
   !> Gain of the sum of squares, in units of the noise, below which a cause changes no nuisance by what would matter.
   real(rp), parameter :: CLEAR = 25.0_rp
-  integer, parameter :: LEADER_SLOT = N_SLOTS !< of the simulator, for where the fit of the leader ends
 
 contains
 
@@ -61,18 +59,17 @@ contains
     if (d%refits(i)%gain < CLEAR) return
     leader = d%refits(i)%found
     whitener = d%whitener
-    call simulator%recall(slot_of_fit(d%design, d%refits(i)))
+    call simulator%set_state(leader%state)
     call follow_leader(simulator, options, d%scale, whitener, leader, nuisances, is_new, model_error)
     if (is_new) then
-      call simulator%keep(slot_of_fit(d%design, d%refits(i)))
-      call simulator%recall(only_shapes=.true.)
+      call simulator%set_state(d%baseline%state, only_shapes=.true.)
       call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, options%fit, baseline)
       is_new = baseline%is_found
     end if
     if (is_new) call build_design(simulator, baseline%q, design, failure, d%design, nuisances)
     is_new = is_new .and. .not. failure%failed
     if (.not. is_new) then
-      call simulator%recall()
+      call d%stand_at_baseline(simulator)
       return
     end if
     design%n_rest = d%design%n_rest ! of the scan, as the scale is
@@ -80,7 +77,7 @@ contains
     d%whitener = whitener
     d%baseline = baseline
     d%refits(i)%found = leader
-    call simulator%keep()
+    call simulator%get_state(d%baseline%state)
   end subroutine take_leaders_view
 
   !> The fit of the leader and the nuisances at it, in turn, until it stays or becomes less probable: the larger the errors
@@ -129,10 +126,9 @@ contains
       whitener = other
       leader = found
       nuisances = next
-      call simulator%keep(LEADER_SLOT)
       if (moved < STAYS) exit
     end do
-    if (is_new) call simulator%recall(LEADER_SLOT)
+    if (is_new) call simulator%set_state(leader%state)
   end subroutine follow_leader
 
   !> Twice the negative logarithm of the probability density of data and parameters, without a constant.

@@ -7,15 +7,11 @@
 !> variant is a set of parameters that are released together. Surfaces, ring-down or forces differ only in what
 !> extends `simulator_t`.
 module inference_simulator
-  use base_errors, only: require
   use base_kinds, only: rp
+  use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: simulator_t, labels_t, quantity_t, effect_t, slot_of, variant_t
-
-  !> Places where a simulator stood, that it can keep: slots 1 to N_SLOTS are anybody's; slot N_SLOTS + e is where the fit of
-  !> effect e ended.
-  integer, parameter, public :: N_SLOTS = 3
+  public :: simulator_t, labels_t, quantity_t, effect_t, variant_t
 
   !> A parameter, in the coordinate that the simulator takes (a logarithm for what varies by factors).
   type :: quantity_t
@@ -86,8 +82,8 @@ module inference_simulator
     procedure(covariance_interface), deferred :: covariance
     procedure(directions_interface), deferred :: directions
     procedure :: accept => simulator_accept
-    procedure :: keep => simulator_keep
-    procedure :: recall => simulator_recall
+    procedure :: get_state => simulator_get_state
+    procedure :: set_state => simulator_set_state
     procedure :: forget => simulator_forget
     procedure :: settle => simulator_settle
     procedure :: settles => simulator_settles
@@ -148,52 +144,52 @@ contains
   pure real(rp) function simulator_common_share(self) result(share)
     class(simulator_t), intent(in) :: self
     share = -1
-    if (self%n_observations < 0) share = -2
+    associate (unused => self)
+    end associate
   end function simulator_common_share
 
   !> Sets that part; what neighbours do not share stays.
   subroutine simulator_set_common_share(self, share)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: share
-    if (share < 0) self%n_observations = self%n_observations
+    associate (unused => self, nothing => share)
+    end associate
   end subroutine simulator_set_common_share
 
-  !> The point that was evaluated last is where a solver now stands.
+  !> The point that was evaluated last is where the solver now stands. A simulator without iterations of its own has nothing
+  !> to remember of it.
   subroutine simulator_accept(self)
     class(simulator_t), intent(inout) :: self
-    self%n_observations = self%n_observations
+    associate (unused => self)
+    end associate
   end subroutine simulator_accept
 
-  !> Remembers where the solver stands and about which errors nuisances are, in the place of what it remembered before in
-  !> this slot, see N_SLOTS; without one where the next stage of a diagnosis begins.
-  subroutine simulator_keep(self, slot)
-    class(simulator_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
-    call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
-  end subroutine simulator_keep
+  !> Where the solver stands, and the errors about which nuisances are linear.
+  subroutine simulator_get_state(self, state)
+    class(simulator_t), intent(in) :: self
+    class(solver_state_t), allocatable, intent(out) :: state
+    allocate (state)
+    associate (unused => self)
+    end associate
+  end subroutine simulator_get_state
 
-  !> The solver and the nuisances are again where they were at the last `keep` with this slot; if `only_shapes`, the solver
+  !> The solver and the nuisances are again where they were when this simulator gave the state; if `only_shapes`, the solver
   !> alone, and errors stay those about which nuisances are now.
-  subroutine simulator_recall(self, slot, only_shapes)
+  subroutine simulator_set_state(self, state, only_shapes)
     class(simulator_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
+    class(solver_state_t), intent(in) :: state
     logical, intent(in), optional :: only_shapes
-    if (present(only_shapes)) self%n_observations = self%n_observations
-    call require(self%n_observations >= 0 .and. slot_of(slot) >= 0, 'simulator_t: there is no such slot')
-  end subroutine simulator_recall
-
-  !> Index of a slot, 0 without one.
-  pure integer function slot_of(slot)
-    integer, intent(in), optional :: slot
-    slot_of = 0
-    if (present(slot)) slot_of = slot
-  end function slot_of
+    associate (unused => self, nothing => state)
+    end associate
+    if (present(only_shapes)) return
+  end subroutine simulator_set_state
 
   !> The solver does not begin where it stands: another equilibrium may have been followed there than the one that a wing
   !> at rest comes to.
   subroutine simulator_forget(self)
     class(simulator_t), intent(inout) :: self
-    self%n_observations = self%n_observations
+    associate (unused => self)
+    end associate
   end subroutine simulator_forget
 
   !> Nuisances are about errors(n_nuisances) sd from now on, as far as they are not linear: residuals are those with these
@@ -203,14 +199,15 @@ contains
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
-    self%n_observations = self%n_observations
     is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%quantities)
   end subroutine simulator_settle
 
   !> Whether nuisances are not linear, so that `settle` does something.
   pure logical function simulator_settles(self) result(settles)
     class(simulator_t), intent(in) :: self
-    settles = self%n_nuisances < 0
+    settles = .false.
+    associate (unused => self)
+    end associate
   end function simulator_settles
 
   !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing

@@ -17,6 +17,7 @@ module inference_validation
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
   use least_squares_problem, only: unknowns_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: validation_t, validate, compare_folds
@@ -35,10 +36,10 @@ module inference_validation
   type :: tangents_t
     logical :: is_valid = .false.
     real(rp), allocatable :: q(:), residuals(:), jacobian(:, :), nuisances(:, :)
+    class(solver_state_t), allocatable :: state !< of the simulator
   end type tangents_t
 
   real(rp), parameter :: LINEAR = 0.1_rp  !< see above
-  integer, parameter :: FULL_SLOT = 1     !< of the simulator, for the fit to everything
   integer, parameter :: MOST_STEPS = 6    !< of a fit without one location: a model that needs more is not a good one
 
 contains
@@ -60,7 +61,7 @@ contains
     validation%is_complete = .true.
     call find_tangents(simulator, active, q, full, ok)
     full%nuisances = nuisances
-    if (ok) call simulator%keep(FULL_SLOT)
+    if (ok) call simulator%get_state(full%state)
     do f = 1, maxval(simulator%labels%fold)
       outside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) == f)
       if (size(outside) == 0) cycle
@@ -125,7 +126,7 @@ contains
     q = full%q
     q(active) = q(active) + step
     promised = full%residuals(outside) + matmul(full%jacobian(outside, :), step)
-    call predict(simulator, f, q, outside, seen, ok)
+    call predict(simulator, full%state, f, q, outside, seen, ok)
     is_linear = .false.
     if (ok) is_linear = abs(log_density(wide, seen) - log_density(wide, promised)) <= LINEAR
     if (.not. is_linear) then
@@ -133,12 +134,12 @@ contains
       few%reduction_tolerance = max(options%reduction_tolerance, LINEAR/max(1.0_rp, real(inner%n, rp)))
       few%most_rejections = 2
       few%most_iterations = min(options%most_iterations, MOST_STEPS)
-      call simulator%recall(FULL_SLOT)
+      call simulator%set_state(full%state)
       call simulator%skip(simulator%labels%fold == f)
       call fit_nested(simulator, inner, active, merge(q, full%q, ok), few, found)
       call simulator%skip_none()
       ok = found%is_found
-      if (ok) call predict(simulator, f, found%q, outside, seen, ok)
+      if (ok) call predict(simulator, full%state, f, found%q, outside, seen, ok)
     end if
     if (.not. ok) return
     scores(3) = sum(seen**2)
@@ -147,15 +148,16 @@ contains
     scores(2) = sum(seen**2)
   end subroutine predict_fold
 
-  !> Residuals of the observations of fold f at q.
-  subroutine predict(simulator, f, q, outside, residuals, ok)
+  !> Residuals of the observations of fold f at q, found from `state`.
+  subroutine predict(simulator, state, f, q, outside, residuals, ok)
     class(simulator_t), intent(inout) :: simulator
+    class(solver_state_t), intent(in) :: state
     integer, intent(in) :: f, outside(:)
     real(rp), intent(in) :: q(:)
     real(rp), allocatable, intent(out) :: residuals(:)
     logical, intent(out) :: ok
     real(rp) :: all(simulator%n_observations), jacobian(simulator%n_observations, 0)
-    call simulator%recall(FULL_SLOT)
+    call simulator%set_state(state)
     call simulator%skip(simulator%labels%fold /= f)
     call simulator%evaluate(q, [integer ::], all, jacobian, ok)
     call simulator%skip_none()

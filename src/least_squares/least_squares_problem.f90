@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A sum of squares to be minimised, as its solvers see it: residuals and their derivatives at a point.
 module least_squares_problem
-  use base_errors, only: require
   use base_kinds, only: rp
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: least_squares_t, unknowns_t
@@ -13,8 +13,8 @@ module least_squares_problem
   contains
     procedure(evaluate_interface), deferred :: evaluate
     procedure :: accept => least_squares_accept
-    procedure :: keep => least_squares_keep
-    procedure :: go_back => least_squares_go_back
+    procedure :: get_state => least_squares_get_state
+    procedure :: set_state => least_squares_set_state
     procedure :: has_jumped => least_squares_has_jumped
     procedure :: leave_out => least_squares_leave_out
   end type least_squares_t
@@ -44,31 +44,37 @@ module least_squares_problem
 
 contains
 
-  !> The point that was evaluated last is where the solver now stands; a problem may keep it as the start of what
-  !> follows.
+  !> The point that was evaluated last is where the solver now stands. A problem without iterations of its own has nothing
+  !> to remember of it.
   subroutine least_squares_accept(self)
     class(least_squares_t), intent(inout) :: self
-    self%n_residuals = self%n_residuals
+    associate (unused => self)
+    end associate
   end subroutine least_squares_accept
 
-  !> The problem keeps where the solver stands in `slot`, 1 to 3, so that it can go back there.
-  subroutine least_squares_keep(self, slot)
-    class(least_squares_t), intent(inout) :: self
-    integer, intent(in) :: slot
-    call require(any(slot == [1, 2, 3]) .and. self%n_residuals >= 0, 'least_squares_t: slot 1 to 3')
-  end subroutine least_squares_keep
+  !> Where the solver stands.
+  subroutine least_squares_get_state(self, state)
+    class(least_squares_t), intent(in) :: self
+    class(solver_state_t), allocatable, intent(out) :: state
+    allocate (state)
+    associate (unused => self)
+    end associate
+  end subroutine least_squares_get_state
 
-  !> The solver stands again where it stood when `keep` was called with this slot.
-  subroutine least_squares_go_back(self, slot)
+  !> The solver stands where it stood when this problem gave the state.
+  subroutine least_squares_set_state(self, state)
     class(least_squares_t), intent(inout) :: self
-    integer, intent(in) :: slot
-    call require(any(slot == [1, 2, 3]) .and. self%n_residuals >= 0, 'least_squares_t: slot 1 to 3')
-  end subroutine least_squares_go_back
+    class(solver_state_t), intent(in) :: state
+    associate (unused => self, nothing => state)
+    end associate
+  end subroutine least_squares_set_state
 
   !> Whether residuals of the last evaluation are not those to which the ones where the solver stands lead smoothly.
   logical function least_squares_has_jumped(self) result(has_jumped)
     class(least_squares_t), intent(in) :: self
-    has_jumped = self%n_residuals < 0
+    has_jumped = .false.
+    associate (unused => self)
+    end associate
   end function least_squares_has_jumped
 
   !> From now on the data whose residuals jumped in the last evaluation count no more. Not `is_done` if there are none
@@ -76,7 +82,9 @@ contains
   subroutine least_squares_leave_out(self, is_done)
     class(least_squares_t), intent(inout) :: self
     logical, intent(out) :: is_done
-    is_done = self%n_residuals < 0
+    is_done = .false.
+    associate (unused => self)
+    end associate
   end subroutine least_squares_leave_out
 
   !> n free unknowns without bounds and priors.

@@ -13,6 +13,7 @@ module least_squares_profile
   use base_kinds, only: rp
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_problem, only: least_squares_t, unknowns_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: interval_t, profile_interval, profile_sentence
@@ -49,10 +50,10 @@ contains
     type(fit_options_t), intent(in) :: options
     type(interval_t), intent(out) :: interval
     real(rp), intent(in), optional :: slope(:)
-    integer, parameter :: BEST_SLOT = 1, INSIDE_SLOT = 2 ! slots of the problem; 3 is the caller's
     type(unknowns_t) :: others
     type(fit_options_t) :: refits
     type(fit_report_t) :: report
+    class(solver_state_t), allocatable :: state_at_best, state_inside
     real(rp), allocatable :: best(:)
     real(rp) :: least
     logical :: is_found(2), found_better, is_less
@@ -60,7 +61,7 @@ contains
     others%prior_sd(i) = 0
     refits = options
     refits%is_smooth = .true.
-    call problem%keep(BEST_SLOT)
+    call problem%get_state(state_at_best)
     do
       others%is_fixed(i) = unknowns%is_fixed(i)
       refits%reduction_tolerance = options%reduction_tolerance
@@ -69,7 +70,7 @@ contains
       if (report%has_jumped) call problem%leave_out(is_less)
       if (.not. is_less) call find_both_ends()
       if (.not. is_less) exit
-      call problem%go_back(BEST_SLOT)
+      call problem%set_state(state_at_best)
       interval = interval_t(n_refits=interval%n_refits, n_evaluations=interval%n_evaluations)
     end do
 
@@ -89,13 +90,13 @@ contains
       others%is_fixed(i) = .true.
       is_found = .false.
       do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
-        call problem%keep(BEST_SLOT)
+        call problem%get_state(state_at_best)
         interval%best = best(i)
         interval%profile = reshape([best(i), 0.0_rp], [2, 1])
         call find_end(-1, interval%lower, interval%has_lower, interval%is_jump(1), is_found(1), found_better)
         if (is_less) return
         if (found_better) cycle
-        call problem%go_back(BEST_SLOT)
+        call problem%set_state(state_at_best)
         call find_end(1, interval%upper, interval%has_upper, interval%is_jump(2), is_found(2), found_better)
         if (is_less) return
         if (.not. found_better) exit
@@ -130,7 +131,7 @@ contains
       end = bound
       room = abs(bound - inside)
       if (.not. room > 0) return
-      call problem%keep(INSIDE_SLOT)
+      call problem%get_state(state_inside)
       x = max(min(sd*goal, 2*max(options%largest_step, 1.0_rp)*others%unit(i)), 1.0e-6_rp*min(room, others%unit(i)))
       x = inside + direction*min(room, x)
       do n = 1, MOST_REFITS
@@ -140,7 +141,7 @@ contains
         if (abs(inside - best(i)) > 0) at = best + (at_inside - best)*((x - best(i))/(inside - best(i)))
         at(i) = x
         others%is_fixed(i) = .true.
-        call problem%go_back(INSIDE_SLOT)
+        call problem%set_state(state_inside)
         call refit(at)
         if (report%has_jumped .and. report%n_evaluations > 1) then ! a jump keeps the others from their minimum
           call problem%leave_out(is_less)
@@ -170,7 +171,7 @@ contains
           inside = x
           w_inside = w
           at_inside = report%p
-          call problem%keep(INSIDE_SLOT)
+          call problem%get_state(state_inside)
         else
           is_stuck = .not. abs(x - inside) > 1.0e-3_rp*abs(x - best(i))
           if (has_outside) n_same = min(0, n_same) - 1
@@ -180,7 +181,7 @@ contains
           has_outside = .true.
         end if
         if (is_stuck) then ! the sum of squares jumps, or what is valid ends
-          call problem%go_back(INSIDE_SLOT)
+          call problem%set_state(state_inside)
           call refit(at_outside)
           if (report%has_jumped) call problem%leave_out(is_less)
           if (is_less) return
@@ -196,7 +197,7 @@ contains
           inside = outside ! seen from nearby it is no jump
           w_inside = w
           at_inside = report%p
-          call problem%keep(INSIDE_SLOT)
+          call problem%get_state(state_inside)
           has_outside = .false.
           n_same = 0
         end if

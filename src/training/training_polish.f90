@@ -11,6 +11,7 @@ module training_polish
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
+  use least_squares_state, only: solver_state_t
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
@@ -339,15 +340,15 @@ contains
     type(search_space_t), intent(in) :: space
     class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(inout) :: trained
-    integer, parameter :: AT_END = 3
+    class(solver_state_t), allocatable :: at_end
     integer :: i, l
-    call problem%keep(AT_END)
+    call problem%get_state(at_end)
     problem%n_parts = size(trained%coordinates)
     problem%begun = wall_seconds()
     allocate (trained%intervals(size(trained%coordinates)))
     allocate (trained%is_left_out(size(problem%is_left_out), size(trained%coordinates)))
     do i = 1, size(trained%coordinates)
-      call problem%go_back(AT_END)
+      call problem%set_state(at_end)
       problem%is_left_out = .false.
       problem%part = i
       problem%name = trim(space%names(i))

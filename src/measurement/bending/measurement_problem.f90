@@ -12,6 +12,7 @@ module measurement_problem
   use base_errors, only: require
   use base_kinds, only: rp
   use least_squares_problem, only: least_squares_t, unknowns_t
+  use least_squares_state, only: solver_state_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use solid_params, only: parameter_t
@@ -25,13 +26,13 @@ module measurement_problem
 
   real(rp), parameter, public :: ONE_DECADE = 2.302585092994046_rp !< ln 10, sd of the usual prior
 
-  !> Where a solver stands.
-  type :: stand_t
+  !> The point where the solver stands, and what was computed there.
+  type, extends(solver_state_t) :: wing_problem_state_t
     real(rp), allocatable :: p(:)                      !< not allocated: nowhere yet
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
     logical, allocatable :: is_start(:)
-  end type stand_t
+  end type wing_problem_state_t
 
   type, extends(least_squares_t) :: wing_problem_t
     type(experiment_t), pointer :: experiment => null()
@@ -43,7 +44,7 @@ module measurement_problem
     logical, allocatable :: is_left_out(:)             !< (loads) its residuals are 0, whatever the shape
     integer :: n_factorisations = 0
     real(rp), allocatable, private :: p(:)             !< the last point
-    type(stand_t), private :: here, kept(3)
+    type(wing_problem_state_t), private :: here        !< without shapes and starts, which are above
     type(evaluation_work_t), private :: work
   contains
     procedure :: init => problem_init
@@ -52,8 +53,8 @@ module measurement_problem
     procedure :: solve => problem_solve
     procedure :: evaluate => problem_evaluate
     procedure :: accept => problem_accept
-    procedure :: keep => problem_keep
-    procedure :: go_back => problem_go_back
+    procedure :: get_state => problem_get_state
+    procedure :: set_state => problem_set_state
     procedure :: has_jumped => problem_has_jumped
     procedure :: leave_out => problem_leave_out
     procedure, private :: is_jump => problem_is_jump
@@ -85,8 +86,7 @@ contains
   subroutine problem_free(self)
     class(wing_problem_t), intent(inout) :: self
     call self%work%free()
-    self%here = stand_t()
-    self%kept = stand_t()
+    self%here = wing_problem_state_t()
     if (allocated(self%evaluations)) deallocate (self%evaluations, self%shapes, self%tried, self%is_start, &
                                                  self%is_left_out)
   end subroutine problem_free
@@ -151,23 +151,31 @@ contains
   end subroutine problem_accept
 
   !> See `least_squares_t`.
-  subroutine problem_keep(self, slot)
-    class(wing_problem_t), intent(inout) :: self
-    integer, intent(in) :: slot
-    self%kept(slot) = self%here
-    self%kept(slot)%shapes = self%shapes
-    self%kept(slot)%is_start = self%is_start
-  end subroutine problem_keep
+  subroutine problem_get_state(self, state)
+    class(wing_problem_t), intent(in) :: self
+    class(solver_state_t), allocatable, intent(out) :: state
+    type(wing_problem_state_t), allocatable :: here
+    allocate (here, source=self%here)
+    here%shapes = self%shapes
+    here%is_start = self%is_start
+    call move_alloc(here, state)
+  end subroutine problem_get_state
 
   !> See `least_squares_t`.
-  subroutine problem_go_back(self, slot)
+  subroutine problem_set_state(self, state)
     class(wing_problem_t), intent(inout) :: self
-    integer, intent(in) :: slot
-    call require(allocated(self%kept(slot)%shapes), 'wing_problem_t: a slot that holds something')
-    self%here = self%kept(slot)
-    self%shapes = self%kept(slot)%shapes
-    self%is_start = self%kept(slot)%is_start
-  end subroutine problem_go_back
+    class(solver_state_t), intent(in) :: state
+    select type (state)
+    type is (wing_problem_state_t)
+      if (allocated(self%here%p)) deallocate (self%here%p, self%here%evaluations)
+      if (allocated(state%p)) self%here%p = state%p
+      if (allocated(state%evaluations)) self%here%evaluations = state%evaluations
+      self%shapes = state%shapes
+      self%is_start = state%is_start
+    class default
+      call require(.false., 'wing_problem_t: the state must be one of a wing')
+    end select
+  end subroutine problem_set_state
 
   !> See `least_squares_t`.
   logical function problem_has_jumped(self) result(has_jumped)

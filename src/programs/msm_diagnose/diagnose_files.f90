@@ -88,10 +88,10 @@ contains
     logical :: is_valid
     n = simulator%n_observations
     allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
-    call simulator%recall()
+    call d%stand_at_baseline(simulator)
     call simulator%evaluate(d%plain%q, [integer ::], base, jacobian, is_valid)
     extended = base
-    call simulator%recall(d%extended_slot)
+    call d%stand_at_extended(simulator)
     if (d%extended%is_found) call simulator%evaluate(d%extended%q, [integer ::], extended, jacobian, is_valid)
     white(:, 1) = base
     white(:, 2) = extended

@@ -214,9 +214,9 @@ contains
     real(rp) :: residuals(self%simulator%n_observations), jacobian(self%simulator%n_observations, 0)
     real(rp) :: both(self%simulator%n_observations, 2)
     logical :: is_valid
-    call self%simulator%recall()
+    call self%diagnosis%stand_at_baseline(self%simulator)
     call self%simulator%evaluate(self%diagnosis%baseline%q, [integer ::], residuals, jacobian, is_valid)
-    call self%simulator%recall(self%diagnosis%extended_slot)
+    call self%diagnosis%stand_at_extended(self%simulator)
     both(:, 1) = residuals
     both(:, 2) = self%simulator%labels%observed
     call self%diagnosis%whitener%apply(both)

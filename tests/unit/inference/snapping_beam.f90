@@ -6,14 +6,14 @@
 module snapping_beam
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t
-  use inference_simulator, only: N_SLOTS, slot_of
+  use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: snapping_t
+  public :: place_t, snapping_t
 
   real(rp), parameter :: HEIGHT = 3.0_rp !< of the other shape over that of the model, in sd of the noise
 
-  type :: place_t
+  type, extends(solver_state_t) :: place_t
     logical :: is_snapped = .false., is_known = .false.
     real(rp) :: x = 0                      !< of the quantity that decides
   end type place_t
@@ -22,12 +22,12 @@ module snapping_beam
     integer :: surface = 5, column = 1     !< that snaps, quantity that decides
     real(rp) :: farthest = huge(1.0_rp)    !< step at which it does not snap
     real(rp) :: fold = huge(1.0_rp)        !< it has the other shape above
-    type(place_t) :: here, tried, kept(0:N_SLOTS + 20)
+    type(place_t) :: here, tried
   contains
     procedure :: evaluate => snapping_evaluate
     procedure :: accept => snapping_accept
-    procedure :: keep => snapping_keep
-    procedure :: recall => snapping_recall
+    procedure :: get_state => snapping_get_state
+    procedure :: set_state => snapping_set_state
   end type snapping_t
 
 contains
@@ -39,7 +39,7 @@ contains
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: is_valid
     call self%beam_t%evaluate(q, columns, residuals, jacobian, is_valid)
-    self%tried = place_t(self%here%is_snapped, .true., q(self%column))
+    self%tried = place_t(is_snapped=self%here%is_snapped, is_known=.true., x=q(self%column))
     associate (x => self%tried%x)
       if (self%here%is_known .and. abs(x - self%here%x) > self%farthest) self%tried%is_snapped = .true.
       if (x > self%fold) self%tried%is_snapped = .true.
@@ -56,17 +56,20 @@ contains
     self%here = self%tried
   end subroutine snapping_accept
 
-  subroutine snapping_keep(self, slot)
-    class(snapping_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
-    self%kept(slot_of(slot)) = self%here
-  end subroutine snapping_keep
+  subroutine snapping_get_state(self, state)
+    class(snapping_t), intent(in) :: self
+    class(solver_state_t), allocatable, intent(out) :: state
+    allocate (state, source=self%here)
+  end subroutine snapping_get_state
 
-  subroutine snapping_recall(self, slot, only_shapes)
+  subroutine snapping_set_state(self, state, only_shapes)
     class(snapping_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
+    class(solver_state_t), intent(in) :: state
     logical, intent(in), optional :: only_shapes
-    if (present(only_shapes)) call self%beam_t%recall(slot, only_shapes)
-    self%here = self%kept(slot_of(slot))
-  end subroutine snapping_recall
+    if (present(only_shapes)) call self%beam_t%set_state(state, only_shapes)
+    select type (state)
+    type is (place_t)
+      self%here = state
+    end select
+  end subroutine snapping_set_state
 end module snapping_beam

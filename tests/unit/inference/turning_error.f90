@@ -4,8 +4,8 @@ module turning_error
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, P_ONE_WAY
   use inference_second_look, only: model_error_t
-  use inference_simulator, only: N_SLOTS, slot_of
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: twisted_t, turning_t, growing_t, angle_of, error_of
@@ -13,13 +13,17 @@ module turning_error
   real(rp), parameter, public :: TRUTH = 1.5_rp
   real(rp), parameter :: BOW = 0.01_rp, TWIST = 0.02_rp
 
+  type, extends(solver_state_t) :: twisted_state_t
+    real(rp) :: factor = 1
+  end type twisted_state_t
+
   !> A beam with the error: angle 0 is the bow, a right angle the twist.
   type, extends(beam_t) :: twisted_t
-    real(rp) :: angle = 0, factor = 1, kept_factor(0:N_SLOTS + 20) = 1
+    real(rp) :: angle = 0, factor = 1
   contains
     procedure :: directions => twisted_directions
-    procedure :: keep => twisted_keep
-    procedure :: recall => twisted_recall
+    procedure :: get_state => twisted_get_state
+    procedure :: set_state => twisted_set_state
   end type twisted_t
 
   type, extends(model_error_t) :: turning_t
@@ -64,21 +68,22 @@ contains
     nuisances(:, n) = error_of(self)
   end subroutine twisted_directions
 
-  subroutine twisted_keep(self, slot)
-    class(twisted_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
-    call self%beam_t%keep(slot)
-    self%kept_factor(slot_of(slot)) = self%factor
-  end subroutine twisted_keep
+  subroutine twisted_get_state(self, state)
+    class(twisted_t), intent(in) :: self
+    class(solver_state_t), allocatable, intent(out) :: state
+    allocate (state, source=twisted_state_t(factor=self%factor))
+  end subroutine twisted_get_state
 
-  subroutine twisted_recall(self, slot, only_shapes)
+  subroutine twisted_set_state(self, state, only_shapes)
     class(twisted_t), intent(inout) :: self
-    integer, intent(in), optional :: slot
+    class(solver_state_t), intent(in) :: state
     logical, intent(in), optional :: only_shapes
-    call self%beam_t%recall(slot, only_shapes)
     if (present(only_shapes)) return
-    self%factor = self%kept_factor(slot_of(slot))
-  end subroutine twisted_recall
+    select type (state)
+    type is (twisted_state_t)
+      self%factor = state%factor
+    end select
+  end subroutine twisted_set_state
 
   subroutine turning_renew(self, whitener, q)
     class(turning_t), intent(inout) :: self

@@ -1,37 +1,38 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Where a simulator of a wing stands: shapes from which solutions begin, and errors about which nuisances are linear.
-module diagnosis_wing_standing
+module diagnosis_wing_state
   use base_kinds, only: rp
+  use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: standing_t
+  public :: wing_state_t
 
-  type :: standing_t
+  type, extends(solver_state_t) :: wing_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
     real(rp), allocatable :: band(:, :)      !< (n, :) further directions of errors, of the mesh for instance
     logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
     real(rp), allocatable :: aside(:, :)     !< (2, loads) [m] errors of places about which nuisances are linear
     real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
-    procedure :: init => standing_init
-    procedure :: begin_like => standing_begin_like
-  end type standing_t
+    procedure :: init => state_init
+    procedure :: begin_like => state_begin_like
+  end type wing_state_t
 
 contains
 
   !> At rest: n observations, of which n_bent are of loads, shapes(3, n_all, n_loads).
-  subroutine standing_init(self, n, n_bent, n_all, n_loads)
-    class(standing_t), intent(out) :: self
+  subroutine state_init(self, n, n_bent, n_all, n_loads)
+    class(wing_state_t), intent(out) :: self
     integer, intent(in) :: n, n_bent, n_all, n_loads
     allocate (self%shapes(3, n_all, n_loads), self%band(n, 0), self%aside(2, n_loads), self%linear(n_bent), source=0.0_rp)
     allocate (self%is_start(n_loads), source=.false.)
-  end subroutine standing_init
+  end subroutine state_init
 
   !> Takes the shapes of `other`, the same loads on a mesh of half or of twice the size, and its errors. This mesh has
   !> n_points; parents(2, points of the finer mesh): the points of the coarser one between which each lies.
-  subroutine standing_begin_like(self, other, n_points, parents)
-    class(standing_t), intent(inout) :: self
-    type(standing_t), intent(in) :: other
+  subroutine state_begin_like(self, other, n_points, parents)
+    class(wing_state_t), intent(inout) :: self
+    type(wing_state_t), intent(in) :: other
     integer, intent(in) :: n_points, parents(:, :)
     self%shapes = 0 ! ghost points do not move
     if (n_points == size(parents, 2)) then
@@ -42,5 +43,5 @@ contains
     self%is_start = other%is_start
     self%aside = other%aside
     self%linear = other%linear
-  end subroutine standing_begin_like
-end module diagnosis_wing_standing
+  end subroutine state_begin_like
+end module diagnosis_wing_state
