@@ -143,9 +143,13 @@ def squares_with_shared_scan(case, loads):
 
 def refuse_other_wing(case, diagnose):
     """What was found for the small wing, by training and by diagnosis, is refused with the fine mesh of the same wing, and with the same
-    mesh in another size, by all three programs; allow_other_wing takes it with a notice."""
+    mesh with a thicker vein, by all three programs; allow_other_wing takes it with a notice. The size is the user's."""
     shutil.copy(diagnose.folder / "diagnosis_baseline.ini", case.folder / "diagnosed.ini")
     fine = SOURCE / "wings/calliphora.h5"
+    thick = case.folder / "thick.h5"
+    shutil.copy(WING, thick)
+    with h5py.File(thick, "r+") as file:
+        file["veins/C/diameters"][0] *= 1.01
     inputs = {FLUSI: ("--static", (case.folder / "static.ini").read_text()), case.program: ("", (case.folder / "train.ini").read_text()),
               MSM_DIAGNOSE: ("", (diagnose.folder / "diagnose.ini").read_text())}
     for program, (mode, text) in inputs.items():
@@ -163,7 +167,9 @@ def refuse_other_wing(case, diagnose):
             user.write("run.ini", own)
             done = user.run(*arguments, "run.ini", "--check", ranks=0)
             check("found for another wing" not in done.out + done.err, f"{found} is for this wing:\n{done.out}{done.err}")
-            for other in (own.replace(str(WING), str(fine)), own.replace("[Wing]\n", "[Wing]\nlength = 9.5e-3;\n", 1)):
+            user.write("run.ini", own.replace("[Wing]\n", "[Wing]\nlength = 9.1e-3;\n", 1))
+            user.run(*arguments, "run.ini", "--check", ranks=0)
+            for other in (own.replace(str(WING), str(fine)), own.replace(str(WING), str(thick))):
                 user.write("run.ini", other)
                 done = user.run(*arguments, "run.ini", "--check", ranks=0, code=EXIT_USER)
                 check(re.search(rf"{found}:\d+: \[Wing\] fingerprint: these values were found for another wing", done.err),

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Mapping, Optional, Sequence, Union
 
+import numpy as np
+
 from flusi_msm.errors import InputError
 from flusi_msm.project_python import program
 
@@ -53,7 +55,7 @@ def text_of_input(sections: Sections) -> str:
             return "yes" if value else "no"
         if isinstance(value, (list, tuple)):
             return " ".join(word(v) for v in value)
-        return repr(float(value)) if type(value).__name__.startswith("float") else str(value)
+        return repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
 
     lines = []
     for section, keys in sections.items():

@@ -159,17 +159,19 @@ def read_measurement(path: Place) -> Measurement:
         return value.ravel()[0].item() if value.size == 1 else value
 
     try:
-        check_seal(path)
+        check_seal(Path(path))
         with h5py.File(path, "r") as file:
             if plain(file.attrs.get("schema", "")) != "flusi-msm measurement":
                 raise InputError(f"{path}: not a measurement file")
+            def attributes(part: str) -> Dict[str, Any]:
+                return {key: plain(v) for key, v in file[part].attrs.items()} if part in file else {}
+
             groups = file.get("loads", {})
             lines = {name: file[f"reference/{name}"][:] if f"reference/{name}" in file else np.zeros(0) for name in "xy"}
             return Measurement(Path(path), lines["x"], lines["y"], file["reference/z"][:] if "reference/z" in file else None,
                                {name: group["z"][:] for name, group in groups.items() if "z" in group},
                                {name: {key: plain(v) for key, v in group.attrs.items()} for name, group in groups.items()},
-                               *({key: plain(v) for key, v in file[part].attrs.items()} if part in file else {}
-                                 for part in ("accuracy", "calibration")), plain(file.attrs.get("title", "")))
+                               attributes("accuracy"), attributes("calibration"), plain(file.attrs.get("title", "")))
     except (OSError, KeyError) as error:
         raise InputError(f"{path}: not a readable measurement file: {error}") from None
 

@@ -15,7 +15,7 @@ module common_wing_fragment
 contains
 
   !> The section with every value that differs from what it would be without, the side that these mean by +z, and the
-  !> fingerprint of their wing, without which the values mean nothing.
+  !> fingerprint and the size of their wing, without which the values mean nothing.
   function wing_lines(p, setup) result(text)
     type(solid_params_t), intent(in) :: p
     type(wing_case_t), intent(in) :: setup !< the wing for which the values were found
@@ -25,6 +25,8 @@ contains
     side = trim(setup%wing%z_side)
     if (side == '') side = trim(Z_SIDES(1))
     text = '[Wing]'//NL//'fingerprint = '//setup%fingerprint//'; of the wing that these values belong to'//NL
+    if (setup%asked_size(1) > 0) text = text//'length = '//number_text(setup%asked_size(1))//'; m'//NL
+    if (setup%asked_size(2) > 0) text = text//'mean_chord = '//number_text(setup%asked_size(2))//'; m'//NL
     text = text//'z_side = '//side//';'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '// &
            number_text(p%plate)//'; N m'//NL// &
            'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)

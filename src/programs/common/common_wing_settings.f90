@@ -13,7 +13,6 @@ module common_wing_settings
   use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, parameter_t, solid_params_t
-  use solid_wing, only: wing_t
   use solid_wing_case, only: wing_case_t
   use parallel_world, only: world_t
   use solid_wing_file, only: read_wing, load_shared_wing => load_wing
@@ -57,6 +56,7 @@ contains
     end if
     if (errors%count() > n_before) return
     call read_z_side(config, s, notices)
+    s%fingerprint = wing_fingerprint(s%wing)
     call scale_wing(config, s)
     call check_fingerprint(config, s, errors, notices)
     call read_material(config, s, errors, notices)
@@ -97,11 +97,10 @@ contains
     type(config_t), intent(in) :: config
     type(wing_case_t), intent(inout) :: s
     real(rp) :: length, chord, a(2), b(2), area, stretch
-    type(wing_t) :: in_file
     integer :: i
     length = config%get_real('Wing', 'length')
     chord = config%get_real('Wing', 'mean_chord')
-    in_file = s%wing
+    s%asked_size = [length, chord]
     associate (points => s%wing%points, triangles => s%wing%triangles)
       if (length > 0) s%scale = length/maxval(points(1, :))
       points = s%scale(1)*points
@@ -120,7 +119,6 @@ contains
         points(2, :) = stretch*points(2, :)
       end if
     end associate
-    s%fingerprint = wing_fingerprint(in_file, s%scale)
   end subroutine scale_wing
 
   !> Values that were found for another wing are a mistake, unless the user wants them.
@@ -141,8 +139,8 @@ contains
     if (config%get_switch('Wing', 'allow_other_wing')) then
       call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes takes them all the same')
     else
-      call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file, length and mean_chord that they '// &
-                           'belong to, or take them all the same with [Wing] allow_other_wing = yes')
+      call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file that they belong to, '// &
+                           'or take them all the same with [Wing] allow_other_wing = yes')
     end if
   end subroutine check_fingerprint
 

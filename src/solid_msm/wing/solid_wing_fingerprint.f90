@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A number that tells wings apart: all that bends, which is points, membrane, veins with their diameters, joints and root, and
-!> the size that a run gives the wing. Titles, `z_side` and masses are no part of it, nor is the layout of the file.
+!> A number that tells wings apart: all that bends, which is points, membrane, veins with their diameters, joints and root.
+!> Titles, `z_side` and masses are no part of it, nor is the layout of the file.
 module solid_wing_fingerprint
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals, checksum_text
   use base_kinds, only: i8, rp
@@ -13,11 +13,10 @@ module solid_wing_fingerprint
 
 contains
 
-  !> 16 hexadecimal digits, the same for the same wing on every machine. `wing` has the numbers of its file; `scale` is what its x
-  !> and y are multiplied with [-], which counts to 1e-6. Wings that differ have the same digits in one of 2**64 cases.
-  function wing_fingerprint(wing, scale) result(text)
+  !> 16 hexadecimal digits, the same for the same wing on every machine. `wing` has the numbers of its file, in the size of the
+  !> file. Wings that differ have the same digits in one of 2**64 cases.
+  function wing_fingerprint(wing) result(text)
     type(wing_t), intent(in) :: wing
-    real(rp), intent(in) :: scale(2)
     character(FINGERPRINT_LENGTH) :: text
     integer(i8) :: total, place
     integer :: i
@@ -36,7 +35,6 @@ contains
       call add_integers(wing%joints(i)%nodes)
     end do
     call add_integers(wing%root)
-    call add_integers(nint(1.0e6_rp*scale))
     write (text, '(z16.16)') total
 
   contains

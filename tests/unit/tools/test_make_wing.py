@@ -176,6 +176,22 @@ def test_mass_and_centre(plain, tmp_path):
     assert "--membrane-mass" in "\n".join(report(plain, quality_of(plain)))
 
 
+def test_masses_in_other_units_are_named(tmp_path):
+    """81 ug typed in mg or kg, and a mass without a source; what is right is not doubted."""
+    def told(*options):
+        done = subprocess.run([sys.executable, SOURCE / "tools/make_wing", SOURCE / "wings/rectangle.svg", "-o", tmp_path / "w.h5", "--edge", "0.7",
+                               "--mesher", "own", "--no-picture", *options], check=True, stdout=subprocess.PIPE, text=True)
+        return [line for line in done.stdout.splitlines() if "mass" in line and line.startswith("notice")]
+    assert told("--membrane-mass", "50", "--mass-source", "a balance") == []
+    assert "--mass-source TEXT" in told("--membrane-mass", "50")[0]
+    for typed, words in (("0.05", "is too small for membranes of insects"), ("5e4", "is too large for membranes of insects")):
+        (line,) = told("--membrane-mass", typed, "--mass-source", "a balance")
+        assert words in line and "would be usual" in line, line
+    from flusi_msm.magnitude import YOUNG, magnitude_doubt
+    assert magnitude_doubt(12.58, YOUNG, "Pa", "veins") == "12.58 Pa is too small for veins, which have 1e+07 to 1e+11 Pa; if it is in GPa, write 1.258e+10"
+    assert magnitude_doubt(1e22, YOUNG, "Pa", "veins").endswith("Pa") and magnitude_doubt(9e9, YOUNG, "Pa", "veins") == ""
+
+
 def test_mass_of_a_cone(tmp_path):
     """A vein that tapers from 80 um to 20 um: d^2 averaged over its length is (a^2 + a b + b^2)/3, its centre is nearer to
     the thick end."""

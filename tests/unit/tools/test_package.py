@@ -5,6 +5,7 @@ import os
 import stat
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -193,3 +194,18 @@ def test_import_is_light():
     """A tool that draws wings does not wait for pandas."""
     code = "import sys, flusi_msm, flusi_msm.wing.file; assert 'pandas' not in sys.modules and 'flusi_msm.workflow' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONPATH": str(Path(SOURCE, "tools"))})
+
+
+def test_everything_is_installed():
+    """The package that pip installs has every folder of modules, and the command of every tool that does not need the source."""
+    tomllib = pytest.importorskip("tomllib")
+    told = tomllib.loads((SOURCE / "tools/pyproject.toml").read_text())
+    folders = {str(path.parent.relative_to(SOURCE / "tools")).replace("/", ".") for path in (SOURCE / "tools/flusi_msm").rglob("*.py")}
+    assert folders == set(told["tool"]["setuptools"]["packages"])
+    commands = {name.removeprefix("flusi-").replace("-", "_"): place for name, place in told["project"]["scripts"].items()}
+    for place in commands.values():
+        module, function = place.split(":")
+        assert callable(getattr(import_module(module), function)), place
+    tools = {path.name for path in (SOURCE / "tools").iterdir() if path.is_file() and "flusi_msm.project_python" in path.read_text(errors="replace")}
+    only_source = {"make_wings", "reproduce-paper", "reproduce_paper", "import_prepazy", "plot_prepazy"}
+    assert tools - only_source <= set(commands) <= tools

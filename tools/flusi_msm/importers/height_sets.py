@@ -171,8 +171,9 @@ def read_height_set(path: Path, pixels: Pixels, problems: Problems) -> Optional[
     counts = known.sum(0)
     mean = np.where(counts > 0, np.nansum([one.z for one in scans], axis=0) / np.maximum(counts, 1), np.nan)
     sigma = {name: one.sigma for name, one in maps.items() if one.sigma is not None}
-    if all(one.sigma is not None for one in scans):
-        squares = np.nansum([np.where(k, one.sigma**2, 0) for k, one in zip(known, scans)], axis=0)
+    errors = [one.sigma for one in scans if one.sigma is not None]
+    if len(errors) == len(scans):
+        squares = np.nansum([np.where(k, error**2, 0) for k, error in zip(known, errors)], axis=0)
         sigma[REFERENCE] = np.where(counts > 0, np.sqrt(squares) / np.maximum(counts, 1), 1.0)
     z = {REFERENCE: mean, **{name: one.z for name, one in maps.items()}}
     notes = {REFERENCE: scans[0].notes, **{name: one.notes for name, one in maps.items()}}

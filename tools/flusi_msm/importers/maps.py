@@ -118,10 +118,10 @@ def from_arrays(path, arrays: Dict[str, np.ndarray]) -> Map:
     if missing:
         raise InputError(f"{path}: has no array {', '.join(missing)}; it has {', '.join(sorted(arrays)) or 'none'}")
     try:
-        values = {name: np.asarray(arrays[name], float) for name in ("x", "y", "z", "sigma") if name in arrays}
+        values: Dict[str, np.ndarray] = {name: np.asarray(arrays[name], float) for name in ("x", "y", "z", "sigma") if name in arrays}
     except (TypeError, ValueError):
         raise InputError(f"{path}: x, y, z must be numbers") from None
-    axes = {}
+    axes: Dict[str, np.ndarray] = {}
     for name, along in (("x", 1), ("y", 0)):
         axis = values[name]
         if axis.ndim == 2 and 1 in axis.shape:
@@ -154,7 +154,7 @@ def read_tiff_map(path: Path, pixels: Pixels) -> Map:
     is_real = counts.dtype.kind == "f"
     if not is_real and pixels.count is None:
         wrong.append(f"{path}: holds integers: give --height-per-count, the height of one step in --height-units")
-    if wrong:
+    if wrong or pixels.size is None:
         raise InputError("\n".join(wrong))
     z = counts.astype(float)
     if pixels.missing is not None:

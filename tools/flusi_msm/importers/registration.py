@@ -69,7 +69,7 @@ def by_landmarks(names, scan: np.ndarray, wing: np.ndarray, problems: Problems) 
     if len(names) < 2:
         problems.error("landmarks: two or more are needed, better three or more")
         return Registration()
-    spread = [np.linalg.norm(points - points.mean(0)) for points in (scan, wing)]
+    spread = [float(np.linalg.norm(points - points.mean(0))) for points in (scan, wing)]
     if min(spread) <= 0:
         problems.error("landmarks: all lie at one place")
         return Registration()

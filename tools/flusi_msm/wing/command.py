@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import List, Optional
 
 from flusi_msm.errors import InputError, Problems, run_command
+from flusi_msm.magnitude import AREAL, DIAMETERS, magnitude_doubt
 from flusi_msm.wing.file import Z_SIDES, Wing, WingMass, add_z_side, write_wing
 from flusi_msm.wing.mesh import default_edge, mesh_wing, missing_edges
 from flusi_msm.wing.network import SNAP, build_network
@@ -43,7 +44,16 @@ def traced_wing(sketch: Sketch, problems: Problems, edge: Optional[float] = None
     edge = edge or sketch.edge or default_edge(abs(polygon_area(trace.outline)))
     wing = mesh_wing(trace, net, edge, mesher, problems)
     if sketch.membrane_mass:
+        doubt = magnitude_doubt(sketch.membrane_mass / float(wing.areas().sum()), AREAL, "kg/m^2", "membranes of insects")
+        if doubt:
+            problems.notice(f"{trace.source}: mass of the membrane {1e9 * sketch.membrane_mass:.4g} ug: {doubt} (--membrane-mass is in ug)")
+        if not sketch.mass_source:
+            problems.notice(f"{trace.source}: where the mass of the membrane comes from is not said: --mass-source TEXT")
         wing.mass = WingMass("uniform", sketch.membrane_mass, sketch.mass_source or "who made the wing with make_wing")
+    for name, (_, diameters) in wing.veins.items():
+        doubt = magnitude_doubt(float(max(diameters)), DIAMETERS, "m", "veins of insects")
+        if doubt:
+            problems.notice(f"{trace.source}: vein '{name}': its diameter of {doubt}")
     angle = wing.smallest_angle()
     if angle < SMALL_ANGLE:
         x, y = 1e3 * quality_of(wing).worst
