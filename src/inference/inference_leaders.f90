@@ -31,7 +31,7 @@ contains
     type(diagnosis_t), intent(inout) :: d
     type(refit_t), intent(in), optional :: before(:)
     real(rp), parameter :: FAR = 10.0_rp ! of the log evidence
-    type(refit_t) :: one, full
+    type(refit_t) :: one, full, blank
     type(explained_t) :: alone
     logical :: is_better
     real(rp) :: linear(size(d%hypotheses%effect)), least
@@ -48,7 +48,8 @@ contains
       n_fitted = size(d%refits)
       do turn = 1, round*size(order) ! in round 2 once more, for parts of what was fitted meanwhile
         i = modulo(turn - 1, size(order)) + 1
-        one = refit_t(candidate=d%hypotheses%best(order(i)))
+        one = blank
+        one%candidate = d%hypotheses%best(order(i))
         if (is_tried(order(i)) .or. .not. is_worth_it()) cycle
         is_tried(order(i)) = .true.
         known = place_in_before()

@@ -7,6 +7,7 @@ import shlex
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 from flusi_msm.demo.command import prepare, verdict
@@ -70,6 +71,17 @@ class Demo(unittest.TestCase):
             self.run_step(self.step(f"open('out', 'w'); sys.exit({code})", good_codes=(0, 10, 11, 12)))
         with self.assertRaisesRegex(InputError, "exit code 20"):
             self.run_step(self.step("open('out', 'w'); sys.exit(20)", good_codes=(0, 10, 11, 12)))
+
+    def test_interrupted_step_is_ended(self):
+        step = self.step("print('begun', flush=True); import time; time.sleep(5); open('out', 'w')")
+
+        def interrupt(lines, log, is_live):
+            next(iter(lines))
+            raise SystemExit(143)  # as on SIGTERM
+
+        with unittest.mock.patch.object(Runner, "follow", staticmethod(interrupt)), self.assertRaises(SystemExit):
+            self.run_step(step)
+        self.assertFalse((self.folder / "out").exists())  # which its end would make
 
     def test_failure_shows_the_end_of_the_log(self):
         with self.assertRaisesRegex(InputError, "it made no out.*\n.*the reason\n"):

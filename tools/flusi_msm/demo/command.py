@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import shutil
+import signal
 import sys
 import time
 import webbrowser
@@ -75,4 +76,5 @@ def command() -> None:
     parser.add_argument("--ranks", type=int, default=2, metavar="N", help="MPI ranks of the programs (default 2)")
     parser.add_argument("--no-open", action="store_true", help="do not open the report in a browser")
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # so that its programs are told, too
     run_command("demo", lambda: demo(options))

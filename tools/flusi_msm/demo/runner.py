@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import List, Optional, Sequence
+from typing import Iterable, List, Optional, Sequence, TextIO
 
 from flusi_msm.demo.steps import Step
 from flusi_msm.errors import InputError
@@ -98,14 +98,22 @@ class Runner:
                 raise InputError(f"{step.title}: {words[0]} cannot be started ({error.strerror}); "
                                  "'tools/quickstart demo' builds and installs what is needed") from None
             with process:  # closes its output
-                for line in process.stdout or ():
-                    log.write(line)
-                    log.flush()
-                    if is_live and line.strip():
-                        print(f"\r\033[K    {line.rstrip()[:WIDTH]}", end="", flush=True)
+                try:
+                    self.follow(process.stdout or (), log, is_live)
+                except BaseException:
+                    process.terminate()  # a run that goes on alone would hold the folder
+                    raise
         if is_live:
             print("\r\033[K", end="")
         return process.returncode
+
+    @staticmethod
+    def follow(lines: Iterable[str], log: TextIO, is_live: bool) -> None:
+        for line in lines:
+            log.write(line)
+            log.flush()
+            if is_live and line.strip():
+                print(f"\r\033[K    {line.rstrip()[:WIDTH]}", end="", flush=True)
 
     def fail(self, step: Step, code: int, missing: Sequence[str]) -> None:
         tail = self.log(step).read_text(encoding="utf-8").rstrip().split("\n")[-20:]
