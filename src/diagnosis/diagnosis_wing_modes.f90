@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The natural modes of a measurement as a simulator of a wing sees them: residuals in units of their sd, with the unit matrix
-!> as covariance, and exact tangents of all quantities of the catalogue. They stand behind the observations of bending tests; each
-!> mode is one more surface, and a fold of its own. Without modes there is nothing here.
+!> as covariance, and exact tangents of all quantities of the catalogue. In vectors of observations bending tests come first and
+!> modes follow. Each mode is a surface of its own, and a fold of its own. Without modes there are no observations here.
 module diagnosis_wing_modes
   use base_errors, only: failure_t
   use base_kinds, only: rp

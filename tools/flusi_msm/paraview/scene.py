@@ -41,7 +41,7 @@ def magnitude(flow):
 
 def coloured(source, view, colour, opacity):
     shown = pv.Show(source, view)
-    pv.ColorBy(shown, None)
+    shown.ColorArrayName = ["POINTS", ""]  # one colour
     shown.DiffuseColor = shown.AmbientColor = [int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)]
     shown.Opacity = opacity
     return shown
