@@ -5,7 +5,7 @@ module base_constants
   implicit none
   private
   public :: PI, TWO_PI, IMAG, EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, &
-            EXIT_UNWRITABLE
+            EXIT_UNWRITABLE, EXIT_MEMORY
 
   real(rp), parameter :: PI = 3.14159265358979323846_rp
   real(rp), parameter :: TWO_PI = 2*PI
@@ -17,4 +17,5 @@ module base_constants
   integer, parameter :: EXIT_NUMERICAL = 3 !< NaN or blow-up; the last good checkpoint is kept
   integer, parameter :: EXIT_STOPPED = 4   !< stopped early on request, with a checkpoint: submit again
   integer, parameter :: EXIT_UNWRITABLE = 5 !< files cannot be written: the disk is full, or the folder read-only or missing
+  integer, parameter :: EXIT_MEMORY = 6    !< the machine has not enough memory
 end module base_constants

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Requests to stop that come as signals: SIGTERM (end of a batch job) and SIGUSR1 (its announcement).
+!> Requests to stop that come as signals: SIGTERM (end of a batch job), SIGUSR1 (its announcement), SIGINT (Ctrl-C) and SIGHUP
+!> (the terminal is closed).
 !>
 !> The one module variable of the project: a signal handler takes no argument and can reach nothing
 !> else. It is only ever set here and only read through `signal_caught`.
@@ -10,8 +11,8 @@ module base_signals
   public :: catch_signals, signal_caught, ignore_size_limit
 
   ! Linux numbers.
-  integer(c_int), parameter :: SIGUSR1 = 10, SIGTERM = 15, SIGXFSZ = 25
-  integer(c_intptr_t), parameter :: SIG_IGN = 1
+  integer(c_int), parameter :: SIGHUP = 1, SIGINT = 2, SIGUSR1 = 10, SIGTERM = 15, SIGXFSZ = 25
+  integer(c_intptr_t), parameter :: SIG_DFL = 0, SIG_IGN = 1
 
   integer(c_int), volatile :: caught = 0 !< number of the last signal, 0 before any
 
@@ -25,12 +26,17 @@ module base_signals
 
 contains
 
-  !> From now on SIGTERM and SIGUSR1 are remembered instead of ending the program. Call it after MPI has
-  !> started.
+  !> From now on these signals are remembered instead of ending the program; a second SIGINT ends it. SIGINT and SIGHUP
+  !> remain ignored where they are, as behind nohup. Call it after MPI has started.
   subroutine catch_signals()
+    integer(c_int), parameter :: NUMBERS(4) = [SIGTERM, SIGUSR1, SIGINT, SIGHUP]
     type(c_funptr) :: previous
-    previous = c_signal(SIGTERM, c_funloc(handle))
-    previous = c_signal(SIGUSR1, c_funloc(handle))
+    integer :: i
+    do i = 1, size(NUMBERS)
+      previous = c_signal(NUMBERS(i), c_funloc(handle))
+      if (NUMBERS(i) /= SIGINT .and. NUMBERS(i) /= SIGHUP) cycle
+      if (transfer(previous, SIG_IGN) == SIG_IGN) previous = c_signal(NUMBERS(i), previous)
+    end do
   end subroutine catch_signals
 
   !> Number of the last signal caught on this process, 0 if none came. Other ranks may know nothing of
@@ -48,6 +54,8 @@ contains
 
   subroutine handle(number) bind(C)
     integer(c_int), value :: number
+    type(c_funptr) :: previous
     caught = number
+    if (number == SIGINT) previous = c_signal(number, transfer(SIG_DFL, previous))
   end subroutine handle
 end module base_signals

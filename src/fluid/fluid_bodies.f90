@@ -9,6 +9,7 @@ module fluid_bodies
   use base_constants, only: PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, REAL_BYTES
   use fluid_inflow, only: inflow_profile
   use fluid_params, only: fluid_params_t
   use fluid_penalty, only: penalty_t, COLOR_WALL, COLOR_BODY
@@ -35,12 +36,13 @@ contains
     real(rp), allocatable :: chi(:), us(:, :), from_file(:, :, :)
     integer, allocatable :: color(:)
     type(field_meta_t) :: meta
-    integer :: y, z
+    integer :: y, z, status
     real(rp) :: point(3)
 
     allocate (chi(block%count(1)), us(3, block%count(1)), color(block%count(1)))
     if (params%penalized .and. index(params%mask, 'from_file::') == 1) then
-      allocate (from_file(block%count(1), block%count(2), block%count(3)))
+      allocate (from_file(block%count(1), block%count(2), block%count(3)), stat=status)
+      call check_allocation(status, block%count, REAL_BYTES, 'the mask of a file')
       call read_field(world, params%mask(12:), block, from_file, meta, failure)
       if (.not. failure%failed) call check_box(params%mask(12:), meta, params%grid, failure)
       if (failure%failed) return

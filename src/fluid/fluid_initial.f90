@@ -6,6 +6,7 @@ module fluid_initial
   use base_constants, only: PI
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, COMPLEX_BYTES
   use fluid_bodies, only: check_box
   use fluid_kernels, only: stick_fields, stick_divergence, biot_savart, project_stick
   use fluid_params, only: fluid_params_t
@@ -31,10 +32,12 @@ contains
     type(failure_t), intent(inout) :: failure
     class(transform_t), allocatable :: full
     complex(rp), allocatable :: u(:, :, :)
+    integer :: status
 
     time = 0
     call make_full_transform(main, full)
-    allocate (u(full%sticks%nkz, full%sticks%n, 3))
+    allocate (u(full%sticks%nkz, full%sticks%n, 3), stat=status)
+    call check_allocation(status, [full%sticks%nkz, full%sticks%n, 3], COMPLEX_BYTES, 'the initial condition')
     u = 0
     select case (params%inicond)
     case ('quiescent')
@@ -108,8 +111,9 @@ contains
     complex(rp), intent(in) :: u(:, :, :)
     real(rp), contiguous, intent(inout) :: fields(:, :, :, :)
     complex(rp), allocatable :: one(:, :, :), stick(:, :)
-    integer :: s, f
-    allocate (one(full%sticks%nkz, full%sticks%n, 1), stick(full%sticks%nkz, 7))
+    integer :: s, f, status
+    allocate (one(full%sticks%nkz, full%sticks%n, 1), stick(full%sticks%nkz, 7), stat=status)
+    call check_allocation(status, [full%sticks%nkz, full%sticks%n], COMPLEX_BYTES, 'a field of the initial condition')
     do f = 1, 7
       do s = 1, full%sticks%n
         associate (t => full%sticks)

@@ -9,6 +9,7 @@
 module fluid_pressure
   use base_errors, only: require
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, COMPLEX_BYTES
   use spectral_sticks, only: sticks_t
   use spectral_transform, only: kernels_t, transform_t
   implicit none
@@ -42,7 +43,9 @@ contains
   subroutine pressure_init(self, sticks)
     class(pressure_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks
-    allocate (self%spectrum(sticks%nkz, sticks%n))
+    integer :: status
+    allocate (self%spectrum(sticks%nkz, sticks%n), stat=status)
+    call check_allocation(status, [sticks%nkz, sticks%n], COMPLEX_BYTES, 'the pressure')
   end subroutine pressure_init
 
   !> Keeps p on stick `s`.

@@ -3,6 +3,7 @@
 module fluid_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
+  use base_memory, only: check_allocation, REAL_BYTES
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_state, only: fluid_state_t
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
@@ -49,7 +50,7 @@ contains
     real(rp), allocatable :: numbers(:), rows(:, :)
     character(:), allocatable :: text
     integer(i8) :: number
-    integer :: c
+    integer :: c, status
     call reader%get_reals('grid', numbers, failure)
     if (failure%failed) return
     if (any(nint(numbers) /= params%grid%n)) then
@@ -77,7 +78,8 @@ contains
     if (.not. failure%failed) state%solid_momentum = reshape(numbers, shape(state%solid_momentum))
     call reader%get_reals('solid_moment', numbers, failure)
     if (.not. failure%failed) state%solid_moment = reshape(numbers, shape(state%solid_moment))
-    allocate (rows(2*sticks%nkz, sticks%n))
+    allocate (rows(2*sticks%nkz, sticks%n), stat=status)
+    call check_allocation(status, [2*sticks%nkz, sticks%n], REAL_BYTES, 'what is read of the checkpoint')
     do c = 1, 3
       call reader%get_rows('u'//AXES(c:c), rows, sticks%rows, failure)
       if (failure%failed) return

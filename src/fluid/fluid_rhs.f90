@@ -23,10 +23,10 @@ module fluid_rhs
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, &
                             PASS_RK_FOURTH, PASS_HEUN_FIRST, PASS_HEUN_SECOND, pass_begin, pass_end
   use fluid_sponge, only: sponge_t
-  use fluid_state, only: fluid_state_t, viscous_factor_t
+  use fluid_state, only: allocate_spectra, fluid_state_t, viscous_factor_t
   use fluid_sums, only: sums_t
   use fluid_timestep, only: next_step_length, TOO_FAST
-  use parallel_block, only: block_t
+  use parallel_block, only: allocate_fields, block_t
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t, sphere_radius
   use spectral_transform, only: kernels_t
@@ -98,12 +98,10 @@ contains
     allocate (self%line_divergence(block%count(1)), self%pressure_line(sticks%nkz))
     allocate (self%ones(sticks%nkz), source=1.0_rp)
     self%line_divergence = 0
-    if (params%scheme == SCHEME_RK4) allocate (self%stage_base(sticks%nkz, sticks%n, 3))
+    if (params%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
     if (keeps_pressure) call self%pressure%init(sticks)
-    if (keeps_rhs) allocate (self%kept(sticks%nkz, sticks%n, 3))
-    if (keeps_fields) then
-      allocate (self%fields(block%count(1), block%count(2), block%count(3), 6))
-    end if
+    if (keeps_rhs) call allocate_spectra(self%kept, sticks, 'the change of the flow')
+    if (keeps_fields) call allocate_fields(self%fields, block, 6, 'velocity and vorticity in space')
   end subroutine rhs_init
 
   !> Sets up the next pass.

@@ -3,6 +3,7 @@
 module fluid_solver
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, REAL_BYTES
   use fluid_bodies, only: draw_bodies
   use fluid_inflow, only: inflow_t
   use fluid_initial, only: initial_velocity
@@ -79,8 +80,10 @@ contains
   subroutine fluid_start(self, failure)
     class(fluid_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
+    integer :: status
     associate (rhs => self%rhs, block => self%transform%block)
-      allocate (rhs%initial(block%count(1), block%count(2), block%count(3), 7))
+      allocate (rhs%initial(block%count(1), block%count(2), block%count(3), 7), stat=status)
+      call check_allocation(status, [block%count, 7], REAL_BYTES, 'the initial condition in space')
       call initial_velocity(self%transform, rhs%params, rhs%initial, rhs%state%time, failure)
       if (failure%failed) return
       call self%transform%forward(rhs%initial(:, :, :, 1:3), rhs%state%u)

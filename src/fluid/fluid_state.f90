@@ -2,11 +2,12 @@
 !> What a restart needs of the fluid, and the tables of the exact viscous factor.
 module fluid_state
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, COMPLEX_BYTES
   use fluid_penalty, only: N_COLORS
   use spectral_sticks, only: sticks_t
   implicit none
   private
-  public :: fluid_state_t, viscous_factor_t
+  public :: fluid_state_t, viscous_factor_t, allocate_spectra
 
   !> Velocity spectrum and multistep history at `time`.
   type :: fluid_state_t
@@ -43,10 +44,21 @@ contains
   subroutine state_init(self, sticks)
     class(fluid_state_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks
-    allocate (self%u(sticks%nkz, sticks%n, 3), self%history(sticks%nkz, sticks%n, 3))
+    call allocate_spectra(self%u, sticks, 'the flow')
+    call allocate_spectra(self%history, sticks, 'the last change of the flow')
     self%u = 0
     self%history = 0
   end subroutine state_init
+
+  !> Room for the spectra of three fields, which hold `what`, on the sticks of this rank. Ends the program if there is none.
+  subroutine allocate_spectra(spectra, sticks, what)
+    complex(rp), allocatable, intent(out) :: spectra(:, :, :)
+    type(sticks_t), intent(in) :: sticks
+    character(*), intent(in) :: what
+    integer :: status
+    allocate (spectra(sticks%nkz, sticks%n, 3), stat=status)
+    call check_allocation(status, [sticks%nkz, sticks%n, 3], COMPLEX_BYTES, what)
+  end subroutine allocate_spectra
 
   !> Allocates the tables.
   subroutine factor_init(self, sticks)

@@ -40,7 +40,7 @@ module io_stop
 
 contains
 
-  !> Starts the clocks and catches SIGTERM and SIGUSR1.
+  !> Starts the clocks and catches SIGTERM, SIGUSR1, SIGINT and SIGHUP.
   subroutine stop_init(self, limits)
     class(stop_rules_t), intent(inout) :: self
     type(job_limits_t), intent(in) :: limits

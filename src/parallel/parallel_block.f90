@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Who owns which part of a global array: boxes of grid points and lists of rows.
 module parallel_block
+  use base_kinds, only: rp
+  use base_memory, only: check_allocation, REAL_BYTES
   implicit none
   private
-  public :: block_t, rows_t, split_evenly
+  public :: block_t, rows_t, split_evenly, allocate_fields
 
   !> A box of a global three-dimensional array; all numbers count points, `start` from 0.
   type :: block_t
@@ -23,6 +25,17 @@ module parallel_block
   end type rows_t
 
 contains
+
+  !> Room for `n` fields, which hold `what`, on the points of this rank. Ends the program if there is none. Not collective.
+  subroutine allocate_fields(fields, block, n, what)
+    real(rp), allocatable, intent(out) :: fields(:, :, :, :)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: n
+    character(*), intent(in) :: what
+    integer :: status
+    allocate (fields(block%count(1), block%count(2), block%count(3), n), stat=status)
+    call check_allocation(status, [block%count, n], REAL_BYTES, what)
+  end subroutine allocate_fields
 
   !> Splits `n` items over `parts`; part `which` (0-based) gets `count` items from `start` (0-based).
   !> The first mod(n, parts) parts get one more.

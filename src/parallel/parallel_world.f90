@@ -5,7 +5,7 @@ module parallel_world
   use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_COMM_SELF, MPI_Init, MPI_Finalize, MPI_Initialized, &
                      MPI_Comm_rank, MPI_Comm_size, MPI_Allreduce, MPI_Bcast, MPI_Barrier, MPI_IN_PLACE, &
                      MPI_DOUBLE_PRECISION, MPI_INTEGER8, MPI_INTEGER, MPI_SUM, MPI_MAX, MPI_MIN, &
-                     MPI_CHARACTER
+                     MPI_CHARACTER, MPI_COMM_TYPE_SHARED, MPI_Comm_free, MPI_Comm_split_type, MPI_INFO_NULL
   implicit none
   private
   public :: world_t
@@ -30,6 +30,7 @@ module parallel_world
     procedure :: broadcast_integers => world_broadcast_integers
     procedure :: broadcast_reals => world_broadcast_reals
     procedure :: broadcast_text => world_broadcast_text
+    procedure :: count_here => world_count_here
     procedure :: barrier => world_barrier
   end type world_t
 
@@ -154,6 +155,15 @@ contains
     call MPI_Bcast(buffer, length(1), MPI_CHARACTER, source, self%comm)
     call move_alloc(buffer, text)
   end subroutine world_broadcast_text
+
+  !> How many ranks share the memory of this machine. Collective.
+  integer function world_count_here(self) result(n)
+    class(world_t), intent(in) :: self
+    type(MPI_Comm) :: here
+    call MPI_Comm_split_type(self%comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, here)
+    call MPI_Comm_size(here, n)
+    call MPI_Comm_free(here)
+  end function world_count_here
 
   !> Waits for all ranks. Collective.
   subroutine world_barrier(self)

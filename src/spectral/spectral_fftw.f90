@@ -6,6 +6,7 @@ module spectral_fftw
                                                     c_null_ptr, c_associated, c_char, c_int32_t, c_intptr_t, c_funptr, &
                                                                             c_float, c_float_complex, c_null_char
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, COMPLEX_BYTES, REAL_BYTES
   implicit none
   private
   public :: alloc_complex, alloc_real, free_buffer, plan_lines, plan_columns, plan_c2r, plan_r2c, &
@@ -47,6 +48,7 @@ contains
     type(c_ptr), intent(out) :: handle
     complex(rp), pointer, contiguous, intent(out) :: array(:)
     handle = fftw_alloc_complex(max(n, 1_c_size_t))
+    call check_allocation(merge(0, 1, c_associated(handle)), [int(n)], COMPLEX_BYTES, 'a buffer of the transforms')
     call c_f_pointer(handle, array, [max(n, 1_c_size_t)])
     array = 0
   end subroutine alloc_complex
@@ -57,6 +59,7 @@ contains
     type(c_ptr), intent(out) :: handle
     real(rp), pointer, contiguous, intent(out) :: array(:)
     handle = fftw_alloc_real(max(n, 1_c_size_t))
+    call check_allocation(merge(0, 1, c_associated(handle)), [int(n)], REAL_BYTES, 'a buffer of the transforms')
     call c_f_pointer(handle, array, [max(n, 1_c_size_t)])
     array = 0
   end subroutine alloc_real

@@ -12,6 +12,7 @@
 !> Forward transforms are divided by the number of points, so that mode (0,0,0) is the mean.
 module spectral_transform
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, COMPLEX_BYTES, REAL_BYTES
   use base_errors, only: require
   use parallel_block, only: block_t
   use parallel_exchange, only: traffic_t
@@ -161,13 +162,16 @@ contains
   subroutine transform_reserve(self, most)
     class(transform_t), intent(inout) :: self
     integer, intent(in) :: most
+    integer :: status
     if (allocated(self%staged_spectral)) then
       if (size(self%staged_spectral, 3) >= most) return
       deallocate (self%staged_spectral, self%staged_physical, self%staged_lines)
     end if
     associate (n => self%block%count)
-      allocate (self%staged_spectral(self%sticks%nkz, self%sticks%n, most))
-      allocate (self%staged_physical(n(1), n(2), n(3), most))
+      allocate (self%staged_spectral(self%sticks%nkz, self%sticks%n, most), stat=status)
+      call check_allocation(status, [self%sticks%nkz, self%sticks%n, most], COMPLEX_BYTES, 'spectra of a transform')
+      allocate (self%staged_physical(n(1), n(2), n(3), most), stat=status)
+      call check_allocation(status, [n, most], REAL_BYTES, 'fields of a transform')
       allocate (self%staged_lines(n(1), max(1, min(n(2), BATCH_POINTS/n(1))), most))
     end associate
     self%staged_lines = 0 ! a half-filled batch must not hold what no number is

@@ -12,28 +12,8 @@ import shutil
 import struct
 from pathlib import Path
 
+from flight_case import FLIGHT, LAST_DIGIT, largest, same_flight
 from whole_program import EXIT_NUMERICAL, EXIT_USER, SOURCE, check, ini_text, main, merged, same_checkpoints
-
-LAST_DIGIT = 2e-8  # series hold nine digits: a number may be rounded to its neighbour
-
-FLIGHT = {
-    "units": {"length": 9.0e-3, "frequency": 158, "density": 1.225},
-    "Resolution": {"nx": 32, "ny": 32, "nz": 16},
-    "Geometry": {"xl": 4.0, "yl": 4.0, "zl": 2.0},
-    "Time": {"nt": 24, "dt_fixed": 4e-3},
-    "ReynoldsNumber": {"nu": 1.2e-3},
-    "InitialCondition": {"inicond": "MeanFlow"},
-    "Penalization": {"iPenalization": 1, "iMask": "Insect", "eps": 5e-3},
-    "Insects": {
-        "wings": "flexible", "surface": "penalized", "x0": "2.0 2.0 1.0", "yawpitchroll_0": "180.0 0.0 0.0", "eta0": -70.0,
-        "x_pivot_l": "0.0 0.5 0.0", "x_pivot_r": "0.0 -0.5 0.0", "wing_ramp": 0.05,
-        "FlappingMotion_left": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini",
-        "FlappingMotion_right": f"from_file::{SOURCE}/ini/kinematics/calliphora.ini"},
-    "Wing": {"file": f"{SOURCE}/wings/calliphora_small.h5", "preset": "paper"},
-    "MeanFlow": {"iMeanFlow": 1, "ux": 0.95, "uy": 0.0, "uz": 0.0},
-    "Saving": {"tintegral": 4e-3, "tsave": 0.05},
-}
-
 
 FLOWN = {}  # finished runs by ranks and input: tests that ask for the same flight read the same files
 
@@ -49,10 +29,6 @@ def fly(case, ranks=0, **sections):
 
 def table(case, name):
     return case.series(name).rows
-
-
-def largest(rows, column):
-    return max(abs(row[column]) for row in rows)
 
 
 def difference(a, b, columns):
@@ -110,16 +86,7 @@ def test_ranks(case):
     one = fly(case.sub("n1"))
     for n in (2, 3):
         other = fly(case.sub(f"n{n}"), ranks=n, Time={"nt": 14})
-        for name in ("forces.t", "bending_left.t", "bending_right.t"):
-            b = table(other, name)
-            a = table(one, name)[:len(b)]
-            check(len(b) > 14, f"{name} has a record of every step: {len(b)}")
-            for column in range(10):
-                # Small components are round-off of large ones: y forces of mirrored wings cancel. 2e-13 of the large
-                # ones is left to them; the accelerations in the unsteady force amplify round-off by T/dt = 250.
-                size = max(largest(a, column), 1e-5 * max(largest(a, c) for c in range(1, 10)))
-                worst = max(abs(x[column] - y[column]) for x, y in zip(a, b))
-                check(worst <= LAST_DIGIT * size, f"{name}, column {column}, {n} ranks: {worst / size:.1e}")
+        same_flight(one, other, 14)
 
 
 def test_mirror(case):

@@ -36,7 +36,7 @@ module fsi_coupler
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
   use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
-  use parallel_block, only: block_t
+  use parallel_block, only: allocate_fields, block_t
   use parallel_world, only: world_t
   use solid_dynamics, only: dynamic_state_t
   use solid_inertia, only: measure_motion, momenta_t
@@ -104,7 +104,7 @@ contains
     call self%sampler%init(world, grid, block)
     self%is_thin = wings%params%thin%is_thin
     if (.not. self%is_thin) then
-      allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+      call allocate_fields(self%pressure, block, 1, 'the pressure around wings')
       allocate (self%lines(block%count(2), block%count(3)))
     end if
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)

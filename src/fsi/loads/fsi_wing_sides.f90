@@ -10,6 +10,7 @@
 module fsi_wing_sides
   use base_errors, only: require
   use base_kinds, only: rp
+  use parallel_block, only: allocate_fields
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
@@ -54,7 +55,7 @@ contains
     integer :: i, m
     associate (block => fluid%transform%block, p => wings%params)
       call self%sampler%init(world, fluid%transform%grid, block)
-      allocate (self%pressure(block%count(1), block%count(2), block%count(3), 1))
+      call allocate_fields(self%pressure, block, 1, 'the pressure beside wings')
       allocate (self%lines(block%count(2), block%count(3)))
       self%half_thickness = p%half_thickness
       self%distance = p%half_thickness + p%smoothing + &

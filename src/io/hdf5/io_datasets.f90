@@ -6,6 +6,7 @@
 !> which would fall back to independent transfers.
 module io_datasets
   use base_kinds, only: rp, sp, i4, i8
+  use base_memory, only: check_allocation, REAL_BYTES
   use base_errors, only: failure_t, require
   use parallel_block, only: block_t, rows_t
   use io_hdf5, only: hdf5_file_t
@@ -64,8 +65,10 @@ contains
     logical, intent(in) :: single                  !< store 32 bits per number
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: values(:)
+    integer :: status
     call require(all(shape(data) == block%count), 'io_datasets: write_box: data and block differ')
-    allocate (values(size(data)))
+    allocate (values(size(data)), stat=status)
+    call check_allocation(status, [size(data)], REAL_BYTES, 'what is written to or read from a file')
     call flatten(size(data, 1), size(data, 2), size(data, 3), data, values)
     call write_slab(file, name, int(block%n, i8), int(block%start, i8), int(block%count, i8), values, &
                     single, failure)
@@ -79,8 +82,10 @@ contains
     real(rp), intent(out) :: data(:, :, :)         !< shape block%count
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: values(:)
+    integer :: status
     call require(all(shape(data) == block%count), 'io_datasets: read_box: data and block differ')
-    allocate (values(size(data)))
+    allocate (values(size(data)), stat=status)
+    call check_allocation(status, [size(data)], REAL_BYTES, 'what is written to or read from a file')
     call read_slab(file, name, int(block%n, i8), int(block%start, i8), int(block%count, i8), values, failure)
     call unflatten(size(data, 1), size(data, 2), size(data, 3), values, data)
   end subroutine read_box
@@ -95,13 +100,15 @@ contains
     type(failure_t), intent(inout) :: failure
     type(row_patterns_t) :: patterns
     real(rp), allocatable :: values(:)
+    integer :: status
     integer(HID_T) :: space
     integer :: i, n
     if (failure%failed) return
     call require(size(data, 2) == rows%n_local, 'io_datasets: write_rows: data and rows differ')
     patterns = row_patterns(rows)
     n = size(data, 1)
-    allocate (values(size(data)))
+    allocate (values(size(data)), stat=status)
+    call check_allocation(status, [size(data)], REAL_BYTES, 'what is written to or read from a file')
     do i = 1, rows%n_local
       values((i - 1)*n + 1:i*n) = data(:, row_in_file_order(patterns, i))
     end do
@@ -118,6 +125,7 @@ contains
     type(failure_t), intent(inout) :: failure
     type(row_patterns_t) :: patterns
     real(rp), allocatable :: values(:)
+    integer :: status
     integer(HID_T) :: space
     integer :: i, n
     data = 0
@@ -127,7 +135,8 @@ contains
     call check_shape(file, name, int([n, rows%n], i8), failure)
     if (failure%failed .or. n == 0 .or. rows%n == 0) return
     patterns = row_patterns(rows)
-    allocate (values(size(data)))
+    allocate (values(size(data)), stat=status)
+    call check_allocation(status, [size(data)], REAL_BYTES, 'what is written to or read from a file')
     space = rows_space(n, rows%n, patterns)
     call fetch(file, name, space, values, failure)
     do i = 1, rows%n_local

@@ -45,7 +45,7 @@ module io_hdf5
     procedure :: dataset_shape => file_dataset_shape
   end type hdf5_file_t
 
-  ! HDF5 crashes when MPI ends if it could not write its last bookkeeping while closing a file. On a
+  ! HDF5 crashes when MPI ends if it could not write its last bookkeeping while flushing or closing a file. On a
   ! full disk some space must therefore be left for it, which is set aside before anything else.
   character(*), parameter :: RESERVE = '.reserve'
   integer, parameter :: RESERVED_KILOBYTES = 256
@@ -169,20 +169,26 @@ contains
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
     integer :: error
-    logical :: ok
-    if (self%is_new) then
-      if (self%world%is_root) then
-        call remove_file(self%path//RESERVE, ok)
-        if (failure%failed) call empty_file(self%path, ok)
-      end if
-      if (self%is_parallel) call self%world%barrier()
-      self%is_new = .false.
-    end if
+    call give_space(self, failure)
+    self%is_new = .false.
     if (self%id < 0) return
     call h5fclose_f(self%id, error)
     self%id = -1
     if (.not. failure%failed) call self%agree(error >= 0, 'cannot be closed', failure)
   end subroutine file_close
+
+  !> Leaves the space that was set aside, and after a failure that of a new file too, to the last bookkeeping. Collective.
+  subroutine give_space(self, failure)
+    class(hdf5_file_t), intent(inout) :: self
+    type(failure_t), intent(in) :: failure
+    logical :: ok
+    if (.not. self%is_new) return
+    if (self%world%is_root) then
+      call remove_file(self%path//RESERVE, ok)
+      if (failure%failed) call empty_file(self%path, ok)
+    end if
+    if (self%is_parallel) call self%world%barrier()
+  end subroutine give_space
 
   !> Closes a file that was written under a temporary name and renames it to `path`; after a failure it
   !> is removed instead. With `durable` the content is on the disk before the rename; with `with_seal` the file gets a seal
@@ -195,6 +201,7 @@ contains
     logical, intent(in), optional :: with_seal
     logical :: ok, ignored
     ok = .true.
+    call give_space(self, failure)
     if (durable) call self%flush(failure)
     call self%close(failure)
     if (self%world%is_root) then

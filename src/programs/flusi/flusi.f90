@@ -12,6 +12,7 @@ program flusi
                            ACTION_STATIC_CHECK, ACTION_VERSION
   use flusi_dry_run, only: print_dry_run
   use flusi_keys, only: write_reference
+  use flusi_machine, only: check_machine
   use flusi_parameters, only: read_parameters
   use flusi_postprocess, only: run_keyvalues, run_compare_keys
   use flusi_settings, only: settings_t
@@ -68,12 +69,19 @@ program flusi
     if (code == EXIT_OK .and. command%action == ACTION_DRY_RUN) then
       call print_dry_run(world, settings)
     else if (code == EXIT_OK) then
-      call simulation%init(world, settings, command)
-      call simulation%run()
-      call simulation%finish()
-      code = simulation%exit_code
+      call check_machine(world, settings, code)
+      if (code == EXIT_OK) call simulate()
     end if
     call world%stop()
   end select
   call exit_with(code)
+
+contains
+
+  subroutine simulate()
+    call simulation%init(world, settings, command)
+    call simulation%run()
+    call simulation%finish()
+    code = simulation%exit_code
+  end subroutine simulate
 end program flusi

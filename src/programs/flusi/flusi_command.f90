@@ -104,7 +104,7 @@ contains
   !> Writes how the program is called.
   subroutine print_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(24) = [character(84) :: &
+    character(*), parameter :: LINES(25) = [character(84) :: &
                                             'usage: mpirun -n RANKS flusi FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
@@ -127,6 +127,7 @@ contains
                                            '            2 mistake in the input            start again with --restart', &
                             '            5 files cannot be written: the disk is full, or the folder read-only', &
                             '              or missing; what was complete before is kept', &
+                            '            6 the machine has not enough memory', &
                                             '', &
                                             'parameters: docs/formats/parameters.md, examples: ini/']
     call print_lines(unit, LINES)

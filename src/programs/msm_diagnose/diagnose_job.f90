@@ -137,10 +137,11 @@ contains
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros, unknown)
-    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, unknown, self%failure)
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)
+    ! The verdict comes last: where it is, all is.
+    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, unknown, self%failure)
     if (command%wants_code) self%code = self%diagnosis%decision%verdict
     if (self%failure%failed) self%code = EXIT_UNWRITABLE
   end subroutine diagnose_lead

@@ -12,6 +12,7 @@ module spectral_p3dfft
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, COMPLEX_BYTES
   use p3dfft, only: p3dfft_btran_c2r, p3dfft_clean, p3dfft_ftran_r2c, p3dfft_get_dims, p3dfft_setup, proc_dims
   use parallel_world, only: world_t
   use spectral_fftw, only: forget_wisdom, learn_wisdom, wisdom_text
@@ -111,9 +112,11 @@ contains
 
   subroutine make_box(self)
     type(p3dfft_t), intent(inout) :: self
+    integer :: status
     ! FFTW wants fields that begin where two numbers do. nx is even, or it is 1 and this rank has all of the even ny.
     call require(any(mod(self%block%count, 2) == 0), 'p3dfft_t: every rank has an even number of points')
-    allocate (self%modes(self%grid%n(3), self%count(2), self%count(1)))
+    allocate (self%modes(self%grid%n(3), self%count(2), self%count(1)), stat=status)
+    call check_allocation(status, [self%grid%n(3), self%count], COMPLEX_BYTES, 'spectra of P3DFFT')
   end subroutine make_box
 
   !> Plans that P3DFFT measures depend on the moment. Ranks of the same shares must have the same, and the next run must

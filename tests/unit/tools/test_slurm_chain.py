@@ -124,6 +124,20 @@ class SlurmChain(unittest.TestCase):
         output = job.communicate(timeout=60)[0]
         self.assertEqual((job.returncode, self.read("submitted")), (0, f"2 --export=ALL {SCRIPT} a.ini"), output)
 
+    def test_cancelled_job_writes_a_checkpoint_and_ends_the_chain(self):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            job = self.start("trap 'sleep 0.2; touch runtime_backup0.h5; exit 4' USR1\ntouch ready\n"
+                             "for i in {1..600}; do sleep 0.05; done\n")
+            while not (self.folder / "ready").exists():
+                time.sleep(0.02)
+            job.send_signal(number)
+            output = job.communicate(timeout=60)[0]
+            self.assertEqual((job.returncode, self.read("submitted")), (4, None), output)
+            self.assertTrue((self.folder / "runtime_backup0.h5").exists())
+            self.assertIn("the chain ends", output)
+            for name in ("ready", "runtime_backup0.h5"):
+                (self.folder / name).unlink()
+
     def test_diagnosis_goes_on_from_its_journal(self):
         """msm_diagnose has no --restart: the signal ends it, and it goes on from the journal that it finds."""
         job = self.start("touch diagnosis.journal ready\nexec sleep 30\n", FLUSI="msm_diagnose")

@@ -12,7 +12,7 @@ module flusi_averages
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_config, only: config_t
   use io_registry, only: registry_t
-  use parallel_block, only: block_t, rows_t
+  use parallel_block, only: allocate_fields, block_t, rows_t
   implicit none
   private
   public :: averages_t, average_params_t, register_average_keys, read_average_keys
@@ -96,7 +96,8 @@ contains
     chosen = [spread(params%velocity, 1, 3), params%kinetic_energy, params%enstrophy]
     self%n = count(chosen)
     self%name(:self%n) = pack(NAMES, chosen)
-    allocate (self%sum(block%count(1), block%count(2), block%count(3), self%n), source=0.0_rp)
+    call allocate_fields(self%sum, block, self%n, 'averages over time')
+    self%sum = 0
     self%rows%n = block%n(2)*block%n(3)
     self%rows%n_local = block%count(2)*block%count(3)
     self%rows%start = [(block%start(2) + block%n(2)*(block%start(3) + z), z=0, block%count(3) - 1)]

@@ -18,6 +18,7 @@ module flusi_output
   use io_fields, only: field_meta_t, write_field, write_slice, field_label, finest_naming, PRECISION_SINGLE, &
                        PRECISION_DOUBLE
   use io_xdmf, only: xdmf_index_t
+  use parallel_block, only: allocate_fields
   use parallel_world, only: world_t
   implicit none
   private
@@ -63,7 +64,7 @@ contains
     if (present(wings) .and. params%wing_sides) call self%sides%init(world, fluid, wings)
     self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
-      if (params%needs_scratch()) allocate (self%scratch(b%count(1), b%count(2), b%count(3), 1))
+      if (params%needs_scratch()) call allocate_fields(self%scratch, b, 1, 'a field to be written')
     end associate
     if (params%slices .and. params%stack > 1) then
       allocate (self%stack)
@@ -216,7 +217,7 @@ contains
     type(failure_t) :: writing
     integer :: c
     associate (b => fluid%transform%block, state => fluid%rhs%state)
-      allocate (u(b%count(1), b%count(2), b%count(3), 3))
+      call allocate_fields(u, b, 3, 'the velocity to be written')
       call fluid%transform%backward(state%u, u)
       do c = 1, 3
         call write_field(fluid%rhs%world, '.', 'failed-u'//AXES(c:c), label_of(self%params, state%time, state%step, &

@@ -5,6 +5,7 @@ module flusi_slices
   use base_errors, only: failure_t
   use base_files, only: file_exists
   use base_kinds, only: rp
+  use base_memory, only: check_allocation, REAL_BYTES
   use fluid_solver, only: fluid_t
   use io_fields, only: field_meta_t, write_field
   use io_series, only: series_t
@@ -45,8 +46,10 @@ contains
     real(rp), intent(in), optional :: restart_time
     real(rp), allocatable :: known(:, :)
     type(failure_t) :: unread
+    integer :: status
     self%place = pack(place, place >= 0)
-    allocate (self%time(most), self%cache(most, block%count(2), block%count(3), 3, size(self%place)))
+    allocate (self%time(most), self%cache(most, block%count(2), block%count(3), 3, size(self%place)), stat=status)
+    call check_allocation(status, [most, block%count(2:3), 3, size(self%place)], REAL_BYTES, 'slices that wait to be written')
     if (world%is_root .and. present(restart_time) .and. file_exists(TIMES)) then
       call read_series(TIMES, 2, known, unread)
       if (.not. unread%failed) self%number = 1 + nint(maxval([-1.0_rp, pack(known(2, :), known(1, :) < restart_time)]))
