@@ -112,7 +112,7 @@ contains
     self%request = request
     self%n_in = 6
     if (request%integrals) self%n_in = 7
-    if (allocated(self%initial)) self%n_in = 0
+    if (allocated(self%initial) .and. pass_begin(pass) <= 0) self%n_in = 0
     if (request%flow .and. .not. (allocated(self%initial) .or. allocated(self%past))) &
       allocate (self%past(self%sticks%nkz, self%sticks%n, 3)) ! once in a run
     self%n_out = merge(6, 3, self%sponge%is_on)

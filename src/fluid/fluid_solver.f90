@@ -12,7 +12,7 @@ module fluid_solver
   use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_EULER, SCHEME_RK2
   use fluid_point_forces, only: point_forces_t
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH, PASS_HEUN_FIRST, &
-                            PASS_HEUN_SECOND
+                            PASS_HEUN_SECOND, pass_begin
   use fluid_rhs, only: rhs_t
   use fluid_sponge, only: make_sponge
   use fluid_sums, only: sums_t
@@ -34,6 +34,7 @@ module fluid_solver
     real(rp) :: dt = 0                      !< length of the step that began at that time
     type(point_forces_t), allocatable :: points !< points at which the flow is looked at and pushed, see `hold_points`
     logical, private :: has_pressure = .false. !< the last pass kept the pressure
+    logical, private :: has_flow = .false.     !< the pass that `sums` are of kept the flow
     logical, private :: has_begun = .false.    !< the initial flow has served, but for `flow_field`
     logical, private :: accepted = .false.     !< the last pass is a trial with which the next step begins
   contains
@@ -191,7 +192,7 @@ contains
     type(request_t), intent(in) :: request
     class(moving_solids_t), intent(inout), optional :: moving
     self%accepted = .false.
-    if (self%has_begun .and. allocated(self%rhs%initial)) then
+    if (self%has_begun .and. pass_begin(pass) <= 0 .and. allocated(self%rhs%initial)) then
       call self%rhs%initial%free()
       deallocate (self%rhs%initial)
     end if
@@ -223,6 +224,7 @@ contains
     class(moving_solids_t), intent(inout), optional :: moving
     self%sums = self%rhs%sums
     self%has_pressure = self%rhs%request%pressure
+    self%has_flow = self%rhs%request%flow
     self%dt = self%rhs%dt
     associate (state => self%rhs%state)
       self%sums_time = state%time
@@ -258,7 +260,7 @@ contains
     integer, intent(in) :: which
     real(rp), contiguous, target, intent(inout) :: field(:, :, :, :)  !< (nx, ny_local, nz_local, 1)
     logical, contiguous, target, optional, intent(in) :: lines(:, :)  !< (ny_local, nz_local) those that are wanted, or all
-    call require(self%rhs%request%flow, 'fluid_t: the flow was not requested')
+    call require(self%has_flow, 'fluid_t: the flow was not requested')
     if (allocated(self%rhs%initial)) then
       call self%rhs%initial%field(which, field)
     else
