@@ -11,8 +11,8 @@ INVERSE, FORWARD = 6, 3  # fields of a plain AB2 step
 WORD = 16  # bytes of a complex number
 PRODUCT_FLOPS = 40  # of a point of the grid: u x omega, largest velocity, projection and update
 
-# What the rates of a machine mean, and the values that predictions assume. `rate` is of one core while all cores of its
-# node compute; the network's bandwidth is what one node can send while all do, in an all-to-all.
+# The rates of a machine and the values that predictions assume. `rate` is that of one core while all other cores of its
+# node compute as well. `network` is what one node sends while all nodes send to all others.
 MACHINE = {
     "rate": 5.0e9,  # flop/s of a core
     "cores": 128,  # of a node

@@ -7,7 +7,8 @@ usage: bench/wing/run TABLE [--beats 4] [--ranks 2] [--flusi PROGRAM] [--folder 
   grid          dx varies; thickness, smoothing, sponge length and C_eta are fixed
   thickness     the thickness varies; everything else is fixed
   permeability  C_eta varies; everything else is fixed
-  kinematics    what the paper does not give varies: stroke plane, and the chord's angle in the downstroke
+  kinematics    two numbers vary that the paper does not give: the angle of the stroke plane, and that of the chord in the
+                downstroke
 
 Every case runs in a folder of its own, and a finished case is not run again. The last line is one JSON object.
 """

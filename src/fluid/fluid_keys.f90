@@ -34,8 +34,8 @@ contains
     call r%add_integer('Resolution', 'nz', 4, 'points in z, even', min=4, max=32768, required=.true.)
     call r%add_integer('Resolution', 'process_rows', 0, &
                        'rows of the process grid (they share y); 0 chooses slabs if possible', min=0)
-    call r%add_word('Resolution', 'planner', 'estimate', 'estimate|measure', &
-                    'FFTW planning: estimate is bitwise reproducible, measure is faster')
+    call r%add_word('Resolution', 'planner', 'auto', 'auto|estimate|measure', &
+                    'FFTW planning: estimate repeats to the last bit, measure is faster; auto measures for long runs')
     call r%add_section('Parallel', 'how the ranks work together')
     call r%add_word('Parallel', 'transform', 'builtin', 'builtin|p3dfft', &
                     'Fourier transforms: builtin, or the library P3DFFT if the program was built with it')

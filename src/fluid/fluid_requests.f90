@@ -16,6 +16,7 @@ module fluid_requests
   type :: request_t
     logical :: integrals = .false. !< volume integrals and the largest divergence
     logical :: fields = .false.    !< keep velocity and vorticity in physical space
+    logical :: flow = .false.      !< keep the velocity's spectrum, for one of these fields at a time
     logical :: pressure = .false.  !< keep the pressure (fluid_pressure)
     logical :: rhs = .false.       !< keep the right-hand side of an evaluation, for a step that begins there
   contains
@@ -44,6 +45,7 @@ contains
     class(request_t), intent(in) :: self
     type(request_t), intent(in) :: other
     covers = (self%integrals .or. .not. other%integrals) .and. (self%fields .or. .not. other%fields) .and. &
+             (self%flow .or. .not. other%flow) .and. &
              (self%pressure .or. .not. other%pressure) .and. (self%rhs .or. .not. other%rhs)
   end function request_covers
 end module fluid_requests

@@ -14,6 +14,7 @@
 module fluid_rhs
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use fluid_initial_flow, only: initial_flow_t
   use fluid_kernels, only: stick_fields, stick_divergence, line_product, project_stick, add_sponge, ab2_stick, &
                            weighted_sum, add_weighted
   use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_RK4
@@ -56,11 +57,11 @@ module fluid_rhs
     type(pressure_t) :: pressure                     !< what has been kept of it if requested
     complex(rp), allocatable :: kept(:, :, :)        !< (nkz, sticks, 3) N of an evaluation that kept it
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
-    real(rp), allocatable :: initial(:, :, :, :)     !< the untruncated initial u and omega, first pass only
+    complex(rp), allocatable :: past(:, :, :)        !< (nkz, sticks, 3) u at the beginning of the pass, if requested
+    type(initial_flow_t), allocatable :: initial     !< the untruncated initial flow, first pass only
     real(rp), private, allocatable :: line_max(:), line_sum(:, :) !< (nx), (nx, 7) accumulators along x
-    real(rp), private, allocatable :: line_divergence(:)          !< (nx)
     complex(rp), private, allocatable :: pressure_line(:)         !< (nkz)
-    real(rp), private, allocatable :: ones(:)                     !< (nkz)
+    real(rp), private, allocatable :: line_divergence(:), ones(:) !< (nx), (nkz)
   contains
     procedure :: init => rhs_init
     procedure :: prepare => rhs_prepare
@@ -75,16 +76,15 @@ module fluid_rhs
 
 contains
 
-  !> Allocates state and tables for these sticks; penalty and sponge are set by the caller.
+  !> Allocates state and tables; penalty and sponge are set by the caller.
   subroutine rhs_init(self, world, params, sticks, block, keeps_fields, keeps_pressure, keeps_rhs)
     class(rhs_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: params
     type(sticks_t), intent(in) :: sticks
     type(block_t), intent(in) :: block
-    logical, intent(in) :: keeps_fields   !< whether any pass will request fields
-    logical, intent(in) :: keeps_pressure !< whether any pass will request the pressure
-    logical, intent(in) :: keeps_rhs      !< whether any evaluation will be asked to keep its right-hand side
+    !> Whether any pass will request fields, the pressure, or an evaluation that keeps its right-hand side.
+    logical, intent(in) :: keeps_fields, keeps_pressure, keeps_rhs
     self%world = world
     self%params = params
     self%sticks = sticks
@@ -94,10 +94,9 @@ contains
     call self%half%init(sticks)
     self%full%rate = params%vanishing_rate
     self%full%radius = sphere_radius(params%grid)
-    allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7))
-    allocate (self%line_divergence(block%count(1)), self%pressure_line(sticks%nkz))
+    allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7), self%pressure_line(sticks%nkz))
+    allocate (self%line_divergence(block%count(1)), source=0.0_rp)
     allocate (self%ones(sticks%nkz), source=1.0_rp)
-    self%line_divergence = 0
     if (params%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
     if (keeps_pressure) call self%pressure%init(sticks)
     if (keeps_rhs) call allocate_spectra(self%kept, sticks, 'the change of the flow')
@@ -113,7 +112,9 @@ contains
     self%request = request
     self%n_in = 6
     if (request%integrals) self%n_in = 7
-    if (allocated(self%initial)) self%n_in = 0
+    if (allocated(self%initial) .and. pass_begin(pass) <= 0) self%n_in = 0
+    if (request%flow .and. .not. (allocated(self%initial) .or. allocated(self%past))) &
+      call allocate_spectra(self%past, self%sticks, 'the last flow') ! once in a run
     self%n_out = merge(6, 3, self%sponge%is_on)
     if (request%pressure) self%n_out = self%n_out + 1
     call self%sums%clear()
@@ -144,10 +145,11 @@ contains
     integer, intent(in) :: first, count, z
     real(rp), contiguous, intent(in) :: in(:, :, :)
     real(rp), contiguous, intent(inout) :: out(:, :, :)
-    if (self%n_in > 0) then
-      call lines_product(self, first, count, z, in, out)
-    else
-      call lines_product(self, first, count, z, self%initial(:, first:first + count - 1, z, :), out)
+    if (self%n_in > 0) call lines_product(self, first, count, z, in, out)
+    if (self%n_in == 0) then
+      call self%initial%bring(z)
+      call lines_product(self, first, count, z, &
+                         self%initial%fields(:, first:first + count - 1, z - self%initial%first, :), out)
     end if
   end subroutine rhs_product
 
@@ -310,6 +312,7 @@ contains
       call project_stick(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                          fields(:, i, 1), fields(:, i, 2), fields(:, i, 3), self%pressure_line)
       if (self%request%pressure) call self%pressure%keep(self%sticks, s, self%pressure_line, fields(:, i, self%n_out))
+      if (self%request%flow .and. allocated(self%past)) self%past(:, s, :) = self%state%u(:, s, :)
       if (self%sponge%is_on) &
         call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
                         fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &

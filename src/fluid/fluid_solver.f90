@@ -3,19 +3,20 @@
 module fluid_solver
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use base_memory, only: check_allocation, REAL_BYTES
   use fluid_bodies, only: draw_bodies
   use fluid_inflow, only: inflow_t
-  use fluid_initial, only: initial_velocity
+  use fluid_flow_fields, only: flow_field
+  use fluid_initial, only: is_uniform, set_mean
   use fluid_mean_flow, only: mean_response
   use fluid_moving_solids, only: moving_solids_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_EULER, SCHEME_RK2
   use fluid_point_forces, only: point_forces_t
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH, PASS_HEUN_FIRST, &
-                            PASS_HEUN_SECOND
+                            PASS_HEUN_SECOND, pass_begin
   use fluid_rhs, only: rhs_t
   use fluid_sponge, only: make_sponge
   use fluid_sums, only: sums_t
+  use parallel_block, only: allocate_fields
   use parallel_world, only: world_t
   use spectral_backends, only: make_transform
   use spectral_transform, only: transform_t
@@ -34,6 +35,8 @@ module fluid_solver
     real(rp) :: dt = 0                      !< length of the step that began at that time
     type(point_forces_t), allocatable :: points !< points at which the flow is looked at and pushed, see `hold_points`
     logical, private :: has_pressure = .false. !< the last pass kept the pressure
+    logical, private :: has_flow = .false.     !< the pass that `sums` are of kept the flow
+    logical, private :: has_begun = .false.    !< the initial flow has served, but for `flow_field`
     logical, private :: accepted = .false.     !< the last pass is a trial with which the next step begins
   contains
     procedure :: init => fluid_init
@@ -43,6 +46,7 @@ module fluid_solver
     procedure :: try => fluid_try
     procedure :: accept => fluid_accept
     procedure :: pressure_field => fluid_pressure_field
+    procedure :: flow_field => fluid_flow_field
     procedure :: hold_points => fluid_hold_points
     procedure :: velocities_at_points => fluid_velocities_at_points
     procedure :: push_at_points => fluid_push_at_points
@@ -80,13 +84,22 @@ contains
   subroutine fluid_start(self, failure)
     class(fluid_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
-    integer :: status
+    real(rp), allocatable :: field(:, :, :, :)
+    integer :: c
     associate (rhs => self%rhs, block => self%transform%block)
-      allocate (rhs%initial(block%count(1), block%count(2), block%count(3), 7), stat=status)
-      call check_allocation(status, [block%count, 7], REAL_BYTES, 'the initial condition in space')
-      call initial_velocity(self%transform, rhs%params, rhs%initial, rhs%state%time, failure)
+      if (is_uniform(rhs%params)) then
+        if (rhs%params%inicond == 'MeanFlow') call set_mean(self%transform, rhs%params%mean_velocity, rhs%state%u)
+        return
+      end if
+      allocate (rhs%initial)
+      call rhs%initial%begin(self%transform, rhs%params, rhs%state%time, failure)
       if (failure%failed) return
-      call self%transform%forward(rhs%initial(:, :, :, 1:3), rhs%state%u)
+      call allocate_fields(field, block, 1, 'a field of the initial condition')
+      do c = 1, 3
+        call rhs%initial%field(c, field)
+        call self%transform%forward(field, rhs%state%u(:, :, c:c))
+      end do
+      call rhs%initial%rest()
       call truncate_all(rhs)
     end associate
   end subroutine fluid_start
@@ -180,6 +193,10 @@ contains
     type(request_t), intent(in) :: request
     class(moving_solids_t), intent(inout), optional :: moving
     self%accepted = .false.
+    if (self%has_begun .and. pass_begin(pass) <= 0 .and. allocated(self%rhs%initial)) then
+      call self%rhs%initial%free()
+      deallocate (self%rhs%initial)
+    end if
     if (self%rhs%params%has_inflow) &
       call self%inflow%set(self%rhs%params, self%rhs%time_of(pass), self%rhs%penalty)
     if (present(moving)) then
@@ -189,8 +206,8 @@ contains
     end if
     call self%rhs%prepare(pass, request)
     call self%transform%pipeline(self%rhs)
-    ! The untruncated initial field has served once it was advanced.
-    if (pass /= PASS_EVALUATE .and. allocated(self%rhs%initial)) deallocate (self%rhs%initial)
+    if (allocated(self%rhs%initial)) call self%rhs%initial%rest()
+    self%has_begun = self%has_begun .or. pass /= PASS_EVALUATE
   end subroutine run_pass
 
   subroutine place_solids(self, moving, time)
@@ -208,6 +225,7 @@ contains
     class(moving_solids_t), intent(inout), optional :: moving
     self%sums = self%rhs%sums
     self%has_pressure = self%rhs%request%pressure
+    self%has_flow = self%rhs%request%flow
     self%dt = self%rhs%dt
     associate (state => self%rhs%state)
       self%sums_time = state%time
@@ -234,6 +252,22 @@ contains
     call require(self%has_pressure, 'fluid_t: the pressure was not requested')
     call self%rhs%pressure%field(self%transform, p(:, :, :, 1), lines)
   end subroutine fluid_pressure_field
+
+  !> A field of the flow at the beginning of the last pass, which must have been asked to keep it: 1 to 3 a component of
+  !> the velocity, 4 to 6 one of the vorticity, or VORTICITY_MAGNITUDE of fluid_flow_fields; on other lines than those that
+  !> are wanted it is undefined. Costs one inverse transform, or three of the magnitude. Collective.
+  subroutine fluid_flow_field(self, which, field, lines)
+    class(fluid_t), intent(inout) :: self
+    integer, intent(in) :: which
+    real(rp), contiguous, target, intent(inout) :: field(:, :, :, :)  !< (nx, ny_local, nz_local, 1)
+    logical, contiguous, target, optional, intent(in) :: lines(:, :)  !< (ny_local, nz_local) those that are wanted, or all
+    call require(self%has_flow, 'fluid_t: the flow was not requested')
+    if (allocated(self%rhs%initial)) then
+      call self%rhs%initial%field(which, field)
+    else
+      call flow_field(self%transform, self%rhs%past, which, 1, field, lines)
+    end if
+  end subroutine fluid_flow_field
 
   !> Room for up to `most` points at which others look at the flow and push it; `points%place` says where they are.
   subroutine fluid_hold_points(self, most)
@@ -276,6 +310,7 @@ contains
   !> Releases plans and communicators. Collective.
   subroutine fluid_free(self)
     class(fluid_t), intent(inout) :: self
+    if (allocated(self%rhs%initial)) call self%rhs%initial%free()
     call self%transform%free()
   end subroutine fluid_free
 
@@ -285,6 +320,7 @@ contains
     bytes = self%transform%memory_bytes() + 16*real(size(self%rhs%state%u) + size(self%rhs%state%history), rp)
     if (allocated(self%rhs%fields)) bytes = bytes + 8*real(size(self%rhs%fields), rp)
     bytes = bytes + self%rhs%pressure%memory_bytes()
+    if (allocated(self%rhs%past)) bytes = bytes + 16*real(size(self%rhs%past), rp)
     if (allocated(self%rhs%kept)) bytes = bytes + 16*real(size(self%rhs%kept), rp)
     if (allocated(self%rhs%stage_base)) bytes = bytes + 16*real(size(self%rhs%stage_base), rp)
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)

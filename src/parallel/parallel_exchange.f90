@@ -18,30 +18,30 @@ module parallel_exchange
 
 contains
 
-  !> Sends near(q) numbers to each rank q and receives far(q) from it if `outward`; otherwise the two
-  !> lists change roles, which is the way back. Blocks lie one behind the other in rank order. Adds what
-  !> it cost to `traffic`. Collective over `comm`.
-  subroutine exchange(comm, send, near, receive, far, outward, traffic)
+  !> Sends near(q) numbers of each of `n_fields` fields to each rank q and receives far(q) of each from it if `outward`;
+  !> otherwise the two lists change roles, which is the way back. Blocks lie in rank order, with room for `room` fields
+  !> each, and are full from the first field on. Adds what it cost to `traffic`. Collective over `comm`.
+  subroutine exchange(comm, send, near, receive, far, n_fields, room, outward, traffic)
     type(MPI_Comm), intent(in) :: comm
     complex(rp), contiguous, intent(in) :: send(:)
     complex(rp), contiguous, intent(inout) :: receive(:)
-    integer, intent(in) :: near(0:), far(0:)
+    integer, intent(in) :: near(0:), far(0:), n_fields, room
     logical, intent(in) :: outward
     type(traffic_t), intent(inout) :: traffic
     real(rp) :: begun
     begun = MPI_Wtime()
     if (outward) then
-      call MPI_Alltoallv(send, near, displacements(near), MPI_DOUBLE_COMPLEX, receive, far, displacements(far), &
-                         MPI_DOUBLE_COMPLEX, comm)
+      call MPI_Alltoallv(send, n_fields*near, room*displacements(near), MPI_DOUBLE_COMPLEX, receive, n_fields*far, &
+                         room*displacements(far), MPI_DOUBLE_COMPLEX, comm)
     else
-      call MPI_Alltoallv(send, far, displacements(far), MPI_DOUBLE_COMPLEX, receive, near, displacements(near), &
-                         MPI_DOUBLE_COMPLEX, comm)
+      call MPI_Alltoallv(send, n_fields*far, room*displacements(far), MPI_DOUBLE_COMPLEX, receive, n_fields*near, &
+                         room*displacements(near), MPI_DOUBLE_COMPLEX, comm)
     end if
     traffic%seconds = traffic%seconds + MPI_Wtime() - begun
     if (outward) then
-      call count_sent(comm, near, traffic)
+      call count_sent(comm, n_fields*near, traffic)
     else
-      call count_sent(comm, far, traffic)
+      call count_sent(comm, n_fields*far, traffic)
     end if
   end subroutine exchange
 

@@ -36,14 +36,14 @@ contains
     end select
   end subroutine make_transform
 
-  !> A second transform, of one field at once, over the same points as `main`, which keeps all modes; free it before
-  !> `main`. Collective.
+  !> A second transform, of up to seven fields backward and one forward at once, over the same points as `main`, which
+  !> keeps all modes; free it before `main`. Collective.
   subroutine make_full_transform(main, full)
     class(transform_t), intent(in) :: main
     class(transform_t), allocatable, intent(out) :: full
     select type (main)
     type is (pencil_t)
-      call make_builtin(full, main%world, main%grid, 'none', main%rows, 'estimate', 1, 1)
+      call make_builtin(full, main%world, main%grid, 'none', main%rows, 'estimate', 7, 1)
     class default
       call make_external_full(main, full)
     end select

@@ -3,17 +3,19 @@
 !>
 !> Only sticks inside the truncation are moved between ranks, only retained kx are moved between
 !> planes and lines. The pipeline is fused: products are formed on batches of lines while they are in
-!> cache, physical fields are never stored. Operation counts and measurements: docs/theory/transforms.md.
+!> cache, physical fields are never stored. Two buffers serve all exchanges, from one to the other and back: products
+!> take the places of the fields they were made of. Operation counts and measurements: docs/theory/transforms.md.
 module spectral_pencil
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t, c_null_ptr
+  use, intrinsic :: iso_c_binding, only: c_size_t
   use base_errors, only: require
   use base_kinds, only: rp
   use mpi_f08, only: MPI_Comm, MPI_Comm_split, MPI_Comm_free, MPI_COMM_NULL, operator(/=)
   use parallel_block, only: split_evenly
   use parallel_exchange, only: exchange
   use parallel_world, only: world_t
+  use spectral_buffer, only: buffer_t
   use spectral_copy, only: copy_kernels_t
-  use spectral_fftw, only: alloc_complex, free_buffer, effort_flag, wisdom_text, learn_wisdom
+  use spectral_fftw, only: effort_flag, wisdom_text, learn_wisdom
   use spectral_grid, only: grid_t
   use spectral_pencil_stages, only: stages_t, STICK_BATCH
   use spectral_sticks, only: make_sticks, process_grid
@@ -22,16 +24,14 @@ module spectral_pencil
   private
   public :: pencil_t
 
-  !> One exchange buffer that grows to the largest need and keeps FFTW's alignment.
-  type :: buffer_t
-    complex(rp), pointer, contiguous :: data(:) => null()
-    type(c_ptr) :: handle = c_null_ptr
-  end type buffer_t
-
   type, extends(transform_t) :: pencil_t
     type(stages_t), private :: stages
     type(MPI_Comm), private :: row_comm = MPI_COMM_NULL, column_comm = MPI_COMM_NULL
-    type(buffer_t), private :: sticks_side, planes_in, planes_out, rows_in, rows_out, rows_work
+    !> `near` has sticks, and planes on their way to and from lines; `far` has planes, and lines. Without columns sticks
+    !> go straight to planes.
+    type(buffer_t), private :: near, far
+    integer, private :: n_fields = 0     !< of the pipeline that runs: room for so many fields lies between blocks
+    integer, private :: z_first = 0, n_planes = 0 !< planes before, and planes of, the part that is on its way
     complex(rp), allocatable, private :: planes(:, :)  !< (n_kx*ny, fields) one plane of every field
     complex(rp), allocatable, private :: modes(:, :, :) !< (nkz, STICK_BATCH, fields)
     real(rp), allocatable, private :: fields_in(:, :, :), fields_out(:, :, :) !< (nx, lines, fields)
@@ -39,6 +39,9 @@ module spectral_pencil
     procedure :: init => pencil_init
     procedure :: free => pencil_free
     procedure :: pipeline => pencil_pipeline
+    procedure :: pipeline_part => pencil_pipeline_part
+    procedure :: most_parts => pencil_most_parts
+    procedure :: release => pencil_release
     procedure :: backward => pencil_backward
     procedure :: forward => pencil_forward
     procedure :: memory_bytes => pencil_memory_bytes
@@ -56,7 +59,6 @@ contains
     integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
     character(*), intent(in) :: effort  !< FFTW planning: 'estimate' or 'measure'
     integer, intent(in) :: max_in, max_out
-    integer(c_size_t) :: sticks_words, planes_words, rows_words, lines_words
     integer :: row, column, lines
     logical :: possible
     self%world = world
@@ -86,18 +88,6 @@ contains
       call self%stages%init(grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))
     end if
 
-    sticks_words = int(self%sticks%n, c_size_t)*grid%n(3)
-    planes_words = int(self%sticks%n_row_sticks, c_size_t)*self%block%count(3)
-    call allocate_buffer(self%planes_in, planes_words*max_in)
-    call allocate_buffer(self%planes_out, planes_words*max_out)
-    if (self%columns > 1) call allocate_buffer(self%sticks_side, sticks_words*max(max_in, max_out))
-    if (self%rows > 1) then
-      rows_words = int(self%stages%n_kx, c_size_t)*grid%n(2)*self%block%count(3)
-      lines_words = int(self%sticks%n_jx, c_size_t)*self%block%count(2)*self%block%count(3)
-      call allocate_buffer(self%rows_in, lines_words*max_in)
-      call allocate_buffer(self%rows_out, lines_words*max_out)
-      call allocate_buffer(self%rows_work, rows_words*max(max_in, max_out))
-    end if
     allocate (self%planes(self%stages%n_kx*grid%n(2), max(max_in, max_out)))
     allocate (self%modes(self%sticks%nkz, STICK_BATCH, max(max_in, max_out)))
     ! An even number of lines: FFTW has planned for fields that begin where complex numbers do.
@@ -126,45 +116,79 @@ contains
   subroutine pencil_free(self)
     class(pencil_t), intent(inout) :: self
     call self%stages%free()
-    call free_buffer(self%sticks_side%handle)
-    call free_buffer(self%planes_in%handle)
-    call free_buffer(self%planes_out%handle)
-    call free_buffer(self%rows_in%handle)
-    call free_buffer(self%rows_out%handle)
-    call free_buffer(self%rows_work%handle)
+    call self%release()
     if (self%row_comm /= MPI_COMM_NULL) call MPI_Comm_free(self%row_comm)
     if (self%column_comm /= MPI_COMM_NULL) call MPI_Comm_free(self%column_comm)
   end subroutine pencil_free
 
+  !> Gives back the exchange buffers.
+  subroutine pencil_release(self)
+    class(pencil_t), intent(inout) :: self
+    call self%near%release()
+    call self%far%release()
+  end subroutine pencil_release
+
   !> Bytes of this rank's exchange buffers.
   pure real(rp) function pencil_memory_bytes(self) result(bytes)
     class(pencil_t), intent(in) :: self
-    bytes = buffer_bytes(self%sticks_side) + buffer_bytes(self%planes_in) + buffer_bytes(self%planes_out) + &
-            buffer_bytes(self%rows_in) + buffer_bytes(self%rows_out) + buffer_bytes(self%rows_work)
+    bytes = self%near%bytes() + self%far%bytes()
   end function pencil_memory_bytes
 
   !> The fused pipeline; see `spectral_transform` for the contract. Collective.
   subroutine pencil_pipeline(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
+    call self%pipeline_part(kernels, 1, 1)
+  end subroutine pencil_pipeline
+
+  !> See `spectral_transform`. The inverse transform in z is done for every part anew. Collective.
+  subroutine pencil_pipeline_part(self, kernels, part, parts)
+    class(pencil_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    integer, intent(in) :: part, parts
     integer :: z
     call require(kernels%n_in <= size(self%fields_in, 3) .and. kernels%n_out <= size(self%fields_out, 3), &
                  'pencil_t: more fields than the transform was made for')
+    call require(parts == 1 .or. (parts <= self%most_parts() .and. kernels%n_out == 0), &
+                 'pencil_t: parts have a plane of every rank, and no output')
+    self%n_fields = max(kernels%n_in, kernels%n_out)
+    call self%stages%choose_part(part, parts)
+    call split_evenly(self%block%count(3), parts, part - 1, self%z_first, self%n_planes)
+    call make_room(self)
     if (kernels%n_in > 0) call sticks_to_planes(self, kernels)
     if (self%rows == 1) then
-      do z = 1, self%block%count(3)
+      do z = 1, self%n_planes
         call slab_plane(self, kernels, z)
       end do
     else
       if (kernels%n_in > 0) call planes_to_lines_exchange(self, kernels%n_in)
-      do z = 1, self%block%count(3)
+      do z = 1, self%n_planes
         call pencil_lines(self, kernels, z)
       end do
       if (kernels%n_out > 0) call lines_to_planes_exchange(self, kernels%n_out)
     end if
     call kernels%reduce()
     if (kernels%n_out > 0) call planes_to_sticks(self, kernels)
-  end subroutine pencil_pipeline
+  end subroutine pencil_pipeline_part
+
+  !> The least number of planes that a rank has.
+  pure integer function pencil_most_parts(self) result(most)
+    class(pencil_t), intent(in) :: self
+    most = self%grid%n(3)/self%columns
+  end function pencil_most_parts
+
+  !> Buffers for the pipeline that begins.
+  subroutine make_room(self)
+    class(pencil_t), intent(inout) :: self
+    integer(c_size_t) :: near, far
+    near = 0
+    if (self%columns > 1) near = int(self%sticks%n, c_size_t)*sum(self%stages%z_count)
+    if (self%rows > 1) near = max(near, int(self%stages%n_kx, c_size_t)*self%grid%n(2)*self%n_planes)
+    far = int(self%sticks%n_row_sticks, c_size_t)*self%n_planes
+    if (self%rows > 1) far = max(far, int(self%sticks%n_jx, c_size_t)*self%block%count(2)*self%n_planes)
+    call self%near%grow(near*self%n_fields)
+    call self%far%grow(far*self%n_fields)
+  end subroutine make_room
 
   !> Spectral in, inverse z, column exchange.
   subroutine sticks_to_planes(self, kernels)
@@ -178,14 +202,14 @@ contains
       do f = 1, n_fields
         if (self%columns > 1) then
           call self%stages%stick_to_buffer(self%modes(:, :, f), self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           n_fields, self%sticks_side%data)
+                                           self%n_fields, self%near%data)
         else
           call self%stages%stick_to_buffer(self%modes(:, :, f), self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           n_fields, self%planes_in%data)
+                                           self%n_fields, self%far%data)
         end if
       end do
     end do
-    if (self%columns > 1) call column_exchange(self, n_fields, self%sticks_side%data, self%planes_in%data, .true.)
+    if (self%columns > 1) call column_exchange(self, n_fields, self%near%data, self%far%data, .true.)
   end subroutine sticks_to_planes
 
   !> Column exchange, forward z, spectral out.
@@ -196,16 +220,16 @@ contains
     integer :: first, count, f, n_fields
     n_fields = kernels%n_out
     scale = 1/product(real(self%grid%n, rp))
-    if (self%columns > 1) call column_exchange(self, n_fields, self%planes_out%data, self%sticks_side%data, .false.)
+    if (self%columns > 1) call column_exchange(self, n_fields, self%far%data, self%near%data, .false.)
     do first = 1, self%sticks%n, STICK_BATCH
       count = min(STICK_BATCH, self%sticks%n - first + 1)
       do f = 1, n_fields
         if (self%columns > 1) then
-          call self%stages%buffer_to_stick(self%sticks_side%data, self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           n_fields, scale, self%modes(:, :, f))
+          call self%stages%buffer_to_stick(self%near%data, self%sticks%nkz, first, count, self%sticks%n, f, &
+                                           self%n_fields, scale, self%modes(:, :, f))
         else
-          call self%stages%buffer_to_stick(self%planes_out%data, self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           n_fields, scale, self%modes(:, :, f))
+          call self%stages%buffer_to_stick(self%far%data, self%sticks%nkz, first, count, self%sticks%n, f, &
+                                           self%n_fields, scale, self%modes(:, :, f))
         end if
       end do
       call kernels%spectral_out(first, count, self%modes(:, :, 1:n_fields))
@@ -217,35 +241,36 @@ contains
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     integer, intent(in) :: z
-    integer :: f, first, count, nz, n_in, n_out
-    nz = self%block%count(3)
+    integer :: f, first, count, nz, n_in, n_out, local
+    nz = self%n_planes
+    local = self%z_first + z
     n_in = kernels%n_in
     n_out = kernels%n_out
-    if (.not. is_wanted(kernels, 1, self%block%count(2), z)) then
+    if (.not. is_wanted(kernels, 1, self%block%count(2), local)) then
       do f = 1, n_out
-        call self%stages%runs%clear_plane(self%planes_out%data, z, nz, f, n_out)
+        call self%stages%runs%clear_plane(self%far%data, z, nz, f, self%n_fields)
       end do
       return
     end if
     do f = 1, n_in
-      call self%stages%buffer_to_plane(self%planes_in%data, z, nz, f, n_in, self%planes(:, f))
+      call self%stages%buffer_to_plane(self%far%data, z, nz, f, self%n_fields, self%planes(:, f))
     end do
     do first = 1, self%block%count(2), self%stages%line_batch
       count = min(self%stages%line_batch, self%block%count(2) - first + 1)
-      if (.not. is_wanted(kernels, first, count, z)) then
+      if (.not. is_wanted(kernels, first, count, local)) then
         self%planes(self%stages%n_kx*(first - 1) + 1:self%stages%n_kx*(first + count - 1), 1:n_out) = 0
         cycle
       end if
       do f = 1, n_in
         call self%stages%plane_to_lines(self%planes(:, f), first, count, self%fields_in(:, :, f))
       end do
-      call kernels%product(first, count, z, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
+      call kernels%product(first, count, local, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
       do f = 1, n_out
         call self%stages%lines_to_plane(self%fields_out(:, :, f), self%planes(:, f), first, count)
       end do
     end do
     do f = 1, n_out
-      call self%stages%plane_to_buffer(self%planes(:, f), self%planes_out%data, z, nz, f, n_out)
+      call self%stages%plane_to_buffer(self%planes(:, f), self%far%data, z, nz, f, self%n_fields)
     end do
   end subroutine slab_plane
 
@@ -254,24 +279,25 @@ contains
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     integer, intent(in) :: z
-    integer :: f, first, count, nz, n_in, n_out
-    nz = self%block%count(3)
+    integer :: f, first, count, nz, n_in, n_out, local
+    nz = self%n_planes
+    local = self%z_first + z
     n_in = kernels%n_in
     n_out = kernels%n_out
     do first = 1, self%block%count(2), self%stages%line_batch
       count = min(self%stages%line_batch, self%block%count(2) - first + 1)
-      if (.not. is_wanted(kernels, first, count, z)) then
+      if (.not. is_wanted(kernels, first, count, local)) then
         do f = 1, n_out
-          call self%stages%clear_rows(self%rows_out%data, first, count, z, nz, f, n_out)
+          call self%stages%clear_rows(self%far%data, first, count, z, nz, f, self%n_fields)
         end do
         cycle
       end if
       do f = 1, n_in
-        call self%stages%rows_to_lines(self%rows_in%data, first, count, z, nz, f, n_in, self%fields_in(:, :, f))
+        call self%stages%rows_to_lines(self%far%data, first, count, z, nz, f, self%n_fields, self%fields_in(:, :, f))
       end do
-      call kernels%product(first, count, z, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
+      call kernels%product(first, count, local, self%fields_in(:, :, 1:n_in), self%fields_out(:, :, 1:n_out))
       do f = 1, n_out
-        call self%stages%lines_to_rows(self%fields_out(:, :, f), self%rows_out%data, first, count, z, nz, f, n_out)
+        call self%stages%lines_to_rows(self%fields_out(:, :, f), self%far%data, first, count, z, nz, f, self%n_fields)
       end do
     end do
   end subroutine pencil_lines
@@ -289,14 +315,14 @@ contains
     class(pencil_t), intent(inout) :: self
     integer, intent(in) :: n_fields
     integer :: f, z, nz
-    nz = self%block%count(3)
+    nz = self%n_planes
     do f = 1, n_fields
       do z = 1, nz
-        call self%stages%buffer_to_plane(self%planes_in%data, z, nz, f, n_fields, self%planes(:, 1))
-        call self%stages%plane_to_rows(self%planes(:, 1), self%rows_work%data, z, nz, f, n_fields)
+        call self%stages%buffer_to_plane(self%far%data, z, nz, f, self%n_fields, self%planes(:, 1))
+        call self%stages%plane_to_rows(self%planes(:, 1), self%near%data, z, nz, f, self%n_fields)
       end do
     end do
-    call row_exchange(self, n_fields, self%rows_work%data, self%rows_in%data, .true.)
+    call row_exchange(self, n_fields, self%near%data, self%far%data, .true.)
   end subroutine planes_to_lines_exchange
 
   !> The row exchange back, then y transforms of all planes. Collective over the row.
@@ -304,12 +330,12 @@ contains
     class(pencil_t), intent(inout) :: self
     integer, intent(in) :: n_fields
     integer :: f, z, nz
-    nz = self%block%count(3)
-    call row_exchange(self, n_fields, self%rows_out%data, self%rows_work%data, .false.)
+    nz = self%n_planes
+    call row_exchange(self, n_fields, self%far%data, self%near%data, .false.)
     do f = 1, n_fields
       do z = 1, nz
-        call self%stages%rows_to_plane(self%rows_work%data, z, nz, f, n_fields, self%planes(:, 1))
-        call self%stages%plane_to_buffer(self%planes(:, 1), self%planes_out%data, z, nz, f, n_fields)
+        call self%stages%rows_to_plane(self%near%data, z, nz, f, self%n_fields, self%planes(:, 1))
+        call self%stages%plane_to_buffer(self%planes(:, 1), self%far%data, z, nz, f, self%n_fields)
       end do
     end do
   end subroutine lines_to_planes_exchange
@@ -323,10 +349,10 @@ contains
     logical, intent(in) :: to_planes
     integer :: stick_side(0:self%columns - 1), plane_side(0:self%columns - 1), q
     do q = 0, self%columns - 1
-      stick_side(q) = self%sticks%n*self%stages%z_count(q)*n_fields
-      plane_side(q) = (self%sticks%part_start(q + 1) - self%sticks%part_start(q))*self%block%count(3)*n_fields
+      stick_side(q) = self%sticks%n*self%stages%z_count(q)
+      plane_side(q) = (self%sticks%part_start(q + 1) - self%sticks%part_start(q))*self%n_planes
     end do
-    call exchange(self%column_comm, send, stick_side, receive, plane_side, to_planes, self%traffic)
+    call exchange(self%column_comm, send, stick_side, receive, plane_side, n_fields, self%n_fields, to_planes, self%traffic)
   end subroutine column_exchange
 
   !> Planes to lines (`to_lines`) or back. Collective over the row.
@@ -337,22 +363,10 @@ contains
     complex(rp), contiguous, intent(inout) :: receive(:)
     logical, intent(in) :: to_lines
     integer :: plane_side(0:self%rows - 1), line_side(0:self%rows - 1)
-    plane_side = self%stages%n_kx*self%stages%y_count*self%block%count(3)*n_fields
-    line_side = self%stages%kx_count*self%block%count(2)*self%block%count(3)*n_fields
-    call exchange(self%row_comm, send, plane_side, receive, line_side, to_lines, self%traffic)
+    plane_side = self%stages%n_kx*self%stages%y_count*self%n_planes
+    line_side = self%stages%kx_count*self%block%count(2)*self%n_planes
+    call exchange(self%row_comm, send, plane_side, receive, line_side, n_fields, self%n_fields, to_lines, self%traffic)
   end subroutine row_exchange
-
-  subroutine allocate_buffer(buffer, words)
-    type(buffer_t), intent(inout) :: buffer
-    integer(c_size_t), intent(in) :: words
-    call alloc_complex(words, buffer%handle, buffer%data)
-  end subroutine allocate_buffer
-
-  pure real(rp) function buffer_bytes(buffer) result(bytes)
-    type(buffer_t), intent(in) :: buffer
-    bytes = 0
-    if (associated(buffer%data)) bytes = 16*real(size(buffer%data), rp)
-  end function buffer_bytes
 
   !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
   subroutine pencil_backward(self, spectral, physical)

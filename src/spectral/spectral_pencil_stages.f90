@@ -27,7 +27,7 @@ module spectral_pencil_stages
     integer :: n_half = 1          !< nx/2+1
     integer :: line_batch = 1      !< lines per x transform
     integer :: rows = 1, columns = 1, row = 0
-    integer, allocatable :: z_start(:), z_count(:)   !< (0:columns-1) planes of each column
+    integer, allocatable :: z_start(:), z_count(:)   !< (0:columns-1) planes of each column in the chosen part
     integer, allocatable :: y_start(:), y_count(:)   !< (0:rows-1) lines of each row
     integer, allocatable :: kx_count(:)              !< (0:rows-1) kx columns of each row
     complex(rp), pointer, contiguous :: z_work(:) => null()  !< (nz, STICK_BATCH)
@@ -37,6 +37,7 @@ module spectral_pencil_stages
     type(plan_t), private :: z_backward, z_forward, y_backward, y_forward, x_backward, x_forward
   contains
     procedure :: init => stages_init
+    procedure :: choose_part => stages_choose_part
     procedure :: free => stages_free
     procedure :: stick_to_buffer, buffer_to_stick
     procedure :: buffer_to_plane, plane_to_buffer
@@ -73,9 +74,7 @@ contains
     self%line_batch = max(1, min((self%ny + rows - 1)/rows, max(4, 2048/self%nx)))
     allocate (self%z_start(0:columns - 1), self%z_count(0:columns - 1))
     allocate (self%y_start(0:rows - 1), self%y_count(0:rows - 1), self%kx_count(0:rows - 1))
-    do i = 0, columns - 1
-      call split_evenly(block%n(3), columns, i, self%z_start(i), self%z_count(i))
-    end do
+    call self%choose_part(1, 1)
     do i = 0, rows - 1
       call split_evenly(block%n(2), rows, i, self%y_start(i), self%y_count(i))
       self%kx_count(i) = (sticks%n_jx - 1 - i)/rows + 1
@@ -100,6 +99,18 @@ contains
     self%z_work = 0
     self%half = 0
   end subroutine stages_init
+
+  !> From now on only part `part` of `parts` of the planes of each column is scattered or gathered.
+  pure subroutine stages_choose_part(self, part, parts)
+    class(stages_t), intent(inout) :: self
+    integer, intent(in) :: part, parts
+    integer :: q, start
+    do q = 0, self%columns - 1
+      call split_evenly(self%nz, self%columns, q, self%z_start(q), self%z_count(q))
+      call split_evenly(self%z_count(q), parts, part - 1, start, self%z_count(q))
+      self%z_start(q) = self%z_start(q) + start
+    end do
+  end subroutine stages_choose_part
 
   !> Releases buffers and plans.
   subroutine stages_free(self)

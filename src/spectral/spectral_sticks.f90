@@ -259,7 +259,8 @@ contains
     top = kz_limit
     if (dealias /= 'ellipsoid') return
     r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))
-    do jz = kz_limit, 0, -1
+    ! No mode is in that lies a whole one above the ellipsoid.
+    do jz = min(kz_limit, int(sqrt(max(0.0_rp, 1 - r2))*max(1.0_rp, cutoff(n(3)))) + 1), 0, -1
       ! Modes on the ellipsoid are out, whatever the last bit of the sum.
       if (r2 + square_ratio(jz, n(3)) < 1 - 1.0e-12_rp) then
         top = jz

@@ -58,6 +58,9 @@ module spectral_transform
     procedure, non_overridable :: reserve => transform_reserve
     procedure, non_overridable :: staged_bytes => transform_staged_bytes
     procedure :: pipeline => transform_pipeline_staged
+    procedure :: pipeline_part => transform_pipeline_part
+    procedure :: most_parts => transform_most_parts
+    procedure :: release => transform_release
     procedure, non_overridable :: pipeline_staged => transform_pipeline_staged
   end type transform_t
 
@@ -157,6 +160,32 @@ contains
     call move_alloc(physical, self%staged_physical)
     call move_alloc(lines, self%staged_lines)
   end subroutine transform_pipeline_staged
+
+  !> Hands only the planes of part `part` of `parts` of each rank's share to the product, so that buffers are as much
+  !> smaller; kernels that have output need parts = 1. `split_evenly` of the rank's planes tells which. Parts are at most
+  !> `most_parts`. Collective.
+  subroutine transform_pipeline_part(self, kernels, part, parts)
+    class(transform_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    integer, intent(in) :: part, parts
+    call require(part == 1 .and. parts == 1, 'transform_t: this transform knows no parts')
+    call self%pipeline(kernels)
+  end subroutine transform_pipeline_part
+
+  !> Into how many parts a pipeline may be divided.
+  pure integer function transform_most_parts(self) result(most)
+    class(transform_t), intent(in) :: self
+    most = 1
+    associate (for_all_backends => self)
+    end associate
+  end function transform_most_parts
+
+  !> Gives back what memory a pipeline takes again when it needs it.
+  subroutine transform_release(self)
+    class(transform_t), intent(inout) :: self
+    associate (nothing_to_give_back => self)
+    end associate
+  end subroutine transform_release
 
   !> Room for pipelines of up to `most` fields, in and out.
   subroutine transform_reserve(self, most)

@@ -147,12 +147,16 @@ def test_measured_plans(case):
     whole = reference(case.sub("whole"), ini, 8, 3)
     check("fftw_wisdom" in whole.files(), "the plans are kept")
     newest = whole.newest_checkpoint()
-    part = case.sub("part")
-    for name in whole.files():
-        if name != newest:
-            shutil.copy(whole.folder / name, part.folder)
-    check("step 7" in go_on(part, ini, 8, 3).out, "the run goes on from the backup before the last")
-    same_checkpoints(whole, newest, part, newest)
+    # Also where the run that goes on would not have measured: it finds the plans.
+    for planner in ("measure", "auto"):
+        part = case.sub(planner)
+        for name in whole.files():
+            if name != newest:
+                shutil.copy(whole.folder / name, part.folder)
+        done = go_on(part, merged(ini, {"Resolution": {"planner": planner}}), 8, 3)
+        check("step 7" in done.out, "the run goes on from the backup before the last")
+        check("plans     measured" in done.out, f"planner = {planner} goes on with measured plans")
+        same_checkpoints(whole, newest, part, newest)
 
 
 def test_other_transform(case):

@@ -8,7 +8,6 @@
 !> off by about d/c, and the traction is the mean shear of that layer. They show where the load comes from. How large
 !> it is in all, forces.t tells more exactly.
 module fsi_wing_sides
-  use base_errors, only: require
   use base_kinds, only: rp
   use parallel_block, only: allocate_fields
   use fluid_solver, only: fluid_t
@@ -34,7 +33,7 @@ module fsi_wing_sides
     real(rp) :: distance = 0 !< d, L
     real(rp), private :: half_thickness = 0
     type(sampler_t), private :: sampler
-    real(rp), allocatable, private :: pressure(:, :, :, :)
+    real(rp), allocatable, private :: field(:, :, :, :) !< (nx, ny_local, nz_local, 1) one at a time
     logical, allocatable, private :: lines(:, :)
   contains
     procedure :: init => sides_init
@@ -55,7 +54,7 @@ contains
     integer :: i, m
     associate (block => fluid%transform%block, p => wings%params)
       call self%sampler%init(world, fluid%transform%grid, block)
-      call allocate_fields(self%pressure, block, 1, 'the pressure beside wings')
+      call allocate_fields(self%field, block, 1, 'a field beside wings')
       allocate (self%lines(block%count(2), block%count(3)))
       self%half_thickness = p%half_thickness
       self%distance = p%half_thickness + p%smoothing + &
@@ -70,33 +69,40 @@ contains
     end do
   end subroutine sides_init
 
-  !> Takes the flow of the last pass of `fluid`, which must have kept pressure and fields, beside `wings`, which must
-  !> still be where they were in it. Costs an inverse transform. Collective.
+  !> Takes the flow of the last pass of `fluid`, which must have kept pressure and flow, beside `wings`, which must
+  !> still be where they were in it. Costs four inverse transforms of what leads there. Collective.
   subroutine sides_look(self, fluid, wings)
     class(wing_sides_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
     integer :: i, c, m
-    call require(allocated(fluid%rhs%fields), 'wing_sides_t: the fluid keeps no velocities')
     self%lines = .false.
     do i = 1, size(self%wings)
       call wings%surfaces(i)%places_beside(self%distance, self%wings(i)%places)
       call self%sampler%mark(self%wings(i)%places, self%lines)
     end do
-    call fluid%pressure_field(self%pressure, self%lines)
+    call fluid%pressure_field(self%field, self%lines)
     do i = 1, size(self%wings)
       associate (wing => self%wings(i))
         m = size(wing%pressure, 1)
-        call self%sampler%sample(wing%places, self%pressure(:, :, :, 1), wing%values)
+        call self%sampler%sample(wing%places, self%field(:, :, :, 1), wing%values)
         wing%pressure(:, 1) = wing%values(:m)
         wing%pressure(:, 2) = wing%values(m + 1:)
-        do c = 1, 3
-          call self%sampler%sample(wing%places, fluid%rhs%fields(:, :, :, c), wing%values)
+      end associate
+    end do
+    do c = 1, 3
+      call fluid%flow_field(c, self%field, self%lines)
+      do i = 1, size(self%wings)
+        associate (wing => self%wings(i))
+          m = size(wing%pressure, 1)
+          call self%sampler%sample(wing%places, self%field(:, :, :, 1), wing%values)
           wing%traction(c, :, 1) = wing%values(:m)
           wing%traction(c, :, 2) = wing%values(m + 1:)
-        end do
-        call shear(self, wings%surfaces(i), fluid%rhs%params%nu, wing%traction)
-      end associate
+        end associate
+      end do
+    end do
+    do i = 1, size(self%wings)
+      call shear(self, wings%surfaces(i), fluid%rhs%params%nu, self%wings(i)%traction)
     end do
   end subroutine sides_look
 
@@ -131,6 +137,6 @@ contains
   pure real(rp) function sides_memory_bytes(self) result(bytes)
     class(wing_sides_t), intent(in) :: self
     bytes = 0
-    if (allocated(self%pressure)) bytes = 8*real(size(self%pressure), rp)
+    if (allocated(self%field)) bytes = 8*real(size(self%field), rp)
   end function sides_memory_bytes
 end module fsi_wing_sides

@@ -109,10 +109,15 @@ contains
     start = strided_points(block%start, stride) ! kept points before the block
     count = strided_points(block%start + block%count, stride) - start
     first = start*stride - block%start
+    if (stride == 1) then
+      call write_array(world, directory, field_file(prefix, label), trim(prefix), int(n, i8), int(start, i8), &
+                       int(count, i8), n, size(data), data, meta, precision, failure)
+      return
+    end if
     allocate (values(product(count)))
     call gather(count, first, stride, data, values)
     call write_array(world, directory, field_file(prefix, label), trim(prefix), int(n, i8), int(start, i8), &
-                     int(count, i8), n, values, meta, precision, failure)
+                     int(count, i8), n, size(values), values, meta, precision, failure)
   end subroutine write_field
 
   !> Writes the plane of global index `ix` (0-based) of a field to
@@ -141,7 +146,7 @@ contains
     file_name = slice_file(name, ix, label)
     call write_array(world, directory, file_name, file_name(:index(file_name, '_', back=.true.) - 1), &
                      int(block%n(2:), i8), int(block%start(2:), i8), int(count(2:), i8), &
-                     [1, block%n(2:)], values, meta, precision, failure)
+                     [1, block%n(2:)], size(values), values, meta, precision, failure)
   end subroutine write_slice
 
   !> Copies count points from 0-based local index `first` on, every `stride`-th.
@@ -161,13 +166,13 @@ contains
   end subroutine gather
 
   !> Writes one dataset with the attributes of a field and puts the file in its place.
-  subroutine write_array(world, directory, file_name, dataset, dims, start, count, nxyz, values, meta, &
+  subroutine write_array(world, directory, file_name, dataset, dims, start, count, nxyz, n_values, values, meta, &
                          precision, failure)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, file_name, dataset
     integer(i8), intent(in) :: dims(:), start(:), count(:)
-    integer, intent(in) :: nxyz(3)
-    real(rp), contiguous, intent(in) :: values(:)
+    integer, intent(in) :: nxyz(3), n_values
+    real(rp), intent(in) :: values(n_values)
     type(field_meta_t), intent(in) :: meta
     integer, intent(in) :: precision
     type(failure_t), intent(inout) :: failure

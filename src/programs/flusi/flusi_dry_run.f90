@@ -2,11 +2,9 @@
 !> What a run would need and do, without doing it.
 module flusi_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use base_constants, only: PI
   use base_kinds, only: rp
-  use fluid_params, only: fluid_params_t
-  use fluid_timestep, only: next_step_length
   use flusi_memory, only: memory_t, estimate_memory
+  use flusi_plans, only: expected_steps
   use flusi_report, only: print_scales
   use flusi_settings, only: settings_t, output_params_t
   use parallel_world, only: world_t
@@ -21,7 +19,6 @@ contains
   subroutine print_dry_run(world, settings)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
-    type(fluid_params_t) :: endless
     real(rp) :: speed, dt, steps
     integer :: ranks, i
     if (.not. world%is_root) return
@@ -35,12 +32,7 @@ contains
         if (ranks /= world%size) call print_memory(unit, ranks, settings)
         ranks = 2*ranks
       end do
-      speed = reference_speed(p)
-      if (p%moving) speed = max(speed, 0.5_rp*PI*settings%flight%tip_speed()) ! the peak of a cosine
-      endless = p
-      endless%t_max = huge(1.0_rp)
-      dt = next_step_length(endless, speed, 0.0_rp, 0.0_rp, [0.0_rp])
-      steps = min(p%t_max/dt, real(p%nt, rp))
+      call expected_steps(settings, dt, speed, steps)
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
   if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
       call print_files(unit, settings, min(p%t_max, p%nt*dt))
@@ -52,9 +44,7 @@ contains
     integer, intent(in) :: unit, ranks
     type(settings_t), intent(in) :: settings
     type(memory_t) :: m
-    m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
-                        settings%looks_at_pressure(), settings%output%needs_scratch(), ranks, &
-                        settings%output%held_fields(settings%fluid%grid%n(1)))
+    m = estimate_memory(settings, ranks)
     if (.not. m%possible) return
     if (m%largest_buffer > huge(1)) then
       write (unit, '(i8,a)') ranks, ' ranks: too few for this grid'
@@ -63,21 +53,6 @@ contains
         ' MB', m%starting/1.0e6_rp, ' MB'
     end if
   end subroutine print_memory
-
-  !> A velocity that the flow will have, as far as the parameters tell.
-  pure real(rp) function reference_speed(p) result(speed)
-    type(fluid_params_t), intent(in) :: p
-    speed = max(norm2(p%mean_velocity), norm2(p%us_fixed))
-    select case (p%inicond)
-    case ('VortexRing')
-      speed = max(speed, abs(p%omega1)/(PI*max(p%size, tiny(1.0_rp))))
-    case ('taylor_green', 'taylor_green_2d')
-      speed = max(speed, 1.0_rp)
-    case ('turbulence_rogallo')
-      speed = max(speed, 3*sqrt(2*p%omega1/3))
-    end select
-    if (p%mask == 'couette') speed = max(speed, p%omega*p%r1)
-  end function reference_speed
 
   subroutine print_files(unit, settings, t_end)
     integer, intent(in) :: unit

@@ -2,7 +2,10 @@
 !> What a rank needs in memory, before anything is allocated.
 module flusi_memory
   use base_kinds, only: rp
+  use fluid_initial, only: is_uniform
+  use fluid_initial_flow, only: MOST_PARTS
   use fluid_params, only: fluid_params_t, SCHEME_RK4
+  use flusi_settings, only: settings_t
   use spectral_sticks, only: sticks_t, kept_columns, make_block_sticks, make_sticks, process_grid
   implicit none
   private
@@ -11,78 +14,129 @@ module flusi_memory
   type :: memory_t
     logical :: possible = .false.    !< whether the grid can be shared among so many ranks
     integer :: rows = 1, columns = 1
-    real(rp) :: running = 0          !< bytes while stepping: state, exchange buffers, kept fields
-    real(rp) :: starting = 0         !< bytes at most while the initial condition is made
+    real(rp) :: running = 0          !< bytes at most while stepping, writing and backing up
+    real(rp) :: starting = 0         !< bytes at most until the first step has been written
     real(rp) :: largest_buffer = 0   !< what is counted of the largest exchange buffer: complex words, P3DFFT's bytes
   end type memory_t
 
+  !> Bytes of what a rank has of one thing.
+  type :: share_t
+    real(rp) :: field = 0    !< a field on its points
+    real(rp) :: spectrum = 0 !< a field on its modes inside the truncation
+    real(rp) :: exchange = 0 !< exchange buffers of a field
+    real(rp) :: planes = 1   !< its planes, a number
+    real(rp) :: whole = 0, whole_exchange = 0 !< the same of a spectrum without truncation
+  end type share_t
+
+  integer, parameter :: FIELDS_IN = 7 !< velocity, vorticity, divergence
+
 contains
 
-  !> The largest need of any of `ranks` ranks.
-  function estimate_memory(p, keeps_fields, keeps_pressure, keeps_rhs, couples, makes_fields, ranks, held_fields) result(m)
-    type(fluid_params_t), intent(in) :: p
-    logical, intent(in) :: keeps_fields, keeps_pressure, keeps_rhs
-    logical, intent(in) :: couples !< flexible wings, which look at the pressure
-    logical, intent(in) :: makes_fields !< any field is written that is not one of those kept
+  !> The largest need of any of `ranks` ranks. What does not grow with the grid is left out: wings, and their markers.
+  function estimate_memory(settings, ranks) result(m)
+    type(settings_t), intent(in) :: settings
     integer, intent(in) :: ranks
-    real(rp), intent(in) :: held_fields !< by the output, one is as large as a component of the velocity
     type(memory_t) :: m
-    type(sticks_t) :: s
-    real(rp) :: sticks, planes, lines, points, buffers, full, state, box
-    integer :: n_out, block(2)
-    logical :: in_blocks
-    in_blocks = p%transform == 'p3dfft'
-    if (in_blocks) then
-      block = [kept_columns(p%grid, p%dealias), p%grid%n(2)]
-      call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible, block)
-    else
-      call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible)
-    end if
-    if (.not. m%possible) return
-    if (in_blocks) then
-      ! The rank with the lowest modes has most sticks.
-      block = ceiling(block/real([m%rows, m%columns], rp))
-      s = make_block_sticks(p%grid, p%dealias, [0, 0], block)
-    else
-      s = make_sticks(p%grid, p%dealias, m%rows, m%columns, 0, 0)
-    end if
-    n_out = merge(6, 3, p%sponge) + merge(1, 0, keeps_pressure)
-    sticks = s%n
-    planes = ceiling(p%grid%n(3)/real(m%columns, rp))
-    lines = ceiling(p%grid%n(2)/real(m%rows, rp))
-    points = p%grid%n(1)*lines*planes
-    state = 16*sticks*s%nkz*merge(9, 6, p%scheme == SCHEME_RK4)
-    if (in_blocks) then
-      box = product(real(block, rp))*p%grid%n(3)
-      buffers = 16*box + 48*max(box, (p%grid%n(1)/2 + 1)*lines*planes) + (16*sticks*s%nkz + 8*points)*(7 + n_out)
-      m%largest_buffer = 16*box
-    else
-      buffers = 16*s%n_row_sticks*planes*(7 + n_out)
-      m%largest_buffer = s%n_row_sticks*planes*7
-      if (m%columns > 1) then
-        buffers = buffers + 16*sticks*p%grid%n(3)*7
-        m%largest_buffer = max(m%largest_buffer, sticks*p%grid%n(3)*7)
+    type(share_t) :: s
+    real(rp) :: kept, flow, writing
+    integer :: n_out, parts
+    associate (p => settings%fluid, o => settings%output)
+      n_out = merge(6, 3, p%sponge) + merge(1, 0, settings%needs_pressure())
+      if (p%transform == 'p3dfft') then
+        call share_of_blocks(p, ranks, m, s)
+      else
+        call share_of_sticks(p, ranks, m, s)
       end if
-      if (m%rows > 1) then
-        buffers = buffers + 16*planes*(s%n_jx*lines*(7 + n_out) + real(s%n_row_kx, rp)*p%grid%n(2)*7)
-        m%largest_buffer = max(m%largest_buffer, planes*real(s%n_row_kx, rp)*p%grid%n(2)*7)
+      if (.not. m%possible) return
+      ! State and history, and what is kept of a pass.
+      kept = s%spectrum*merge(9, 6, p%scheme == SCHEME_RK4)
+      if (settings%needs_pressure()) kept = kept + s%spectrum
+      if (settings%needs_trials()) kept = kept + 3*s%spectrum
+      if (settings%needs_fields()) kept = kept + 6*s%field
+      if (settings%looks_at_pressure()) kept = kept + s%field
+      if (o%wing_sides) kept = kept + s%field
+      kept = kept + o%held_fields(p%grid%n(1))*s%field
+      flow = merge(3, 0, o%needs_flow())*s%spectrum
+      ! One field and its copy of single precision; a component of the state as a table and its copy.
+      writing = merge(1, 0, o%needs_scratch())*s%field
+      writing = writing + max(merge(0.5_rp, 0.0_rp, o%single_precision .and. o%needs_scratch())*s%field, 2*s%spectrum)
+      if (p%transform == 'p3dfft') then
+        m%running = kept + flow + writing + s%exchange + (s%spectrum + s%field)*(FIELDS_IN + n_out)
+        m%starting = m%running
+        if (.not. is_uniform(p)) m%starting = m%running + FIELDS_IN*s%field + 8*s%whole
+        return
       end if
-    end if
-    m%running = state + buffers
-    if (keeps_fields) m%running = m%running + 8*points*6
-    if (keeps_fields .or. keeps_pressure .or. makes_fields) m%running = m%running + 8*points ! scratch to write one field
-    if (keeps_pressure) m%running = m%running + 16*sticks*s%nkz
-    if (couples) m%running = m%running + 8*points
-    m%running = m%running + 8*points*held_fields
-    if (keeps_rhs) m%running = m%running + 16*sticks*s%nkz*3
-    ! The initial condition: its untruncated spectrum (three fields and one more) with the buffers of one
-    ! field, and the seven physical fields that the first step begins from.
-    full = (p%grid%n(1)/2 + 1)*real(p%grid%n(2), rp)*p%grid%n(3)/ranks
-    if (in_blocks) then
-      m%starting = m%running + 8*points*7 + 16*(p%grid%n(1)/2 + 1)*lines*planes*8
-      return
-    end if
-    m%largest_buffer = max(m%largest_buffer, full)
-    m%starting = m%running + 8*points*7 + 16*full*(4 + merge(2, 3, m%columns == 1)*merge(1, 2, m%rows == 1))
+      m%running = kept + flow + writing + s%exchange*max(FIELDS_IN, n_out)
+      m%starting = m%running
+      if (is_uniform(p)) return
+      ! The whole spectrum stays until the first step has been written, by parts of the planes.
+      parts = min(MOST_PARTS, p%grid%n(3)/m%columns)
+      if (parts == 1) then
+        m%starting = kept + s%exchange*n_out + FIELDS_IN*s%field + max(writing, 3*s%whole + FIELDS_IN*s%whole_exchange)
+      else
+        m%starting = max(m%running, 3*s%whole + max(kept + s%exchange*n_out + max(FIELDS_IN*(s%whole_exchange + s%field)* &
+                                        ceiling(s%planes/parts)/s%planes, writing + s%whole_exchange/parts), &
+                                                    kept + s%exchange + s%whole_exchange + s%field))
+      end if
+    end associate
   end function estimate_memory
+
+  !> The builtin transform's shares; see spectral_pencil for the two exchange buffers.
+  subroutine share_of_sticks(p, ranks, m, s)
+    type(fluid_params_t), intent(in) :: p
+    integer, intent(in) :: ranks
+    type(memory_t), intent(inout) :: m
+    type(share_t), intent(out) :: s
+    type(sticks_t) :: sticks
+    real(rp) :: lines, row_sticks, near, far
+    call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible)
+    if (.not. m%possible) return
+    associate (n => p%grid%n)
+      sticks = make_sticks(p%grid, p%dealias, m%rows, m%columns, 0, 0)
+      s%planes = ceiling(n(3)/real(m%columns, rp))
+      lines = ceiling(n(2)/real(m%rows, rp))
+      s%field = 8*n(1)*lines*s%planes
+      s%spectrum = 16*real(sticks%n, rp)*sticks%nkz
+      near = 0
+      if (m%columns > 1) near = real(sticks%n, rp)*n(3)
+      if (m%rows > 1) near = max(near, real(sticks%n_row_kx, rp)*n(2)*s%planes)
+      far = sticks%n_row_sticks*s%planes
+      if (m%rows > 1) far = max(far, sticks%n_jx*lines*s%planes)
+      s%exchange = 16*(near + far)
+      m%largest_buffer = FIELDS_IN*max(near, far)
+      ! Without truncation all columns kx have a stick for each ky.
+      row_sticks = ceiling((n(1)/2 + 1)/real(m%rows, rp))*real(n(2), rp)
+      s%whole = 16*ceiling(row_sticks/m%columns)*real(n(3), rp)
+      near = 0
+      if (max(m%rows, m%columns) > 1) near = max(s%whole/16, row_sticks*s%planes)
+      far = row_sticks*s%planes
+      if (m%rows > 1) far = max(far, (n(1)/2 + 1)*lines*s%planes)
+      s%whole_exchange = 16*(near + far)
+      m%largest_buffer = max(m%largest_buffer, near, far)
+    end associate
+  end subroutine share_of_sticks
+
+  !> P3DFFT's shares; the rank with the lowest modes has most sticks.
+  subroutine share_of_blocks(p, ranks, m, s)
+    type(fluid_params_t), intent(in) :: p
+    integer, intent(in) :: ranks
+    type(memory_t), intent(inout) :: m
+    type(share_t), intent(out) :: s
+    type(sticks_t) :: sticks
+    integer :: block(2)
+    real(rp) :: lines, box
+    block = [kept_columns(p%grid, p%dealias), p%grid%n(2)]
+    call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible, block)
+    if (.not. m%possible) return
+    block = ceiling(block/real([m%rows, m%columns], rp))
+    sticks = make_block_sticks(p%grid, p%dealias, [0, 0], block)
+    s%planes = ceiling(p%grid%n(3)/real(m%columns, rp))
+    lines = ceiling(p%grid%n(2)/real(m%rows, rp))
+    s%field = 8*p%grid%n(1)*lines*s%planes
+    s%spectrum = 16*real(sticks%n, rp)*sticks%nkz
+    box = product(real(block, rp))*p%grid%n(3)
+    s%whole = 16*(p%grid%n(1)/2 + 1)*lines*s%planes
+    s%exchange = 16*box + 3*max(16*box, s%whole)
+    m%largest_buffer = 16*box
+  end subroutine share_of_blocks
 end module flusi_memory

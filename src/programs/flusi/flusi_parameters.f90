@@ -57,9 +57,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(memory_t) :: m
     character(140) :: text
-    m = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), &
-                        settings%needs_trials(), settings%flexible, settings%output%needs_scratch(), world%size, &
-                        settings%output%held_fields(settings%fluid%grid%n(1)))
+    m = estimate_memory(settings, world%size)
     if (m%possible .and. m%largest_buffer <= huge(1)) return
     if (m%possible) then
       write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &

@@ -59,6 +59,7 @@ module flusi_settings
     real(rp) :: t_slice = 0, t_slice_first = 0
   contains
     procedure :: needs_fields => output_needs_fields
+    procedure :: needs_flow => output_needs_flow
     procedure :: held_fields => output_held_fields
     procedure :: needs_scratch => output_needs_scratch
   end type output_params_t
@@ -281,9 +282,14 @@ contains
   !> Whether any output needs velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)
     class(output_params_t), intent(in) :: self
-    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%slices .or. self%wing_sides .or. &
-            self%averages%is_on
+    needs = self%slices .or. self%averages%is_on
   end function output_needs_fields
+
+  !> Whether any output looks at one field of velocity or vorticity after the other.
+  pure logical function output_needs_flow(self) result(needs)
+    class(output_params_t), intent(in) :: self
+    needs = self%velocity .or. self%vorticity .or. self%vorticity_magnitude .or. self%wing_sides
+  end function output_needs_flow
 
   !> How many fields of nx points the output keeps: sums of means over time, and stacked slices.
   pure real(rp) function output_held_fields(self, nx) result(n)
@@ -296,7 +302,8 @@ contains
   !> Whether any output needs room to make a field.
   pure logical function output_needs_scratch(self) result(needs)
     class(output_params_t), intent(in) :: self
-    needs = self%needs_fields() .or. self%pressure .or. self%mask .or. self%solid_velocity .or. self%q_criterion
+    needs = self%needs_fields() .or. self%needs_flow() .or. self%pressure .or. self%mask .or. self%solid_velocity .or. &
+            self%q_criterion
   end function output_needs_scratch
 
   !> Whether any pass will be asked for velocity or vorticity in physical space.

@@ -17,6 +17,7 @@ module flusi_simulation
   use flusi_flight_faults, only: check_flight
   use flusi_mask_run, only: draw_masks
   use flusi_output, only: output_t
+  use flusi_plans, only: plan_run
   use flusi_report, only: print_coupling, print_failure, print_run_header, print_time_table
   use flusi_series, only: run_series_t
   use flusi_settings, only: settings_t
@@ -29,7 +30,7 @@ module flusi_simulation
   use io_checkpoint_slots, only: checkpoint_slots_t
   use io_stop, only: stop_rules_t
   use parallel_world, only: world_t
-  use spectral_fftw, only: import_wisdom, export_wisdom
+  use spectral_fftw, only: export_wisdom
   implicit none
   private
   public :: simulation_t
@@ -69,8 +70,7 @@ module flusi_simulation
 
 contains
 
-  !> Builds everything and sets the initial condition or restarts. On failure `exit_code` is not 0 and
-  !> the reason has been printed. Collective.
+  !> Builds everything, and starts or restarts. On failure `exit_code` is not 0 and the reason has been printed. Collective.
   subroutine simulation_init(self, world, settings, command)
     class(simulation_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -78,7 +78,8 @@ contains
     type(command_t), intent(in) :: command
     type(message_list_t) :: remarks, patterns
     real(rp), allocatable :: restart_time ! in a new run it has none, and is absent where it is handed on
-    logical :: restarts, found
+    character(:), allocatable :: plans
+    logical :: restarts
 
     self%world = world
     self%settings = settings
@@ -103,8 +104,8 @@ contains
     end if
     self%is_built = .true.
     call self%stop_rules%init(settings%output%limits)
-    if (settings%fluid%planner == 'measure') call import_wisdom(WISDOM_NAME, found)
-    call self%fluid%init(world, settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
+    call plan_run(world, self%settings, WISDOM_NAME, restarts, plans)
+    call self%fluid%init(world, self%settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
                          settings%needs_trials())
     if (settings%output%averages%is_on) allocate (self%averages)
     if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
@@ -145,8 +146,7 @@ contains
       call self%fail(self%files%code)
       return
     end if
-    ! With iDoBackup = no too: an early stop writes one.
-    if (.not. restarts) call self%slots%scan(world, '.', BACKUP_NAME)
+    if (.not. restarts) call self%slots%scan(world, '.', BACKUP_NAME) ! an early stop always writes a backup
     call self%slots%identify(self%files%identity)
     call self%stop_rules%listen(world)
     call self%series%open(world, self%fluid, settings%units%note(), self%failure, settings%output%spectra, &
@@ -158,7 +158,7 @@ contains
       return
     end if
     if (world%is_root) then
-      call print_run_header(output_unit, settings, self%fluid, self%coupler, restart_time, self%thin)
+      call print_run_header(output_unit, self%settings, plans, self%fluid, self%coupler, restart_time, self%thin)
       call remarks%print(output_unit, '')
     end if
     call self%progress%init(world%is_root, settings%output%progress_seconds)

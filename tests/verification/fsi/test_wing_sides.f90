@@ -54,7 +54,7 @@ contains
     call sides%init(kit%world, fluid, wings)
     sides%distance = DISTANCE
     request%pressure = .true.
-    request%fields = .true.
+    request%flow = .true.
     call fluid%evaluate(request, failure, wings)
     ! The wing turns about its hinge; the flow does not know.
     turn = OMEGA*[1.0_rp, -2.0_rp, 0.5_rp]

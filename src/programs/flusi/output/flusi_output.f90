@@ -7,6 +7,7 @@ module flusi_output
   use flusi_flight_output, only: flight_output_t
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
+  use fluid_flow_fields, only: VORTICITY_MAGNITUDE
   use fluid_fields, only: mask_field, solid_velocity_field
   use fluid_q_criterion, only: q_criterion
   use fluid_requests, only: request_t
@@ -91,7 +92,8 @@ contains
                         (is_due(t, dt, p%t_slice) .or. mod(step, p%it_slice) == 0)
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
       request%integrals = self%integrals_due
-      request%fields = (self%fields_due .and. p%needs_fields()) .or. self%slices_due
+      request%fields = self%slices_due
+      request%flow = self%fields_due .and. p%needs_flow()
       if (present(averages)) request%fields = request%fields .or. averages%wants(t)
       request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
     end associate
@@ -121,16 +123,12 @@ contains
         n_saved = 0
         if (p%q_criterion) call save('Q', self%scratch(:, :, :, 1)) ! before the scratch is used for others
         do c = 1, 3
-          if (p%velocity) call save('u'//AXES(c:c), rhs%fields(:, :, :, c))
+          if (p%velocity) call save_flow('u'//AXES(c:c), c)
         end do
         do c = 1, 3
-          if (p%vorticity) call save('vor'//AXES(c:c), rhs%fields(:, :, :, 3 + c))
+          if (p%vorticity) call save_flow('vor'//AXES(c:c), 3 + c)
         end do
-        if (p%vorticity_magnitude) then
-          self%scratch(:, :, :, 1) = sqrt(rhs%fields(:, :, :, 4)**2 + rhs%fields(:, :, :, 5)**2 + &
-                                          rhs%fields(:, :, :, 6)**2)
-          call save('vorabs', self%scratch(:, :, :, 1))
-        end if
+        if (p%vorticity_magnitude) call save_flow('vorabs', VORTICITY_MAGNITUDE)
         if (p%pressure) then
           call fluid%pressure_field(self%scratch)
           call save('p', self%scratch(:, :, :, 1))
@@ -184,6 +182,13 @@ contains
         end if
       end do
     end subroutine save_averages
+
+    subroutine save_flow(prefix, which)
+      character(*), intent(in) :: prefix
+      integer, intent(in) :: which
+      call fluid%flow_field(which, self%scratch)
+      call save(prefix, self%scratch(:, :, :, 1))
+    end subroutine save_flow
 
     subroutine save(prefix, data)
       character(*), intent(in) :: prefix

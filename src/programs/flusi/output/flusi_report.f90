@@ -24,9 +24,10 @@ module flusi_report
 contains
 
   !> Version, grid, ranks, memory and dimensionless numbers. Root only. `restart_time` is absent in a new run.
-  subroutine print_run_header(unit, settings, fluid, coupler, restart_time, thin)
+  subroutine print_run_header(unit, settings, plans, fluid, coupler, restart_time, thin)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
+    character(*), intent(in) :: plans !< why FFTW plans as it does
     type(fluid_t), intent(in) :: fluid
     type(coupler_t), intent(in), optional :: coupler !< of flexible wings
     real(rp), intent(in), optional :: restart_time
@@ -42,6 +43,7 @@ contains
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
       write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
         ', transform ', trim(p%transform), ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
+      write (unit, '(5a)') 'plans     ', merge('measured ', 'estimated', p%planner == 'measure'), ', ', plans
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
       if (present(thin)) call print_markers(unit, settings, thin)

@@ -1,0 +1,103 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Velocity and vorticity in physical space, one field at a time, from the spectrum of the velocity.
+module fluid_flow_fields
+  use base_errors, only: require
+  use base_kinds, only: rp
+  use fluid_kernels, only: stick_fields
+  use spectral_transform, only: kernels_t, transform_t
+  implicit none
+  private
+  public :: flow_field, VORTICITY_MAGNITUDE
+
+  integer, parameter :: VORTICITY_MAGNITUDE = 0 !< in the place of 1 to 3, a component of u, and 4 to 6, one of omega
+
+  type, extends(kernels_t) :: flow_kernels_t
+    integer :: which = 1
+    real(rp), allocatable :: kx(:), ky(:), kz(:)                  !< of the sticks, and along them
+    complex(rp), allocatable :: stick(:, :)                       !< (nkz, 6) u and omega
+    complex(rp), pointer, contiguous :: u(:, :, :) => null()      !< (nkz, sticks, 3)
+    real(rp), pointer, contiguous :: field(:, :, :, :) => null() !< (nx, ny_local, nz_local, 1)
+  contains
+    procedure :: spectral_in => flow_spectral_in
+    procedure :: product => flow_product
+    procedure :: spectral_out => flow_spectral_out
+    procedure :: reduce => flow_reduce
+  end type flow_kernels_t
+
+contains
+
+  !> The field `which` of the velocity with the spectrum `u`, on all points of this rank or on the lines that are wanted;
+  !> it is undefined on others. To the bit what a pass of the right-hand side has. Works through `parts` parts of the
+  !> planes, for less memory. Collective.
+  subroutine flow_field(transform, u, which, parts, field, lines)
+    class(transform_t), intent(inout) :: transform
+    complex(rp), contiguous, target, intent(in) :: u(:, :, :)            !< (nkz, sticks, 3)
+    integer, intent(in) :: which, parts
+    real(rp), contiguous, target, intent(inout) :: field(:, :, :, :)     !< (nx, ny_local, nz_local, 1)
+    logical, contiguous, target, optional, intent(in) :: lines(:, :)     !< (ny_local, nz_local) the wanted ones, or all
+    type(flow_kernels_t) :: kernels
+    integer :: part
+    call require(which >= VORTICITY_MAGNITUDE .and. which <= 6, 'flow_field: no such field')
+    if (present(lines)) kernels%lines => lines
+    kernels%which = which
+    kernels%n_in = merge(3, 1, which == VORTICITY_MAGNITUDE)
+    kernels%kx = transform%sticks%kx
+    kernels%ky = transform%sticks%ky
+    kernels%kz = transform%sticks%kz
+    allocate (kernels%stick(size(u, 1), 6))
+    kernels%u => u
+    kernels%field => field
+    do part = 1, parts
+      call transform%pipeline_part(kernels, part, parts)
+    end do
+  end subroutine flow_field
+
+  subroutine flow_spectral_in(self, first, count, fields)
+    class(flow_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    integer :: i, s
+    do i = 1, count
+      s = first + i - 1
+      associate (f => self%stick)
+        call stick_fields(size(self%kz), self%kx(s), self%ky(s), self%kz, self%u(:, s, 1), self%u(:, s, 2), &
+                          self%u(:, s, 3), f(:, 1), f(:, 2), f(:, 3), f(:, 4), f(:, 5), f(:, 6))
+        if (self%which == VORTICITY_MAGNITUDE) then
+          fields(:, i, 1:3) = f(:, 4:6)
+        else
+          fields(:, i, 1) = f(:, self%which)
+        end if
+      end associate
+    end do
+  end subroutine flow_spectral_in
+
+  subroutine flow_product(self, first, count, z, in, out)
+    class(flow_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count, z
+    real(rp), contiguous, intent(in) :: in(:, :, :)
+    real(rp), contiguous, intent(inout) :: out(:, :, :)
+    associate (f => self%field(:, first:first + count - 1, z, 1))
+      if (self%which == VORTICITY_MAGNITUDE) then
+        f = sqrt(in(:, 1:count, 1)**2 + in(:, 1:count, 2)**2 + in(:, 1:count, 3)**2)
+      else
+        f = in(:, 1:count, 1)
+      end if
+    end associate
+    associate (nothing_to_transform => out)
+    end associate
+  end subroutine flow_product
+
+  subroutine flow_spectral_out(self, first, count, fields)
+    class(flow_kernels_t), intent(inout) :: self
+    integer, intent(in) :: first, count
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    associate (nothing_comes => self, there => first, is => count, here => fields)
+    end associate
+  end subroutine flow_spectral_out
+
+  subroutine flow_reduce(self)
+    class(flow_kernels_t), intent(inout) :: self
+    associate (nothing_to_reduce => self)
+    end associate
+  end subroutine flow_reduce
+end module fluid_flow_fields

@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How long a run will be as far as its parameters tell, and whether FFTW measures its plans for it.
+!>
+!> Measuring takes about MEASURING seconds on any grid; a step takes about STEP seconds for each point and makes up for it
+!> by being up to a tenth faster. Measured plans are worth it where they cost less than 1 % of the run. The rule knows the
+!> parameters alone, no clock and no number of ranks, so that the same input is planned in the same way.
+module flusi_plans
+  use base_constants, only: PI
+  use base_files, only: file_exists
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t
+  use fluid_timestep, only: next_step_length
+  use flusi_settings, only: settings_t
+  use parallel_world, only: world_t
+  use spectral_fftw, only: import_wisdom
+  implicit none
+  private
+  public :: plan_run, expected_steps, choose_planner
+
+  real(rp), parameter :: MEASURING = 1.0_rp !< s
+  real(rp), parameter :: STEP = 2.5e-8_rp   !< s for each point
+
+contains
+
+  !> Chooses how FFTW plans the run, for what `reason`, and takes the plans of the file `wisdom` if they are measured ones.
+  !> Collective.
+  subroutine plan_run(world, settings, wisdom, restarts, reason)
+    type(world_t), intent(in) :: world
+    type(settings_t), intent(inout) :: settings
+    character(*), intent(in) :: wisdom
+    logical, intent(in) :: restarts
+    character(:), allocatable, intent(out) :: reason
+    real(rp) :: dt, speed, steps
+    integer :: has_wisdom
+    logical :: done
+    has_wisdom = 0
+    if (world%is_root) has_wisdom = merge(1, 0, file_exists(wisdom))
+    call world%broadcast_integer(has_wisdom)
+    call expected_steps(settings, dt, speed, steps)
+    call choose_planner(settings%fluid%planner, steps, product(real(settings%fluid%grid%n, rp)), restarts, &
+                        has_wisdom == 1, reason)
+    if (settings%fluid%planner == 'measure') call import_wisdom(wisdom, done)
+  end subroutine plan_run
+
+  !> Length `dt` and number of the steps that the parameters let expect for velocities of `speed`; the flow decides.
+  subroutine expected_steps(settings, dt, speed, steps)
+    type(settings_t), intent(in) :: settings
+    real(rp), intent(out) :: dt, speed, steps
+    type(fluid_params_t) :: endless
+    associate (p => settings%fluid)
+      speed = reference_speed(p)
+      if (p%moving) speed = max(speed, 0.5_rp*PI*settings%flight%tip_speed()) ! the peak of a cosine
+      endless = p
+      endless%t_max = huge(1.0_rp)
+      dt = next_step_length(endless, speed, 0.0_rp, 0.0_rp, [0.0_rp])
+      steps = min(p%t_max/dt, real(p%nt, rp))
+    end associate
+  end subroutine expected_steps
+
+  !> Makes `planner`, which is auto, estimate or measure, one of the last two, with the reason for people. A run that goes
+  !> on measures if the plans of its first part were measured: `has_wisdom`, their file is there.
+  subroutine choose_planner(planner, steps, points, restarts, has_wisdom, reason)
+    character(:), allocatable, intent(inout) :: planner
+    real(rp), intent(in) :: steps, points !< of the run, of the grid
+    logical, intent(in) :: restarts, has_wisdom
+    character(:), allocatable, intent(out) :: reason
+    logical :: measures
+    if (planner /= 'auto') then
+      reason = 'as [Resolution] planner says'
+      return
+    end if
+    if (restarts) then
+      measures = has_wisdom
+      reason = trim(merge('as before: fftw_wisdom is there   ', 'as before: there is no fftw_wisdom', has_wisdom))
+    else
+      measures = steps*points*STEP > 100*MEASURING
+      reason = trim(merge('the run is long ', 'the run is short', measures))
+    end if
+    planner = trim(merge('measure ', 'estimate', measures))
+  end subroutine choose_planner
+
+  !> A velocity that the flow will have, as far as the parameters tell.
+  pure real(rp) function reference_speed(p) result(speed)
+    type(fluid_params_t), intent(in) :: p
+    speed = max(norm2(p%mean_velocity), norm2(p%us_fixed))
+    select case (p%inicond)
+    case ('VortexRing')
+      speed = max(speed, abs(p%omega1)/(PI*max(p%size, tiny(1.0_rp))))
+    case ('taylor_green', 'taylor_green_2d')
+      speed = max(speed, 1.0_rp)
+    case ('turbulence_rogallo')
+      speed = max(speed, 3*sqrt(2*p%omega1/3))
+    end select
+    if (p%mask == 'couette') speed = max(speed, p%omega*p%r1)
+  end function reference_speed
+end module flusi_plans
