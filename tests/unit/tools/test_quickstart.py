@@ -8,7 +8,7 @@ from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[3]
 REAL = ("bash env dirname basename mkdir tee tail sed awk cat rm mktemp tr xargs sort wc grep cksum mv cp ls touch "
-        "chmod echo").split()
+        "chmod echo mkfifo").split()
 RECORD = 'echo "${0##*/} $*" >> "$MACHINE/calls"\n'
 STUBS = {
     "cmake": '[ "$1" = --version ] && { echo "cmake version ${CMAKE_IS:-3.25.1}"; exit; }\n' + RECORD +
