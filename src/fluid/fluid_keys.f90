@@ -3,6 +3,8 @@
 !> meanings are FLUSI's wherever FLUSI has them.
 module fluid_keys
   use base_kinds, only: rp
+  use fluid_substitutes, only: FOR_CAVITIES, FOR_CHANNELS, FOR_FLOWS, FOR_MASKS, FOR_MEAN_FLOWS, FOR_SPONGES, FOR_STEPPERS, &
+                               NO_FLOWS, NO_MASKS, NO_STEPPERS
   use io_registry, only: registry_t
   implicit none
   private
@@ -66,7 +68,8 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
                     'AB2|RK4|RK2|Euler|AB2_rigid_solid|FSI_AB2_staggered|FSI_AB2_semiimplicit|FSI_AB2_iteration', &
                     'all with the exact viscous factor; AB2: Adams-Bashforth; RK2 (Heun) and RK4: Runge-Kutta, at 2 '// &
                     'and 4 times its cost; Euler: first order; FSI_*: AB2, and a coupling of flexible wings; '// &
-                    'AB2_rigid_solid: FLUSI''s name for AB2 with BodyMotion = free_flight', unbuilt='krylov')
+                    'AB2_rigid_solid: FLUSI''s name for AB2 with BodyMotion = free_flight', unbuilt=NO_STEPPERS, &
+                    instead=FOR_STEPPERS)
     call r%add_real('Time', 'CFL', 0.1_rp, 'CFL number of the advective limit', above=0.0_rp)
     call r%add_real('Time', 'CFL_eta', 0.99_rp, 'largest dt/eps of the explicit penalization', above=0.0_rp)
     call r%add_real('Time', 'dt_fixed', 0.0_rp, 'prescribed step; 0: chosen by the CFL rule', unit='T', min=0.0_rp)
@@ -83,8 +86,7 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     call r%add_word('InitialCondition', 'inicond', 'none', &
                     'quiescent|MeanFlow|VortexRing|taylor_green_2d|taylor_green|turbulence_rogallo|'// &
                     'random-given-spectrum|infile|backup|backup::*', 'initial velocity', required=.true., &
-                    unbuilt='turbulence|turbulence-meanflow|2VortexRings|vortex|three-vortices|couette|'// &
-                    'infile_inlet|infile_perturbed|half_HIT|pressure-blob|orszag*|constant|smc*|tc*|TaylorCouette')
+                    unbuilt=NO_FLOWS, instead=FOR_FLOWS)
     call r%add_real('InitialCondition', 'omega1', 0.0_rp, &
                     'circulation of the vortex ring; mean kinetic energy of turbulence_rogallo')
     call r%add_integer('InitialCondition', 'seed', 0, 'seed of random fields; the field does not depend on the ranks', &
@@ -102,26 +104,22 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
     type(registry_t), intent(inout) :: r
     call r%add_section('Penalization', 'solid bodies by volume penalization')
     call r%add_switch('Penalization', 'iPenalization', .false., 'whether there are solids at all')
-    call r%add_word('Penalization', 'iMask', 'none', 'none|empty|sphere|cylinder|cylinder_x|plate|couette|'// &
+    call r%add_word('Penalization', 'iMask', 'none', 'none|empty|no|sphere|Sphere|cylinder|cylinder_x|plate|Plate|couette|'// &
                     'from_file::*|Insect|insect|Flexible_wing', 'body: sphere; cylinder along z (2-D: along x); '// &
                     'cylinder along x; square plate; Couette device; file; Insect: the wings of [Insects]; '// &
                     'Flexible_wing: these, with wings = flexible', &
-                    unbuilt='Flexibility|Flapper|moving_cylinder|cylinder_asym_z|rotating_cylinder|'// &
-                    'oscillating_cylinder_2D|turek_wan|noncircular_cylinder|romain_open_cavity|floor_yz|active_grid|'// &
-                    'fractal_tree|smc*|TaylorCouette', &
-                    instead='Flexibility: the elastic beam is here a filament or plate of masses and springs, '// &
-                    'iMask = Insect with [Insects] wings = flexible as in ini/flag.ini')
+                    unbuilt=NO_MASKS, instead=FOR_MASKS)
     call r%add_switch('Penalization', 'iMoving', .false., &
                       'whether the body moves: the wings of Insect do; without effect on other bodies', computed='as iMask says')
     call r%add_real('Penalization', 'eps', 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call r%add_word('Penalization', 'iCavity', 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', &
-                    unbuilt='freestream*')
+                    unbuilt='freestream*', instead=FOR_CAVITIES)
     call r%add_integer('Penalization', 'cavity_size', 0, 'thickness of the cavity walls', unit='points', min=0)
     call r%add_word('Penalization', 'iChannel', 'no', 'no|xy|xz|xy_sliding|xz_sliding|turek|0|1', &
                     'one wall between pos_wall-thick_wall and pos_wall, normal z (xy) or y (xz); '// &
                     'sliding: it moves with the prescribed mean flow; turek: the wall xy, with a parabola of the '// &
                     'velocity that flows in along y, and a cylinder along x of [Geometry] Size at y0, z0; 0 = no, '// &
-                    '1 = xy', unbuilt='inlet_x|cylinder')
+                    '1 = xy', unbuilt='inlet_x|cylinder', instead=FOR_CHANNELS)
     call r%add_length('Penalization', 'thick_wall', '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call r%add_length('Penalization', 'pos_wall', '0.3', 'upper face of the channel wall', unit='L')
     call r%add_real('Penalization', 'inflow_velocity', 1.0_rp, 'turek: mean over the height of the channel', &
@@ -148,7 +146,7 @@ call r%add_switch('Penalization', 'unst_corrections', .false., 'without effect o
     call r%add_section('Sponge', 'vorticity sponge')
     call r%add_switch('Sponge', 'iVorticitySponge', .false., 'damp the vorticity in a frame of the box')
     call r%add_word('Sponge', 'iSpongeType', 'top_cover', SPONGES, 'which faces of the box', &
-                    unbuilt='moving_insect|moving_insect_vertical')
+                    unbuilt='moving_insect*', instead=FOR_SPONGES)
   call r%add_real('Sponge', 'eps_sponge', 0.0_rp, 'damping time C_sp; has no default when the sponge is on', unit='T', &
                     min=0.0_rp)
     call r%add_integer('Sponge', 'sponge_thickness', 0, 'thickness of the sponge', unit='points', min=0)
@@ -156,7 +154,8 @@ call r%add_switch('Penalization', 'unst_corrections', .false., 'without effect o
     do i = 1, 3
       call r%add_word('MeanFlow', 'iMeanFlow_'//AXES(i:i), 'free', MEAN_FLOWS, &
                       'free: follows the forces; fixed: prescribed; sinusoidal: u sin(2 pi f t); '// &
-                      'dynamic: accelerated by the reaction of the solids', unbuilt='accelerate_to_unity')
+                      'dynamic: accelerated by the reaction of the solids', unbuilt='accelerate_to_unity', &
+                      instead=FOR_MEAN_FLOWS)
       call r%add_real('MeanFlow', 'u'//AXES(i:i), 1.0_rp, 'mean velocity in '//AXES(i:i), unit='L/T')
     end do
     call r%add_integer('MeanFlow', 'iMeanFlow', 0, 'old FLUSI switch: 1 fixes all three components', min=0, max=1)

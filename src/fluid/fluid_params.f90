@@ -234,6 +234,9 @@ contains
     p%penalized = c%get_switch('Penalization', 'iPenalization')
     p%mask = c%get_word('Penalization', 'iMask')
     if (p%mask == 'insect') p%mask = 'Insect'
+    if (p%mask == 'Sphere') p%mask = 'sphere'
+    if (p%mask == 'Plate') p%mask = 'plate'
+    if (p%mask == 'no') p%mask = 'none'
     p%moving = p%penalized .and. p%mask == 'Insect'
     p%c_eta = c%get_real('Penalization', 'eps')
     p%cavity = any(c%get_word('Penalization', 'iCavity') == ['yes', '1  '])

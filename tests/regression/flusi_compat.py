@@ -126,9 +126,16 @@ def test_refused(case):
                 "use_flexible_wing_model": "yes", "EIy": 1e-5}, "units": {"length": 0.01, "frequency": 100.0,
                                                                        "density": 1.2},
                 "Insects": {"wing_length": None}}), r"[Wing] file: is missing"),
+            ("channel", merged(beam, {"SolidModel": {"use_solid_model": "yes"}, "Penalization": {"iChannel": "turek"}}),
+             "[SolidModel] use_solid_model: 'yes' asks for FLUSI's elastic beam"),
+            ("mhd", merged({"MHD": {"eta": 0.1}}, merged(INSECT, {"InitialCondition": {"inicond": "orszagtang"}})),
+             "[MHD]: asks for magnetohydrodynamics"),
+            ("small", merged(INSECT, {"Geometry": {"xl": 0.1, "yl": 0.1, "zl": 0.1}, "Flexible_wing": {
+                "t_wing": 0.01, "wing_smoothing": 0.016}, "Insects": {"BodyType": "drosophila", "WingThickness": None}}),
+             "[Insects] BodyType: is larger than the box: it extends over 1."),
             ("far", merged(INSECT, {"Insects": {"x0": "2.0 2.0 18.0"}}), "[Insects] x0: is outside of the box")):
         done = make(case.sub(name), ini, 1, "--check", code=EXIT_USER)
-        mistakes = [line for line in done.err.splitlines() if re.search(r": \[[\w-]+\] \w+: ", line)
+        mistakes = [line for line in done.err.splitlines() if re.search(r": \[[\w-]+\]( \w+)?: ", line)
                     and not line.startswith("notice")]
         check(len(mistakes) == 1 and text in mistakes[0], f"{name} has one mistake: {mistakes}")
 

@@ -14,7 +14,7 @@ module fsi_body_catalogue
   private
   public :: body_numbers_t, make_named_body, named_body_pivot, NAMED_BODIES
 
-  character(*), parameter :: NAMED_BODIES = 'ellipsoid|sphere|jerry|Jerry|hawkmoth|bumblebee|drosophila|'// &
+  character(*), parameter :: NAMED_BODIES = 'ellipsoid|sphere|Sphere|SPHERE|jerry|Jerry|hawkmoth|Hawkmoth|bumblebee|drosophila|'// &
                              'drosophila_maeda|drosophila_slim|mosquito_iams|paratuposa_simple|suzuki_thin_rod|coin|'// &
                              'platicle|pyramid|cone'
 
@@ -48,13 +48,13 @@ contains
       call add(parts, make_ellipsoid(ORIGIN, [numbers%length/2, numbers%radius, numbers%radius]))
       if (numbers%head_radius > 0) call add(parts, make_sphere(numbers%head, numbers%head_radius))
       if (numbers%eye_radius > 0) call add_eyes(parts, numbers%eyes, numbers%eye_radius)
-    case ('sphere')
+    case ('sphere', 'Sphere', 'SPHERE')
       call add(parts, make_sphere(ORIGIN, numbers%length/2))
     case ('jerry', 'Jerry')
       call add(parts, make_spindle(ORIGIN, 0.5_rp, 0.1_rp))
       call add(parts, make_sphere(MIDDLE, 0.125_rp))
       call add_eyes(parts, spread(MIDDLE, 2, 2) + cheeks(0.8_rp*0.125_rp), 0.0625_rp)
-    case ('hawkmoth')
+    case ('hawkmoth', 'Hawkmoth')
       call add(parts, make_spindle(ORIGIN, 0.5_rp, 0.15_rp))
       call add(parts, make_sphere(MIDDLE, 0.125_rp))
       call add_pair(parts, MIDDLE + first(cheeks(1.8_rp*0.125_rp)), MIDDLE + first(cheeks(0.8_rp*0.125_rp)), 0.0195_rp)

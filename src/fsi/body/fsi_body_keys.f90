@@ -21,7 +21,10 @@ module fsi_body_keys
   public :: register_body_keys, read_body_shape, wants_body, body_pivot
 
   character(*), parameter :: SECTION = 'Insects', FILE_WORD = 'from_file::'
-  character(*), parameter :: UNBUILT = 'particle|birch_seed|mosquito*|paratuposa*|suzuki*|pointcloud*'
+  character(*), parameter :: SURFACE = 'a closed surface, BodyType = from_file::NAME.stl'
+  character(*), parameter :: UNBUILT = 'particle|birch_seed|pointcloud*'
+  character(*), parameter :: INSTEAD = 'particle: BodyType = sphere, coin or ellipsoid, or '//SURFACE//'|birch_seed: '//SURFACE// &
+                             '|pointcloud*: '//SURFACE
 
 contains
 
@@ -30,7 +33,7 @@ contains
     type(registry_t), intent(inout) :: registry
     call registry%add_word(SECTION, 'BodyType', 'nobody', 'nobody|'//NAMED_BODIES//'|revolution|'//FILE_WORD//'*', &
                            'body in the flow: one of FLUSI''s by name, a body of revolution (body_profile), or a '// &
-                           'closed surface from an STL file', unbuilt=UNBUILT)
+                           'closed surface from an STL file', unbuilt=UNBUILT, instead=INSTEAD)
     call registry%add_length(SECTION, 'L_body', '1.0', 'length of the bodies ellipsoid, sphere (diameter) and platicle', &
                              unit='L', above=0.0_rp)
     call registry%add_length(SECTION, 'b_body', '0.1', 'radius of the body ellipsoid, side of pyramid and cone; hinges '// &
@@ -84,18 +87,32 @@ contains
       call make_named_body(word, numbers, parts)
     end if
     if (errors%count() > errors_before) return
-    call body%init(parts, numbers%smoothing)
-    extent = body%high - body%low + 2*numbers%smoothing
+    extent = size_of(parts) + 2*numbers%smoothing
     do i = merge(2, 1, grid%is_2d), 3
       if (extent(i) > maxval(grid%length)) then
         call config%complain(errors, SECTION, 'BodyType', 'is larger than the box: it extends over '// &
-                             number_text(extent(i))//' L')
-        exit
+                             number_text(extent(i))//' L, and the box over '//number_text(maxval(grid%length))//' L')
+        return ! its moments are sums over cells of this grid, which would take minutes
       end if
     end do
+    call body%init(parts, numbers%smoothing)
     if (minval(body%high - body%low) < 2*grid%max_spacing() .and. .not. grid%is_2d) &
       call config%complain(notices, SECTION, 'BodyType', 'is a body that is thinner than two grid spacings somewhere')
   end subroutine read_body_shape
+
+  !> How far the parts extend together in x, y and z, L.
+  pure function size_of(parts) result(extent)
+    type(shape_holder_t), intent(in) :: parts(:)
+    real(rp) :: extent(3), low(3), high(3)
+    integer :: i
+    low = huge(1.0_rp)
+    high = -huge(1.0_rp)
+    do i = 1, size(parts)
+      low = min(low, parts(i)%shape%low)
+      high = max(high, parts(i)%shape%high)
+    end do
+    extent = high - low
+  end function size_of
 
   !> Where the left wing hangs if x_pivot_l is not given, L.
   function body_pivot(config) result(pivot)

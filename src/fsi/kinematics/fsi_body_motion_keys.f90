@@ -35,7 +35,8 @@ contains
                            LOADER_WORD//'*', &
                            'motion of the body: at rest (the six words after tethered are places and attitudes of early '// &
                            'versions of FLUSI), free, swinging as in FLUSI, as in a rigidsolidsolver.t, or the pitch and '// &
-                           'way from x0 of a kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*')
+                           'way from x0 of a kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
+                           instead='command-line*: tethered with x0 and yawpitchroll_0, for each run a file')
     call registry%add_text(SECTION, 'KineFromFile', 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
     call registry%add_real(SECTION, 'x_takeoff', 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
     call registry%add_real(SECTION, 'z_takeoff', 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')

@@ -45,7 +45,8 @@ contains
                              'takeoff', &
                              'motion of the '//trim(SIDES(i))//' wing: one of FLUSI''s by name (docs/guide/kinematics.md), '// &
                              'series of [kinematics], table, the file that infile names, or none (alpha = 45 degrees, '// &
-                             'at rest)', unbuilt='command-line*')
+                             'at rest)', unbuilt='command-line*', instead='command-line*: from_file::NAME.ini with '// &
+                             'the constant terms of alpha, phi and theta, for each run a file')
     end do
     call registry%add_text(SECTION, 'infile', 'none', 'file of a motion that is given as from_file or kinematics_loader')
     call registry%add_reals(SECTION, 'init_alpha_phi_theta', ZERO, 'the first is minus the angle alpha of '// &

@@ -19,12 +19,16 @@ module fsi_flight_checks
 
 contains
 
-  !> Complains if the body's centre is outside of the box.
+  !> Complains if the body's centre is outside of the box, unless the body is known not to fit into it.
   subroutine check_place(config, flight, grid, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
     type(grid_t), intent(in) :: grid
     type(message_list_t), intent(inout) :: errors
+    integer :: i
+    do i = 1, errors%count()
+      if (index(errors%text(i), ': ['//SECTION//'] BodyType: is larger than the box') > 0) return
+    end do
     if (any(flight%body%centre < 0 .or. flight%body%centre > grid%length)) &
       call config%complain(errors, SECTION, 'x0', 'is outside of the box, which begins at 0 and has the size '// &
                            number_text(grid%length(1))//' x '//number_text(grid%length(2))//' x '// &

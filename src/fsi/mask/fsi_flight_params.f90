@@ -71,6 +71,8 @@ contains
   subroutine register_flight_keys(registry)
     type(registry_t), intent(inout) :: registry
     integer :: i
+    character(*), parameter :: SECOND_PAIR = 'a second pair of wings', ONE_PAIR = 'LeftWing and RightWing alone, or, where '// &
+                               'fore and hind wing beat as one, the outline of both in WingShape = from_file::NAME.ini'
     character(3), parameter :: INERTIA(4) = ['Jxx', 'Jyy', 'Jzz', 'Jxy']
     call registry%add_section(SECTION, 'flapping wings (iMask = Insect); docs/guide/kinematics.md draws the frames')
     call registry%add_switch(SECTION, 'LeftWing', .true., 'there is a left wing')
@@ -83,9 +85,10 @@ contains
     call register_kinematics_keys(registry)
     call register_flyer_keys(registry)
     call register_body_keys(registry)
-    call registry%add_switch(SECTION, 'LeftWing2', .false., 'hind wing', unbuilt='a second pair of wings')
-    call registry%add_switch(SECTION, 'RightWing2', .false., 'hind wing', unbuilt='a second pair of wings')
-    call registry%add_switch(SECTION, 'wing_fsi', .false., 'passive wing', unbuilt='a passively rotating wing')
+    call registry%add_switch(SECTION, 'LeftWing2', .false., 'hind wing', unbuilt=SECOND_PAIR, instead=ONE_PAIR)
+    call registry%add_switch(SECTION, 'RightWing2', .false., 'hind wing', unbuilt=SECOND_PAIR, instead=ONE_PAIR)
+    call registry%add_switch(SECTION, 'wing_fsi', .false., 'passive wing', unbuilt='a wing that the flow turns about its root', &
+                             instead='wings = flexible, whose root is as soft as the joints of the wing file make it')
     call registry%add_real(SECTION, 'body_pitch_const', 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
     call registry%add_real(SECTION, 'eta_stroke', 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
     call registry%add_inert(SECTION, 'mass_solid', 'free flight')

@@ -29,8 +29,9 @@ contains
                              unit='L', above=0.0_rp)
   end subroutine register_mask_keys
 
-  !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`. A smoothing that is not given is
-  !> at most t/2, with a notice, so that chi reaches 1; where wings may be soft, as FLUSI draws them, h is what it is.
+  !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`. The smoothing is at most t/2,
+  !> with a notice where that is less than what is given or max(dx), so that chi reaches 1; where wings may be soft, as
+  !> FLUSI draws them, h is what it is.
   subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors, notices, may_be_soft)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid
@@ -51,10 +52,7 @@ contains
     end if
     if (config%is_given(FLEXIBLE, 'wing_smoothing')) smoothing = config%get_real(FLEXIBLE, 'wing_smoothing')
     if (smoothing > half_thickness) then
-      if (config%is_given(FLEXIBLE, 'wing_smoothing') .and. .not. is_soft) then
-        call config%complain(errors, FLEXIBLE, 'wing_smoothing', &
-                             'is more than half the thickness: chi would not reach 1')
-      else if (2*half_thickness < grid%max_spacing() .and. given(1)) then
+      if (2*half_thickness < grid%max_spacing() .and. given(1)) then
         call config%complain(errors, RIGID, 'WingThickness', TOO_THIN)
       else if (2*half_thickness < grid%max_spacing()) then
         call config%complain(errors, FLEXIBLE, 't_wing', TOO_THIN)
@@ -63,8 +61,9 @@ contains
                          'chi does not reach 1 and some of the flow passes through them; wing_edges = auto avoids it')
       else
         smoothing = half_thickness
-        call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is half the thickness of the wings, not max(dx), '// &
-                             'so that chi reaches 1')
+        call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is half the thickness of the wings, not '// &
+                             trim(merge('what is given', 'max(dx)      ', config%is_given(FLEXIBLE, 'wing_smoothing')))// &
+                             ', so that chi reaches 1')
       end if
     end if
   end subroutine read_mask_keys

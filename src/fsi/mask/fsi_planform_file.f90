@@ -89,7 +89,8 @@ contains
     integer :: i
     call registry%add_section(W, 'The planform of a wing, x from root to tip, y toward the leading edge.')
  call registry%add_word(W, 'type', 'fourier', 'fourier|polygon|curve|rectangular|ellipse', 'how the outline is given', &
-                           unbuilt='linear|bristled', required=.true.)
+                           unbuilt='linear|bristled', required=.true., &
+                           instead='linear: polygon, or curve|bristled: fourier, for a wing without bristles')
     call registry%add_real(W, 'length', 0.0_rp, 'largest x, to which the outline is scaled; 0: as it is', &
                            unit='length', min=0.0_rp)
     call registry%add_real(W, 'mean_chord', 0.0_rp, 'area over extent in x, to which y is scaled; 0: as it is', &
@@ -117,7 +118,7 @@ contains
                              'right wing, to its lower side; the left wing is its mirror image')
     call registry%add_reals(W, 'corrugation_array_bbox', [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp], 'box of the lattices: chordwise, '// &
                             'then spanwise ends; 0: that of the outline', unit='length', length=4)
-    call registry%add_switch(W, 'bristled', .false., 'a bristled wing', unbuilt='bristles')
+    call registry%add_switch(W, 'bristled', .false., 'a bristled wing', unbuilt='bristles', instead='a membrane where they are')
     call registry%add_inert(W, 'wing_thickness_value', 'FLUSI''s thickness in the file of the wing')
     call registry%add_inert(W, 'bristle*', 'FLUSI''s bristles')
     call registry%add_inert(W, 'wing_bounding_box', 'FLUSI''s bounding box')

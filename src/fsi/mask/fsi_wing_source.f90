@@ -33,7 +33,10 @@ contains
     call registry%add_word(SECTION, 'WingShape', 'none', OUTLINE_WORD//'*|'//MESH_WORD//'*|none|'//NAMED_WINGS, &
                            'one of FLUSI''s wings by name, planform file with section [Wing], or triangles of a wing '// &
                            'file (docs/formats/wing-format.md)', &
-                           unbuilt='pointcloud|mosquito*|pieris*|flapper*|robofly*|paratuposa*|hawkmoth*')
+                           unbuilt='pointcloud*|whitney_wood', &
+                           instead='pointcloud*: the triangles of the wing in a wing file, WingShape = mesh::NAME.h5, or '// &
+                           'its outline, WingShape = from_file::NAME.ini|'// &
+                           'whitney_wood: its outline, WingShape = from_file::NAME.ini')
     call registry%add_length(SECTION, 'wing_length', '0.0', 'the planform is scaled so that its largest x is this; '// &
                              '0: lengths of its file are in the units of this file; meshes are in metres', unit='L', &
                              min=0.0_rp)

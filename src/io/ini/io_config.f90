@@ -10,6 +10,7 @@ module io_config
   use base_kinds, only: rp
   use base_text, only: number_text
   use io_entries, only: read_section
+  use io_lookup, only: report_unbuilt_sections
   use io_ini, only: ini_document_t
   use io_include, only: add_included, INCLUDE_SECTION
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
@@ -33,6 +34,7 @@ module io_config
     real(rp) :: spacing = 0                 !< what dx means, 0 if unknown
     type(unit_scales_t) :: scales           !< of the numbers of the file
     logical :: has_scales = .false.
+    logical :: is_foreign = .false.         !< a section belongs to other equations
   contains
     procedure :: load_file => config_load_file
     procedure :: load_text => config_load_text
@@ -47,6 +49,7 @@ module io_config
     procedure :: is_given => config_is_given
     procedure :: line_of => config_line_of
     procedure :: print_effective => config_print_effective
+    procedure :: asks_for_unbuilt => config_asks_for_unbuilt
     procedure :: complain => config_complain
     procedure :: settle => config_settle
     procedure :: reads => config_reads
@@ -97,6 +100,8 @@ contains
     self%sources = message_list_t()
     call self%sources%add(real_path(name))
     if (registry%find_section(INCLUDE_SECTION) > 0) call add_included(document, errors, self%sources, world)
+    call report_unbuilt_sections(registry, document, errors, self%is_foreign)
+    if (self%is_foreign) return
     ! The spacing is needed before any length can be read, wherever its keys stand in the file.
     self%spacing = find_spacing(registry, document)
     do i = 1, registry%n_keys
@@ -128,6 +133,7 @@ contains
     self%spacing = 0
     self%scales = unit_scales_t()
     self%has_scales = .false.
+    self%is_foreign = .false.
     if (allocated(self%values)) deallocate (self%values)
     allocate (self%values(registry%n_keys))
     do i = 1, registry%n_keys
@@ -262,6 +268,12 @@ contains
     character(*), intent(in) :: section, key
     line = self%values(find(self, section, key))%line
   end function config_line_of
+
+  !> Whether the file asks for something of FLUSI that is not here, so that what else it says belongs to another run.
+  logical function config_asks_for_unbuilt(self) result(asks)
+    class(config_t), intent(in) :: self
+    asks = self%is_foreign .or. any(self%values%is_unbuilt)
+  end function config_asks_for_unbuilt
 
   !> Adds the mistake `file:line: [section] key: text`, without the line if the key is not in the file. A
   !> key that already has a mistake holds its default, and nothing more is said about it.

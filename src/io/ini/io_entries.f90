@@ -101,6 +101,7 @@ contains
       value%spelling = entry%key
       if (len(entry%value) == 0 .and. .not. entry%is_matrix) return ! "key=;" asks for the default
       call read_value(key, entry%value, entry%is_matrix, entry%line, spacing, value, problem)
+      value%is_unbuilt = value%is_unbuilt .and. counts
       value%is_given = .not. allocated(problem)
       value%is_excused = .not. value%is_given
       value%is_known = value%is_known .or. value%is_given
@@ -130,6 +131,6 @@ contains
     type(message_list_t) :: errors, notices
     character(:), allocatable :: inert
     inert = ''
-    call read_entry(registry, spacing, entry, k, .true., .true., values, errors, notices, inert)
+    call read_entry(registry, spacing, entry, k, .false., .true., values, errors, notices, inert)
   end subroutine read_quietly
 end module io_entries

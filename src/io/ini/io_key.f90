@@ -6,7 +6,7 @@ module io_key
   use base_text, only: next_word, number_text
   implicit none
   private
-  public :: key_t, matches_pattern, matches_any, spaced_choices, set_limits, set_lower, set_upper
+  public :: key_t, describe, matches_pattern, matches_any, spaced_choices, set_limits, set_lower, set_upper
 
   integer, parameter, public :: KEY_INTEGER = 1, KEY_REAL = 2, KEY_LENGTH = 3, KEY_SWITCH = 4, KEY_WORD = 5, &
                                 KEY_TEXT = 6, KEY_REALS = 7, KEY_MATRIX = 8, KEY_INERT = 9
@@ -34,6 +34,26 @@ module io_key
   end type key_t
 
 contains
+
+  !> Fills what every key has.
+  subroutine describe(new, kind, section, name, default_text, help, unit, required)
+    type(key_t), intent(out) :: new
+    integer, intent(in) :: kind
+    character(*), intent(in) :: section, name, default_text, help
+    character(*), intent(in), optional :: unit
+    logical, intent(in), optional :: required
+    new%kind = kind
+    new%section = section
+    new%name = name
+    new%default_text = default_text
+    new%help = help
+    new%unit = ''
+    new%allowed = ''
+    new%unbuilt = ''
+    new%instead = ''
+    if (present(unit)) new%unit = unit
+    if (present(required)) new%is_required = required
+  end subroutine describe
 
   !> min <= value <= max or above < value < below, each once.
   subroutine set_limits(new, min, max, above, below)

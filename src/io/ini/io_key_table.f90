@@ -14,6 +14,7 @@ module io_key_table
 
   type :: section_t
     character(:), allocatable :: name, help
+    character(:), allocatable :: unbuilt !< of physics that is not here: what a file with this section is told
     logical :: is_inert = .false. !< keys that are not declared are accepted without effect
     type(condition_t), allocatable :: conditions(:) !< without them the section always counts
   end type section_t
@@ -21,7 +22,7 @@ module io_key_table
   !> A key in a list: lists grow by moving keys instead of copying them.
   type :: key_slot_t
     type(key_t), allocatable :: key
-    type(condition_t), allocatable :: condition !< without it the key always counts
+    type(condition_t), allocatable :: conditions(:) !< all must hold; without them the key always counts
   end type key_slot_t
 
 contains

@@ -3,14 +3,32 @@
 module io_lookup
   use base_errors, only: message_list_t
   use base_text, only: number_text, printable, to_lower
+  use io_ini, only: ini_document_t
   use io_key, only: KEY_INERT
   use io_registry, only: registry_t
   use io_suggest, only: suggestion_t
   implicit none
   private
-  public :: report_unknown_section, report_unknown_key, note_inert
+  public :: report_unbuilt_sections, report_unknown_section, report_unknown_key, note_inert
 
 contains
+
+  !> Adds the mistake that the document has a section of other equations, and says so in `is_foreign`.
+  subroutine report_unbuilt_sections(registry, document, errors, is_foreign)
+    type(registry_t), intent(in) :: registry
+    type(ini_document_t), intent(in) :: document
+    type(message_list_t), intent(inout) :: errors
+    logical, intent(inout) :: is_foreign
+    integer :: i, s
+    do i = 1, document%n_sections
+      s = registry%find_section(document%sections(i)%name)
+      if (s == 0) cycle
+      if (.not. allocated(registry%sections(s)%unbuilt)) cycle
+      is_foreign = .true.
+      call errors%add(document%sections(i)%file//':'//number_text(document%sections(i)%line)//': ['// &
+                      document%sections(i)%name//']: '//registry%sections(s)%unbuilt)
+    end do
+  end subroutine report_unbuilt_sections
 
   !> Adds the mistake that section `name` in this line of `file` is unknown. `meant` becomes the known
   !> section that was most likely meant, empty if none is near.

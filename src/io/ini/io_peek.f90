@@ -6,6 +6,7 @@ module io_peek
   use base_kinds, only: rp
   use io_ini, only: ini_document_t
   use io_key, only: KEY_INTEGER, matches_any
+  use io_key_table, only: condition_t
   use io_registry, only: registry_t
   use io_value, only: read_value, value_t
   implicit none
@@ -31,27 +32,29 @@ contains
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
     integer, intent(in) :: s
-    integer :: i
     counts = .true.
-    if (.not. allocated(registry%sections(s)%conditions)) return
-    associate (conditions => registry%sections(s)%conditions)
-      do i = 1, size(conditions)
-        counts = counts .and. matches_any(raw_value(registry, document, conditions(i)%key), conditions(i)%words)
-      end do
-    end associate
+    if (allocated(registry%sections(s)%conditions)) counts = all_hold(registry, document, registry%sections(s)%conditions)
   end function section_counts
 
-  !> Whether the condition of key k of the registry holds.
+  !> Whether the conditions of key k of the registry hold.
   logical function key_counts(registry, document, k) result(counts)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
     integer, intent(in) :: k
     counts = .true.
-    if (.not. allocated(registry%keys(k)%condition)) return
-    associate (condition => registry%keys(k)%condition)
-      counts = matches_any(raw_value(registry, document, condition%key), condition%words)
-    end associate
+    if (allocated(registry%keys(k)%conditions)) counts = all_hold(registry, document, registry%keys(k)%conditions)
   end function key_counts
+
+  logical function all_hold(registry, document, conditions)
+    type(registry_t), intent(in) :: registry
+    type(ini_document_t), intent(in) :: document
+    type(condition_t), intent(in) :: conditions(:)
+    integer :: i
+    all_hold = .true.
+    do i = 1, size(conditions)
+      all_hold = all_hold .and. matches_any(raw_value(registry, document, conditions(i)%key), conditions(i)%words)
+    end do
+  end function all_hold
 
   !> The value that key k will have, 0 if it is wrong or missing.
   real(rp) function peek_number(registry, document, k) result(x)

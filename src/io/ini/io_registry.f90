@@ -6,7 +6,7 @@ module io_registry
   use base_kinds, only: rp
   use base_text, only: number_text
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
-                    KEY_TEXT, KEY_WORD, key_t, matches_pattern, set_limits, set_lower, set_upper
+                    KEY_TEXT, KEY_WORD, describe, key_t, matches_pattern, set_limits, set_lower, set_upper
   use io_key_table, only: condition_t, key_slot_t, section_t, write_key_tables
   use io_value, only: is_length, read_value, value_t
   implicit none
@@ -38,6 +38,7 @@ module io_registry
     procedure :: add_matrix => registry_add_matrix
     procedure :: add_inert => registry_add_inert
     procedure :: add_inert_section => registry_add_inert_section
+    procedure :: add_unbuilt_section => registry_add_unbuilt_section
     procedure :: add_alias => registry_add_alias
     procedure :: only_if => registry_only_if
     procedure :: key_only_if => registry_key_only_if
@@ -64,12 +65,7 @@ contains
     if (.not. allocated(self%sections)) allocate (self%sections(16))
     if (self%n_sections == size(self%sections)) then
       allocate (larger(2*self%n_sections))
-      do i = 1, self%n_sections
-        call move_alloc(self%sections(i)%name, larger(i)%name)
-        call move_alloc(self%sections(i)%help, larger(i)%help)
-        larger(i)%is_inert = self%sections(i)%is_inert
-        call move_alloc(self%sections(i)%conditions, larger(i)%conditions)
-      end do
+      larger(:self%n_sections) = self%sections(:self%n_sections)
       call move_alloc(larger, self%sections)
     end if
     self%n_sections = self%n_sections + 1
@@ -121,19 +117,20 @@ contains
     call add_key(self, new)
   end subroutine registry_add_length
 
-  !> yes|no|1|0|true|false|.true.|.false. With `unbuilt`, the name of some physics, yes is a mistake. With
-  !> `computed`, a sentence, the program works the default out; get_switch may then be asked only if the key is
-  !> given.
-  subroutine registry_add_switch(self, section, key, default, help, unbuilt, computed)
+  !> yes|no|1|0|true|false|.true.|.false. With `unbuilt`, the name of some physics, yes is a mistake, and `instead` tells
+  !> what to give. With `computed`, a sentence, the program works the default out; get_switch may then be asked only if the key
+  !> is given.
+  subroutine registry_add_switch(self, section, key, default, help, unbuilt, computed, instead)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, help
     logical, intent(in) :: default
-    character(*), intent(in), optional :: unbuilt, computed
+    character(*), intent(in), optional :: unbuilt, computed, instead
     type(key_t) :: new
     call describe(new, KEY_SWITCH, section, key, trim(merge('yes', 'no ', default)), help)
     if (present(unbuilt)) new%unbuilt = unbuilt
     if (present(computed)) new%default_text = computed
     new%is_computed = present(computed)
+    if (present(instead)) new%instead = '*: '//instead
     call add_key(self, new)
   end subroutine registry_add_switch
 
@@ -218,6 +215,15 @@ contains
     self%sections(i)%is_inert = .true.
   end subroutine registry_add_inert_section
 
+  !> A section of FLUSI that makes the file one for other equations: `physics` is their name, `instead` what to give. A file
+  !> with this section is refused by one message, whatever else stands in it.
+  subroutine registry_add_unbuilt_section(self, section, physics, instead)
+    class(registry_t), intent(inout) :: self
+    character(*), intent(in) :: section, physics, instead
+    call self%add_inert_section(section, 'Not built here: '//physics//'.')
+    self%sections(self%n_sections)%unbuilt = 'asks for '//physics//', which is not built here; instead: '//instead
+  end subroutine registry_add_unbuilt_section
+
   !> An older name of the declared key [section] key.
   subroutine registry_add_alias(self, section, key, old_name)
     class(registry_t), intent(inout) :: self
@@ -253,11 +259,11 @@ contains
     s = self%find_section(section)
     k = self%find(deciding_section, deciding_key)
     call require(s > 0 .and. k > 0, 'io_registry: a condition on unknown names: ['//section//'] '//deciding_key)
-    if (.not. allocated(self%sections(s)%conditions)) allocate (self%sections(s)%conditions(0))
-    self%sections(s)%conditions = [self%sections(s)%conditions, condition_t(k, words)]
+    call add_condition(self%sections(s)%conditions, condition_t(k, words))
   end subroutine registry_only_if
 
-  !> A wrong or missing value of [section] key is a mistake only if [deciding_section] deciding_key has one of the values `words`.
+  !> A wrong or missing value of [section] key is a mistake only if [deciding_section] deciding_key has one of the values
+  !> `words`. Of several such conditions all must hold.
   subroutine registry_key_only_if(self, section, key, deciding_section, deciding_key, words)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, deciding_section, deciding_key, words
@@ -265,8 +271,15 @@ contains
     k = self%find(section, key)
     d = self%find(deciding_section, deciding_key)
     call require(k > 0 .and. d > 0, 'io_registry: a condition on unknown keys: '//key//', '//deciding_key)
-    self%keys(k)%condition = condition_t(d, words)
+    call add_condition(self%keys(k)%conditions, condition_t(d, words))
   end subroutine registry_key_only_if
+
+  subroutine add_condition(conditions, condition)
+    type(condition_t), allocatable, intent(inout) :: conditions(:)
+    type(condition_t), intent(in) :: condition
+    if (.not. allocated(conditions)) allocate (conditions(0))
+    conditions = [conditions, condition]
+  end subroutine add_condition
 
   !> Declares what dx stands for: N*dx is N times the value of the real [length_section] length_key
   !> divided by the integer [points_section] points_key.
@@ -340,25 +353,6 @@ contains
     end do
   end subroutine registry_write_markdown
 
-  subroutine describe(new, kind, section, name, default_text, help, unit, required)
-    type(key_t), intent(out) :: new
-    integer, intent(in) :: kind
-    character(*), intent(in) :: section, name, default_text, help
-    character(*), intent(in), optional :: unit
-    logical, intent(in), optional :: required
-    new%kind = kind
-    new%section = section
-    new%name = name
-    new%default_text = default_text
-    new%help = help
-    new%unit = ''
-    new%allowed = ''
-    new%unbuilt = ''
-    new%instead = ''
-    if (present(unit)) new%unit = unit
-    if (present(required)) new%is_required = required
-  end subroutine describe
-
   subroutine add_key(self, new)
     class(registry_t), intent(inout) :: self
     type(key_t), intent(inout) :: new
@@ -373,7 +367,7 @@ contains
       allocate (larger(2*self%n_keys))
       do i = 1, self%n_keys
         call move_alloc(self%keys(i)%key, larger(i)%key)
-        call move_alloc(self%keys(i)%condition, larger(i)%condition)
+        call move_alloc(self%keys(i)%conditions, larger(i)%conditions)
       end do
       call move_alloc(larger, self%keys)
     end if

@@ -18,6 +18,7 @@ module io_value
     logical :: is_given = .false. !< the file gives a valid value
     logical :: is_known = .false. !< there is a value: given or default
     logical :: is_excused = .false. !< the file gives it wrongly, which is reported: do not call it missing
+    logical :: is_unbuilt = .false. !< the file asks for something of FLUSI that is not here
     character(:), allocatable :: spelling !< the key as the file writes it (it may be an alias)
     character(:), allocatable :: origin !< of a value that the program has worked out
     integer :: whole = 0
@@ -58,9 +59,9 @@ contains
     case (KEY_REAL, KEY_LENGTH)
       call read_number(key, raw, spacing, value%number, problem)
     case (KEY_SWITCH)
-      call read_switch(key, raw, value%switch, problem)
+      call read_switch(key, raw, value%switch, value%is_unbuilt, problem)
     case (KEY_WORD)
-      call check_word(key, raw, problem)
+      call check_word(key, raw, value%is_unbuilt, problem)
       if (.not. allocated(problem)) value%text = raw
     case (KEY_TEXT)
       value%text = raw
@@ -148,10 +149,10 @@ contains
     if (.not. key%is_in_range(x)) problem = quoted(raw)//' is out of range'
   end subroutine check_range
 
-  subroutine read_switch(key, raw, switch, problem)
+  subroutine read_switch(key, raw, switch, is_unbuilt, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
-    logical, intent(inout) :: switch
+    logical, intent(inout) :: switch, is_unbuilt
     character(:), allocatable, intent(out) :: problem
     logical :: is_on
     type(suggestion_t) :: suggestion
@@ -161,21 +162,25 @@ contains
       call offer_all(suggestion, TRUE_WORDS//'|'//FALSE_WORDS)
       problem = quoted(raw)//' is neither yes nor no; valid: '//key%choices_text()//suggestion%hint()
     else if (is_on .and. len(key%unbuilt) > 0) then
-      problem = quoted(raw)//' asks for '//key%unbuilt//', which is not built here; valid: no'
+      problem = quoted(raw)//' asks for '//key%unbuilt//', which is not built here'//instead_of(raw, key%instead)// &
+                '; valid: no'
+      is_unbuilt = .true.
     else
       switch = is_on
     end if
   end subroutine read_switch
 
-  subroutine check_word(key, raw, problem)
+  subroutine check_word(key, raw, is_unbuilt, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
+    logical, intent(inout) :: is_unbuilt
     character(:), allocatable, intent(out) :: problem
     type(suggestion_t) :: suggestion
     if (matches_any(raw, key%allowed)) return
     if (matches_any(raw, key%unbuilt)) then
-      problem = quoted(raw)//' is known from FLUSI, but this physics is not built here'//advice(raw, key%instead)// &
+      problem = quoted(raw)//' is known from FLUSI, but not built here'//instead_of(raw, key%instead)// &
                 '; valid: '//key%choices_text()
+      is_unbuilt = .true.
       return
     end if
     call suggestion%start(raw)
@@ -183,8 +188,8 @@ contains
     problem = quoted(raw)//' is unknown; valid: '//key%choices_text()//suggestion%hint()
   end subroutine check_word
 
-  !> '; ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
-  function advice(raw, sentences) result(text)
+  !> '; instead: ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
+  function instead_of(raw, sentences) result(text)
     character(*), intent(in) :: raw, sentences
     character(:), allocatable :: text
     integer :: position, first, last, colon
@@ -196,10 +201,10 @@ contains
       if (.not. found) return
       colon = first + index(sentences(first:last), ': ') - 1
       if (.not. matches_any(raw, sentences(first:colon - 1))) cycle
-      text = '; '//sentences(colon + 2:last)
+      text = '; instead: '//sentences(colon + 2:last)
       return
     end do
-  end function advice
+  end function instead_of
 
   subroutine offer_all(suggestion, choices)
     type(suggestion_t), intent(inout) :: suggestion

@@ -97,8 +97,10 @@ contains
       if (config%get_real('Insects', 'wing_length') > 0) call config%complain(errors, 'Insects', 'wing_length', &
                                             'contradicts wings = flexible, whose file is in metres; set [units] length')
       if (.not. config%is_given('Wing', 'file')) then
-        call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file '// &
-                             '(tools/import_flusi_mesh makes one of FLUSI''s *.dat files)')
+        call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. Of FLUSI''s *.dat '// &
+                             'files in this folder, whose unit (metres) and vein diameters (um) the set does not tell: '// &
+                             'tools/import_flusi_mesh . wing.h5 --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP; '// &
+                             'then [Wing] file = wing.h5, [units] length, frequency, density')
         return
       end if
     end if

@@ -52,6 +52,7 @@ contains
       call registry%key_only_if('Penalization', trim(BODIES(i)), 'Penalization', 'iPenalization', YES)
     end do
     ! The beam, which is refused, may be alone.
+    call registry%key_only_if('Penalization', 'iMask', 'SolidModel', 'use_solid_model', 'no|0|false|.false.')
     call registry%key_only_if('InitialCondition', 'inicond', 'SolidModel', 'use_solid_model', 'no|0|false|.false.')
     call registry%key_only_if('Sponge', 'iSpongeType', 'Sponge', 'iVorticitySponge', YES)
   end subroutine set_conditions

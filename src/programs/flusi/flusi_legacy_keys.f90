@@ -54,20 +54,37 @@ contains
 
   subroutine register_unbuilt_flow_physics(registry)
     type(registry_t), intent(inout) :: registry
+    character(*), parameter :: DECAY = 'forcing_type = none and turbulence that decays, inicond = turbulence_rogallo'
     call registry%add_section('FSI-equation', 'Which equations govern the flow.')
     call registry%add_word('FSI-equation', 'equation', 'navier-stokes', 'navier-stokes', &
-                           'equations of the flow: incompressible Navier-Stokes', unbuilt='artificial-compressibility')
+                           'equations of the flow: incompressible Navier-Stokes', unbuilt='artificial-compressibility|'// &
+                           'navier-stokes-adjoint', instead='artificial-compressibility: navier-stokes, whose pressure is '// &
+                           'exact in the periodic box|navier-stokes-adjoint: nothing, these are other equations')
     call registry%add_inert_section('artificial-compressibility', 'Only for the equation of this name.')
     call registry%add_inert_section('Forcing', 'Forcing of isotropic turbulence.')
     call registry%add_word('Forcing', 'forcing_type', 'none', 'none', 'forcing of isotropic turbulence', &
-                           unbuilt='machiels|kaneda')
+                           unbuilt='machiels|kaneda', instead='machiels: '//DECAY//'|kaneda: '//DECAY)
     call registry%add_inert_section('TurbulentInlet', 'Turbulence read from a file and imposed at an inlet.')
     call registry%add_switch('TurbulentInlet', 'use_turbulent_inlet', .false., 'turbulent inflow', &
-                             unbuilt='a turbulent inlet')
+                             unbuilt='a turbulent inlet', &
+                             instead='turbulence that fills the box at the start, inicond = infile')
     call registry%add_inert_section('PassiveScalar', 'Transported scalars.')
     call registry%add_switch('PassiveScalar', 'use_passive_scalar', .false., 'transport scalars', &
-                             unbuilt='transport of passive scalars')
+                             unbuilt='transport of passive scalars', instead='nothing; saved velocities may carry one '// &
+                             'in another program')
     call registry%add_inert_section('Scalar*', 'One transported scalar.')
+    call registry%add_inert_section('Adjoint', 'The adjoint equations.')
+    call registry%add_word('Adjoint', 'adjoint', 'F', 'F|no|0|false|.false.', 'solve the adjoint equations, too', &
+                           unbuilt='T|yes|1|true|.true.', instead='*: nothing, these are other equations')
+    call registry%add_inert_section('Lagrangian', 'Particles in the flow.')
+    call registry%add_switch('Lagrangian', 'use_lagrangian', .false., 'particles that go with the flow', &
+                             unbuilt='particles that go with the flow', &
+                             instead='particles of the viewer in the saved velocity, '// &
+                             'such as ParaView''s Particle Tracer')
+    call registry%add_unbuilt_section('MHD', 'magnetohydrodynamics', 'nothing, these are other equations')
+    call registry%add_inert_section('MHDGeometry', 'magnetohydrodynamics')
+    call registry%add_unbuilt_section('Incompressibility', 'artificial compressibility', 'the same file without this section, '// &
+                                      'with the pressure of the incompressible flow')
   end subroutine register_unbuilt_flow_physics
 
   !> The masks that draw these solids are refused by [Penalization] iMask.
@@ -75,8 +92,8 @@ contains
     type(registry_t), intent(inout) :: registry
     call registry%add_inert_section('SolidModel', 'The elastic beam.')
     call registry%add_switch('SolidModel', 'use_solid_model', .false., 'an elastic beam in the flow', &
-                             unbuilt='FLUSI''s elastic beam (here a filament or plate of masses and springs, iMask = '// &
-                             'Insect with [Insects] wings = flexible as in ini/flag.ini; alone with flusi --solid)')
+                             unbuilt='FLUSI''s elastic beam', instead='a filament or plate of masses and springs, iMask = '// &
+                             'Insect with [Insects] wings = flexible as in ini/flag.ini; alone, flusi --solid')
     call register_flusi_wing(registry)
   end subroutine register_unbuilt_solids
 

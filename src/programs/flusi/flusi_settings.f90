@@ -92,6 +92,7 @@ contains
     type(registry_t) :: registry
     call register_all_keys(registry)
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
+    if (settings%config%asks_for_unbuilt()) return
     ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
     call read_units(settings%config, settings%units, errors, notices)
     call translate_words(settings%config, notices)

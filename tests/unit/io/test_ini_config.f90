@@ -179,7 +179,7 @@ contains
                 "f.ini:5: [Time] iTimeMethodFluid: 'Newmark' is unknown; "// &
                 'valid: AB2 | RK4')
     call expect(kit, 'iTimeMethodFluid=FSI_AB2_staggered;', "f.ini:5: [Time] iTimeMethodFluid: "// &
-                "'FSI_AB2_staggered' is known from FLUSI, but this physics is not built here; valid: AB2 | RK4")
+                "'FSI_AB2_staggered' is known from FLUSI, but not built here; valid: AB2 | RK4")
     call expect(kit, '[InitialCondition]'//NL//'inicond=backup:file.h5', &
                 "f.ini:6: [InitialCondition] inicond: "// &
                 "'backup:file.h5' is unknown; valid: quiescent | backup::*")
