@@ -24,21 +24,21 @@ contains
     integer, intent(inout) :: code
     type(memory_t) :: need
     type(machine_memory_t) :: memory
+    real(rp) :: peak
     integer :: n_here, worst, verdict, speaker
     n_here = world%count_here()
-    need = estimate_memory(settings%fluid, settings%needs_fields(), settings%needs_pressure(), settings%needs_trials(), &
-                           settings%looks_at_pressure(), settings%output%needs_scratch(), world%size, &
-                           settings%output%held_fields(settings%fluid%grid%n(1)))
+    need = estimate_memory(settings, world%size)
+    peak = max(need%starting, need%running)
     memory = read_machine_memory(environment_value('FLUSI_TEST_SYSTEM'))
     if (.not. need%possible) return ! which is refused elsewhere
     verdict = 0
-    if (memory%is_known .and. n_here*need%starting > memory%free) verdict = 1
-    if (memory%is_known .and. n_here*need%starting > memory%total) verdict = 2
+    if (memory%is_known .and. n_here*peak > memory%free) verdict = 1
+    if (memory%is_known .and. n_here*peak > memory%total) verdict = 2
     worst = world%max_integer(verdict)
     if (worst == 0) return
     if (worst == 2) code = EXIT_MEMORY
     speaker = world%max_integer(merge(world%rank, -1, verdict == worst))
-    if (world%rank == speaker) call tell(verdict == 2, n_here, need%starting, memory)
+    if (world%rank == speaker) call tell(verdict == 2, n_here, peak, memory)
   end subroutine check_machine
 
   subroutine tell(is_refused, n_here, need, memory)
@@ -48,7 +48,7 @@ contains
     type(machine_memory_t), intent(in) :: memory
     character(300) :: line
     write (line, '(i0,a,3(f0.2,a))') n_here, ' ranks on '//host_name()//' need about ', &
-      n_here*need/1.0e9_rp, ' GB at the start (', need/1.0e9_rp, ' GB each), and ', &
+      n_here*need/1.0e9_rp, ' GB at most (', need/1.0e9_rp, ' GB each), and ', &
       merge(memory%total, memory%free, is_refused)/1.0e9_rp, ' GB are '
     if (is_refused) then
       write (error_unit, '(a)') 'flusi: '//trim(line)//' all that the machine has or the job may use: use more machines, or a '// &
