@@ -13,8 +13,7 @@ from flusi_msm.errors import InputError
 if TYPE_CHECKING:
     from flusi_msm.measurement.file import write_measurement
     from flusi_msm.programs import RunError
-    from flusi_msm.tables import (Diagnosis, Measurement, list_fields, read_diagnosis, read_field, read_measurement, read_series,
-                                  stroke_average, to_si)
+    from flusi_msm.tables import Diagnosis, Measurement, list_fields, read_diagnosis, read_field, read_measurement, read_series, stroke_average, to_si
     from flusi_msm.training.run import Training, read_training
     from flusi_msm.wing.file import Wing, read_wing, write_wing
     from flusi_msm.workflow import DiagnosisResult, FlightResult, TrainingResult, diagnose, fly, train

@@ -18,8 +18,8 @@ from flusi_msm.blind.effects import KNOWN, OUTSIDE, E_gradient
 from flusi_msm.blind.ledger import Ledger, digest
 from flusi_msm.blind.oracle import MEMBRANE_SD, STEP, Base, Oracle
 from flusi_msm.blind.scores import Case, calibration_error, clopper_pearson, confusion_of, scores_of, wilson
+from flusi_msm.measurement.grid import grid_lines
 from flusi_msm.measurement.noise import Noise
-from flusi_msm.measurement.scan import grid_lines
 from flusi_msm.measurement.synthesis import Bench
 from flusi_msm.results.files import InputError
 

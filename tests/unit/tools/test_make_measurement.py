@@ -20,8 +20,9 @@ import numpy as np
 from flusi_msm.bending.mesh import locate
 from flusi_msm.bending.model import Stiffness
 from flusi_msm.measurement.case import Case, Hidden, Protocol, read_case
+from flusi_msm.measurement.grid import grid_lines
 from flusi_msm.measurement.noise import HeightErrors, Noise, Streams
-from flusi_msm.measurement.scan import grid_lines, scan
+from flusi_msm.measurement.scan import scan
 from flusi_msm.measurement.synthesis import Bench, synthesise
 from flusi_msm.results.files import InputError
 from flusi_msm.wing.file import read_wing

@@ -9,9 +9,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from flusi_msm.diagnosis.report import page
-
 from browser import find_browser, look_at
+from flusi_msm.diagnosis.report import page
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
 
 SOURCE = Path(__file__).resolve().parents[3]

@@ -9,10 +9,10 @@ import h5py
 import numpy as np
 from PIL import Image
 
+from flusi_msm.errors import InputError, Problems
 from flusi_msm.importers.maps import Pixels, read_map
 from flusi_msm.importers.registration import by_landmarks, find_outliers, turn_by
 from flusi_msm.importers.tables import read_table
-from flusi_msm.errors import InputError, Problems
 from flusi_msm.wing.file import read_wing
 from synthetic import SOURCE, run_tool
 

@@ -8,8 +8,8 @@ import numpy as np
 from flusi_msm.bending.statics import NoEquilibrium
 from flusi_msm.blind.effects import KNOWN, OUTSIDE
 from flusi_msm.blind.oracle import Base, Oracle
+from flusi_msm.measurement.grid import grid_lines
 from flusi_msm.measurement.noise import Noise
-from flusi_msm.measurement.scan import grid_lines
 from flusi_msm.measurement.synthesis import Bench, declare, observe
 from flusi_msm.results.files import InputError
 

@@ -32,10 +32,9 @@ from flusi_msm.errors import InputError, Problems, run_command
 from flusi_msm.importers.height_sets import REFERENCE, attempt, read_height_set
 from flusi_msm.importers.landmarks import read_landmarks
 from flusi_msm.importers.maps import Pixels
-from flusi_msm.importers.registration import (Registration, by_landmarks, by_outline, find_outliers, is_inside, outline_of,
-                                              resampled)
+from flusi_msm.importers.registration import Registration, by_landmarks, by_outline, find_outliers, is_inside, outline_of, resampled
 from flusi_msm.measurement.file import write_measurement
-from flusi_msm.measurement.scan import grid_lines
+from flusi_msm.measurement.grid import grid_lines
 from flusi_msm.wing.file import read_wing
 
 LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}

@@ -24,8 +24,19 @@ from pathlib import Path
 import numpy as np
 
 from flusi_msm.errors import InputError, Problems, run_command
-from flusi_msm.importers.angles import (CONVENTIONS, FOURIER, HERMITE, MOST_HARMONICS, ORDERS, choose_harmonics, fit_fourier,
-                                        fit_hermite, flusi_angles, matrices, motion_text)
+from flusi_msm.importers.angles import (
+    CONVENTIONS,
+    FOURIER,
+    HERMITE,
+    MOST_HARMONICS,
+    ORDERS,
+    choose_harmonics,
+    fit_fourier,
+    fit_hermite,
+    flusi_angles,
+    matrices,
+    motion_text,
+)
 from flusi_msm.importers.tables import read_table
 from flusi_msm.plots.kinematics import ANGLES
 

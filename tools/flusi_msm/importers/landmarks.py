@@ -7,9 +7,8 @@ from typing import Dict, Optional, Tuple
 
 import numpy as np
 
-from flusi_msm.errors import Problems
+from flusi_msm.errors import InputError, Problems
 from flusi_msm.importers.tables import read_table
-from flusi_msm.errors import InputError
 from flusi_msm.wing.file import Wing
 
 COLUMNS = ("name", "x", "y", "wing_x", "wing_y")

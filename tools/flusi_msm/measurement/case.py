@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from flusi_msm.bending.model import Stiffness
+from flusi_msm.errors import InputError
 from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.measurement.noise import Noise, check_noise
-from flusi_msm.errors import InputError
 
 
 @dataclass

@@ -11,8 +11,8 @@ from scipy.sparse.linalg import eigsh
 
 from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
-from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.errors import InputError
+from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.wing.file import read_wing
 
 

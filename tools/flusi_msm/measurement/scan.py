@@ -34,9 +34,3 @@ def look(positions, triangles, x, y):
         part[higher] = z[higher]
         seen[j0[t]:j1[t], i0[t]:i1[t]][higher] = t
     return np.where(seen >= 0, heights, np.nan), seen
-
-
-def grid_lines(low, high, spacing):
-    """Grid lines that cover low to high with a margin, symmetric about their middle."""
-    count = int(np.ceil((high - low) / spacing)) + 2
-    return (low + high) / 2 + spacing * (np.arange(count) - (count - 1) / 2)

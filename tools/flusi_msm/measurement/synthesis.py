@@ -9,8 +9,9 @@ from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model
 from flusi_msm.bending.statics import NoEquilibrium, Path
 from flusi_msm.measurement.case import ACCURACY
+from flusi_msm.measurement.grid import grid_lines
 from flusi_msm.measurement.noise import HeightErrors, Streams
-from flusi_msm.measurement.scan import grid_lines, scan
+from flusi_msm.measurement.scan import scan
 from flusi_msm.results.files import InputError
 from flusi_msm.wing.file import Wing, read_wing
 

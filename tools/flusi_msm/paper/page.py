@@ -3,13 +3,13 @@
 import json
 from html import escape
 
+from flusi_msm.page_parts import STYLE, figure_html
 from flusi_msm.paper.cases import FLEXIBLE
 from flusi_msm.paper.flights import in_hours
 from flusi_msm.paper.numbers import COLUMNS, KINDS, PAPER, SHAPES, TABLE_2, collect
 from flusi_msm.paper.pictures import all_pictures
 from flusi_msm.paper.statements import WORDS, pairs_of, signed, statements_of, verdict_of
 from flusi_msm.results.files import InputError
-from flusi_msm.page_parts import STYLE, figure_html
 
 HEADS = ("lift [mN]", "drag [mN]", "power [mW]", "lift / drag", "lift / power [mN/mW]")
 OWN_STYLE = """
