@@ -9,6 +9,7 @@ source, with two small flights in `runs`.
 A new command that is in no table makes this test fail: give it a place.
 """
 import fnmatch
+import math
 import os
 import re
 import shutil
@@ -119,6 +120,8 @@ class Tree:
 
     def prepare(self):
         """Two flights, copies of one as individuals, small measurements."""
+        rows = "".join(f"{k / 16},{70 * math.sin(math.pi * k / 8):.3f},0,{90 + 45 * math.cos(math.pi * k / 8):.3f}\n" for k in range(48))
+        (self.folder / "ANGLES.csv").write_text("phase,stroke,deviation,rotation\n" + rows)
         (self.folder / "tiny.ini").write_text(flight(Time={"Tmax": 0.02}))
         for name, wings in (("wing", "flexible"), ("wing-rigid", "rigid")):
             (self.folder / f"{name}.ini").write_text(flight(Insects={"wings": wings}))
