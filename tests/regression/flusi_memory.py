@@ -28,7 +28,7 @@ def test_allocation_fails(case):
     """Wherever the limit strikes: before it all is well, and behind it the size is told."""
     ini = ring(128, Time={"nt": 0}, Saving={"iSavePress": "yes", "iSaveVorticity": "yes"})
     told = set()
-    for megabytes in range(450, 1100, 50):  # programs and libraries take some 400
+    for megabytes in range(420, 800, 15):  # programs and libraries take some 400
         done = limited(case.sub(str(megabytes)), megabytes, ini)
         no_crash(done)
         if done.code == EXIT_OK:
@@ -60,12 +60,12 @@ def system(case, total, available, group=None):
 
 
 def test_machine(case):
-    """A flow of 32^3 needs 12 MB or so at its start: more than the machine has, more than is free, and enough."""
+    """A flow of 32^3 needs 2 MB or so at its start: more than the machine has, more than is free, and enough."""
     ini = ring(32, Time={"nt": 1})
     for name, env, code, words in (
-            ("none", system(case.sub("a"), 2000, 1000), EXIT_MEMORY, r"flusi: 1 ranks on \S+ need about 0?\.0\d GB .* are all that"),
+            ("none", system(case.sub("a"), 1000, 500), EXIT_MEMORY, r"flusi: 1 ranks on \S+ need about 0?\.0\d GB .* are all that"),
             ("busy", system(case.sub("b"), 2000000, 1000), EXIT_OK, r"notice: 1 ranks on .* free: the run may be ended"),
-            ("job", system(case.sub("c"), 2000000, 2000000, 2000000), EXIT_MEMORY, r"0?\.00 GB are all that"),
+            ("job", system(case.sub("c"), 2000000, 2000000, 1200000), EXIT_MEMORY, r"0?\.00 GB are all that"),
             ("enough", system(case.sub("d"), 2000000, 2000000, 1000000000), EXIT_OK, None),
             ("unknown", {"FLUSI_TEST_SYSTEM": "/no/such/folder"}, EXIT_OK, None)):
         run = case.sub(name)
@@ -75,7 +75,7 @@ def test_machine(case):
         check(code == EXIT_OK or run.files() == ["run.ini"], f"{name}: a refused run writes nothing: {run.files()}")
     two = case.sub("two")
     two.write("run.ini", ini)
-    done = two.run("run.ini", ranks=2, code=EXIT_MEMORY, env=system(case.sub("e"), 2000, 1000))
+    done = two.run("run.ini", ranks=2, code=EXIT_MEMORY, env=system(case.sub("e"), 1000, 500))
     check(done.err.count("flusi: 2 ranks on ") == 1, f"one rank speaks for both: {done.err}")
 
 

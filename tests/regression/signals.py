@@ -29,7 +29,7 @@ def steps(case):
     return 0
 
 
-def ended_by(case, signals, ranks, prepare, ready):
+def ended_by(case, signals, ranks, prepare, ready, env=PATIENT):
     """A run for each of the signals, in a folder of its own, sent once the run is `ready`: name, case and how it ended."""
     runs, words = [], []
     for number in signals:
@@ -39,7 +39,7 @@ def ended_by(case, signals, ranks, prepare, ready):
         words.append(prepare(run))
         runs.append((name, number, run))
     for (_, _, run), arguments in zip(runs, words):
-        run.start(*arguments, ranks=ranks, env=PATIENT)
+        run.start(*arguments, ranks=ranks, env=env)
     waiting, end = list(runs), time.monotonic() + 120
     while waiting and time.monotonic() < end:
         for one in list(waiting):
@@ -126,7 +126,7 @@ def test_diagnose(case):
         return journal.exists() and journal.stat().st_size > 100000
 
     for ranks in (2, 0):
-        for name, run, done in ended_by(case, LAUNCHERS, ranks, prepare, ready):
+        for name, run, done in ended_by(case, LAUNCHERS, ranks, prepare, ready, env={}):
             check("diagnosis.journal" in run.files() and "diagnosis.json" not in run.files(), f"{name}: {run.files()}, {done}")
             if (name, ranks) in (("SIGTERM", 2), ("SIGINT", 0)):
                 done = run.flusi("diagnose.ini", timeout=300)
