@@ -32,8 +32,8 @@ SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" vie
 INTRODUCTION = """# Typical mistakes
 
 Each of these mistakes has been made, and this is what the programs and tools answered (the test `typical_mistakes` makes them again and
-compares the answers to the letter). All mistakes of an input are told at once; the exit code is 2, and nothing has been computed or
-overwritten. Where a number is possible but improbable, a notice tells it and the program goes on. Answers are shortened at `...`.
+compares the answers to the letter). A program lists all mistakes of an input at once and ends with exit code 2. It has then computed and
+overwritten nothing. If a number is possible but improbable, the program prints a notice and goes on. Answers are shortened at `...`.
 """
 
 

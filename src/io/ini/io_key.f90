@@ -35,7 +35,7 @@ module io_key
 
 contains
 
-  !> Fills what every key has.
+  !> A new key with the parts that keys of every kind have.
   subroutine describe(new, kind, section, name, default_text, help, unit, required)
     type(key_t), intent(out) :: new
     integer, intent(in) :: kind

@@ -19,7 +19,7 @@ module flusi_memory
     real(rp) :: largest_buffer = 0   !< what is counted of the largest exchange buffer: complex words, P3DFFT's bytes
   end type memory_t
 
-  !> Bytes of what a rank has of one thing.
+  !> The part of one field or spectrum that a rank holds, in bytes.
   type :: share_t
     real(rp) :: field = 0    !< a field on its points
     real(rp) :: spectrum = 0 !< a field on its modes inside the truncation

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How each parameter of a cause is told: how its value becomes a number that people know, and the words around that number.
+!> Words for the parameters of causes: a scale turns the value of each into a number that readers know, and words stand around it.
 !>
 !> Scales, for a value v, what it is when nothing happens r, and a constant c of the wording:
 !>
@@ -13,7 +13,8 @@
 !> | PLAIN | c (v - r), with a unit |
 !> | SHARE | v itself |
 !>
-!> Directions are those of the wing file: x toward the tip, z up. "Up" is what a larger value of what is displayed does.
+!> Directions are those of the wing file: x points to the tip, z up. The word `up` of a wording stands where the displayed number is
+!> larger than without the cause.
 module diagnose_wordings
   use base_kinds, only: rp
   implicit none
