@@ -10,39 +10,25 @@ set(FLUSI_PYTHON_TOOLS FALSE)
 set(FLUSI_PYTHON_SCIPY FALSE)
 set(FLUSI_PYTHON_DRAWINGS FALSE)
 set(FLUSI_PYTHON_PACKAGE FALSE)
+
+# Sets `variable` where FLUSI_PYTHON can import `modules`; otherwise says what is missing and which tests are skipped.
+function(look_for_python variable modules missing skipped)
+  execute_process(COMMAND ${FLUSI_PYTHON} -c "import ${modules}" RESULT_VARIABLE import_failed OUTPUT_QUIET ERROR_QUIET)
+  if(import_failed)
+    message(STATUS "${FLUSI_PYTHON} lacks ${missing}: ${skipped} are skipped (tools/quickstart deps installs what is missing)")
+  else()
+    set(${variable} TRUE PARENT_SCOPE)
+  endif()
+endfunction()
+
 if(Python3_Interpreter_FOUND)
   set(FLUSI_PYTHON ${Python3_EXECUTABLE})
-  execute_process(COMMAND ${FLUSI_PYTHON} -c "import numpy, h5py, matplotlib"
-    RESULT_VARIABLE import_failed OUTPUT_QUIET ERROR_QUIET)
-  if(import_failed)
-    message(STATUS "${FLUSI_PYTHON} lacks numpy, h5py or matplotlib: tests of the plotting tools are skipped "
-                   "(tools/quickstart deps installs them)")
-  else()
-    set(FLUSI_PYTHON_TOOLS TRUE)
-    execute_process(COMMAND ${FLUSI_PYTHON} -c "import scipy.sparse.linalg"
-      RESULT_VARIABLE import_failed OUTPUT_QUIET ERROR_QUIET)
-    if(import_failed)
-      message(STATUS "${FLUSI_PYTHON} lacks scipy: tests of make_measurement are skipped "
-                     "(tools/quickstart deps installs it)")
-    else()
-      set(FLUSI_PYTHON_SCIPY TRUE)
-    endif()
-    execute_process(COMMAND ${FLUSI_PYTHON} -c "import pytest, svgelements"
-      RESULT_VARIABLE import_failed OUTPUT_QUIET ERROR_QUIET)
-    if(import_failed)
-      message(STATUS "${FLUSI_PYTHON} lacks pytest or svgelements: tests of wings from drawings are skipped "
-                     "(tools/quickstart deps installs them)")
-    else()
-      set(FLUSI_PYTHON_DRAWINGS TRUE)
-    endif()
-    execute_process(COMMAND ${FLUSI_PYTHON} -c "import pytest, scipy, pandas, jsonschema, nbclient, ipykernel"
-      RESULT_VARIABLE import_failed OUTPUT_QUIET ERROR_QUIET)
-    if(import_failed)
-      message(STATUS "${FLUSI_PYTHON} lacks pandas, jsonschema, nbclient or ipykernel: tests of the package flusi_msm are skipped "
-                     "(tools/quickstart deps installs them)")
-    else()
-      set(FLUSI_PYTHON_PACKAGE TRUE)
-    endif()
+  look_for_python(FLUSI_PYTHON_TOOLS "numpy, h5py, matplotlib" "numpy, h5py or matplotlib" "tests of the plotting tools")
+  if(FLUSI_PYTHON_TOOLS)
+    look_for_python(FLUSI_PYTHON_SCIPY scipy.sparse.linalg scipy "tests of make_measurement")
+    look_for_python(FLUSI_PYTHON_DRAWINGS "pytest, svgelements" "pytest or svgelements" "tests of wings from drawings")
+    look_for_python(FLUSI_PYTHON_PACKAGE "pytest, scipy, pandas, jsonschema, nbclient, ipykernel"
+                    "pandas, jsonschema, nbclient or ipykernel" "tests of the package flusi_msm")
   endif()
 else()
   message(STATUS "No Python 3.9 or newer: tests driven by Python are skipped")
