@@ -8,6 +8,7 @@ those of a machine that is described by a few rates.
 from math import ceil, log2, sqrt
 
 INVERSE, FORWARD = 6, 3  # fields of a plain AB2 step
+DERIVED = 1  # of the inverse ones: made of others in physical z, neither transformed in z nor sent by columns
 WORD = 16  # bytes of a complex number
 PRODUCT_FLOPS = 40  # of a point of the grid: u x omega, largest velocity, projection and update
 
@@ -72,7 +73,7 @@ def traffic(grid, ranks, rows=None, inverse=INVERSE, forward=FORWARD):
         kx = len(heights[row::rows])
         # What is kept by its owner does not travel.
         kept = sum(share(sticks, columns, c) * share(grid[2], columns, c) for c in range(columns))
-        by_column += (sticks * grid[2] - kept) * WORD * fields
+        by_column += (sticks * grid[2] - kept) * WORD * (fields - DERIVED)
         owners = min(sticks, columns)
         messages += 2 * owners * (columns - 1) if columns > 1 else 0
         if rows > 1:
@@ -89,7 +90,7 @@ def step_flops(grid, fields=INVERSE + FORWARD):
     lines = ny * nz * 2.5 * nx * log2(nx)
     planes = len(heights) * nz * 5 * ny * log2(ny)
     sticks = sum(heights) * 5 * nz * log2(nz)
-    return fields * (lines + planes + sticks) + PRODUCT_FLOPS * nx * ny * nz
+    return fields * (lines + planes + sticks) - DERIVED * sticks + PRODUCT_FLOPS * nx * ny * nz
 
 
 def fluid_seconds(grid, ranks, machine=MACHINE, inverse=INVERSE, forward=FORWARD):

@@ -3,7 +3,7 @@
 module fluid_flow_fields
   use base_errors, only: require
   use base_kinds, only: rp
-  use fluid_kernels, only: stick_fields
+  use fluid_kernels, only: stick_fields, stick_curl
   use spectral_transform, only: kernels_t, transform_t
   implicit none
   private
@@ -14,7 +14,7 @@ module fluid_flow_fields
   type, extends(kernels_t) :: flow_kernels_t
     integer :: which = 1
     real(rp), allocatable :: kx(:), ky(:), kz(:)                  !< of the sticks, and along them
-    complex(rp), allocatable :: stick(:, :)                       !< (nkz, 6) u and omega
+    complex(rp), allocatable :: stick(:, :)                       !< (nkz, 5) u, omega_x, omega_y
     complex(rp), pointer, contiguous :: u(:, :, :) => null()      !< (nkz, sticks, 3)
     real(rp), pointer, contiguous :: field(:, :, :, :) => null() !< (nx, ny_local, nz_local, 1)
   contains
@@ -40,11 +40,14 @@ contains
     call require(which >= VORTICITY_MAGNITUDE .and. which <= 6, 'flow_field: no such field')
     if (present(lines)) kernels%lines => lines
     kernels%which = which
-    kernels%n_in = merge(3, 1, which == VORTICITY_MAGNITUDE)
+    kernels%n_in = 1
+    if (which == 6) kernels%n_in = 3                   ! u, v, omega_z
+    if (which == VORTICITY_MAGNITUDE) kernels%n_in = 5 ! u, v, omega_z, omega_x, omega_y
+    if (kernels%n_in > 1) kernels%curl = 3
     kernels%kx = transform%sticks%kx
     kernels%ky = transform%sticks%ky
     kernels%kz = transform%sticks%kz
-    allocate (kernels%stick(size(u, 1), 6))
+    allocate (kernels%stick(size(u, 1), 5))
     kernels%u => u
     kernels%field => field
     do part = 1, parts
@@ -61,9 +64,11 @@ contains
       s = first + i - 1
       associate (f => self%stick)
         call stick_fields(size(self%kz), self%kx(s), self%ky(s), self%kz, self%u(:, s, 1), self%u(:, s, 2), &
-                          self%u(:, s, 3), f(:, 1), f(:, 2), f(:, 3), f(:, 4), f(:, 5), f(:, 6))
-        if (self%which == VORTICITY_MAGNITUDE) then
-          fields(:, i, 1:3) = f(:, 4:6)
+                          self%u(:, s, 3), f(:, 1), f(:, 2), f(:, 3), f(:, 4), f(:, 5))
+        if (self%curl > 0) then
+          fields(:, i, 1:2) = f(:, 1:2)
+          if (self%fill_curl) call stick_curl(size(self%kz), self%kx(s), self%ky(s), f(:, 1), f(:, 2), fields(:, i, 3))
+          if (self%which == VORTICITY_MAGNITUDE) fields(:, i, 4:5) = f(:, 4:5)
         else
           fields(:, i, 1) = f(:, self%which)
         end if
@@ -78,9 +83,9 @@ contains
     real(rp), contiguous, intent(inout) :: out(:, :, :)
     associate (f => self%field(:, first:first + count - 1, z, 1))
       if (self%which == VORTICITY_MAGNITUDE) then
-        f = sqrt(in(:, 1:count, 1)**2 + in(:, 1:count, 2)**2 + in(:, 1:count, 3)**2)
+        f = sqrt(in(:, 1:count, 4)**2 + in(:, 1:count, 5)**2 + in(:, 1:count, 3)**2)
       else
-        f = in(:, 1:count, 1)
+        f = in(:, 1:count, merge(3, 1, self%curl > 0))
       end if
     end associate
     associate (nothing_to_transform => out)

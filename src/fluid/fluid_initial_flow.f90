@@ -9,7 +9,7 @@ module fluid_initial_flow
   use base_memory, only: check_allocation, REAL_BYTES
   use fluid_flow_fields, only: flow_field, VORTICITY_MAGNITUDE
   use fluid_initial, only: initial_velocity
-  use fluid_kernels, only: stick_fields, stick_divergence
+  use fluid_kernels, only: stick_fields, stick_curl, stick_divergence
   use fluid_params, only: fluid_params_t
   use fluid_state, only: allocate_spectra
   use parallel_block, only: split_evenly
@@ -92,6 +92,7 @@ contains
     call split_evenly(self%n_planes, self%parts, part - 1, self%first, most)
     self%last = self%first + most
     self%n_in = 7
+    self%curl = 6
     call move_alloc(self%full, full) ! it calls procedures of `self`
     call full%pipeline_part(self, part, self%parts)
     call move_alloc(full, self%full)
@@ -138,7 +139,8 @@ contains
       s = first + i - 1
       associate (t => self%sticks, u => self%u, f => fields)
         call stick_fields(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), f(:, i, 1), f(:, i, 2), &
-                          f(:, i, 3), f(:, i, 4), f(:, i, 5), f(:, i, 6))
+                          f(:, i, 3), f(:, i, 4), f(:, i, 5))
+        if (self%fill_curl) call stick_curl(t%nkz, t%kx(s), t%ky(s), u(:, s, 1), u(:, s, 2), f(:, i, 6))
         call stick_divergence(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), f(:, i, 7))
       end associate
     end do

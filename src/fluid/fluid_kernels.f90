@@ -6,17 +6,17 @@ module fluid_kernels
   use base_kinds, only: rp
   implicit none
   private
-  public :: stick_fields, stick_divergence, line_product, project_stick, add_sponge, ab2_stick, weighted_sum, &
+  public :: stick_fields, stick_curl, stick_divergence, line_product, project_stick, add_sponge, ab2_stick, weighted_sum, &
             add_weighted, biot_savart
 
 contains
 
-  !> One stick of u and omega = i k x u.
-  pure subroutine stick_fields(nkz, kx, ky, kz, u, v, w, u_out, v_out, w_out, omega_x, omega_y, omega_z)
+  !> One stick of u and of the vorticity i k x u along x and y.
+  pure subroutine stick_fields(nkz, kx, ky, kz, u, v, w, u_out, v_out, w_out, omega_x, omega_y)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: kx, ky, kz(nkz)
     complex(rp), intent(in) :: u(nkz), v(nkz), w(nkz)
-    complex(rp), intent(inout) :: u_out(nkz), v_out(nkz), w_out(nkz), omega_x(nkz), omega_y(nkz), omega_z(nkz)
+    complex(rp), intent(inout) :: u_out(nkz), v_out(nkz), w_out(nkz), omega_x(nkz), omega_y(nkz)
     integer :: i
     do i = 1, nkz
       u_out(i) = u(i)
@@ -24,9 +24,20 @@ contains
       w_out(i) = w(i)
       omega_x(i) = times_i(ky*w(i) - kz(i)*v(i))
       omega_y(i) = times_i(kz(i)*u(i) - kx*w(i))
-      omega_z(i) = times_i(kx*v(i) - ky*u(i))
     end do
   end subroutine stick_fields
+
+  !> One stick of the vorticity along z.
+  pure subroutine stick_curl(nkz, kx, ky, u, v, omega_z)
+    integer, intent(in) :: nkz
+    real(rp), intent(in) :: kx, ky
+    complex(rp), intent(in) :: u(nkz), v(nkz)
+    complex(rp), intent(inout) :: omega_z(nkz)
+    integer :: i
+    do i = 1, nkz
+      omega_z(i) = times_i(kx*v(i) - ky*u(i))
+    end do
+  end subroutine stick_curl
 
   !> One stick of i k . u.
   pure subroutine stick_divergence(nkz, kx, ky, kz, u, v, w, divergence)

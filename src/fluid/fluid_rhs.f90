@@ -6,7 +6,7 @@
 !> rotational form, P the exact projection in Fourier space. Viscosity is integrated exactly by
 !> E = exp(-nu k^2 dt), with vanishing viscosity (fluid_state) times exp(-rate dt (k/K)^4); E is set to 0 outside the
 !> truncation, which is how aliasing is removed. One pass costs six inverse and three forward transforms (six with a
-!> sponge; one more if it keeps the pressure).
+!> sponge; one more if it keeps the pressure); in z five inverse ones, since the vorticity along z is made of the velocity.
 !>
 !> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
 !> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step, and all of Euler's scheme, have b10 = dt, b11 = 0.
@@ -15,8 +15,8 @@ module fluid_rhs
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_initial_flow, only: initial_flow_t
-  use fluid_kernels, only: stick_fields, stick_divergence, line_product, project_stick, add_sponge, ab2_stick, &
-                           weighted_sum, add_weighted
+  use fluid_kernels, only: stick_fields, stick_curl, stick_divergence, line_product, project_stick, add_sponge, &
+                           ab2_stick, weighted_sum, add_weighted
   use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_RK4
   use fluid_mean_flow, only: mean_acceleration, imposed_mean_flow
   use fluid_penalty, only: penalty_t
@@ -110,8 +110,8 @@ contains
     type(request_t), intent(in) :: request
     self%pass = pass
     self%request = request
-    self%n_in = 6
-    if (request%integrals) self%n_in = 7
+    self%n_in = merge(7, 6, request%integrals)
+    self%curl = 6
     if (allocated(self%initial) .and. pass_begin(pass) <= 0) self%n_in = 0
     if (request%flow .and. .not. (allocated(self%initial) .or. allocated(self%past))) &
       call allocate_spectra(self%past, self%sticks, 'the last flow') ! once in a run
@@ -128,15 +128,16 @@ contains
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     integer :: i, s
-    do i = 1, count
-      s = first + i - 1
-      call stick_fields(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
-                        self%state%u(:, s, 1), self%state%u(:, s, 2), self%state%u(:, s, 3), fields(:, i, 1), &
-                        fields(:, i, 2), fields(:, i, 3), fields(:, i, 4), fields(:, i, 5), fields(:, i, 6))
-      if (self%n_in == 7) &
-        call stick_divergence(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
-                              self%state%u(:, s, 1), self%state%u(:, s, 2), self%state%u(:, s, 3), fields(:, i, 7))
-    end do
+    associate (t => self%sticks, u => self%state%u, f => fields)
+      do i = 1, count
+        s = first + i - 1
+        call stick_fields(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), f(:, i, 1), f(:, i, 2), &
+                          f(:, i, 3), f(:, i, 4), f(:, i, 5))
+        if (self%fill_curl) call stick_curl(t%nkz, t%kx(s), t%ky(s), u(:, s, 1), u(:, s, 2), f(:, i, 6))
+        if (self%n_in == 7) &
+          call stick_divergence(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), f(:, i, 7))
+      end do
+    end associate
   end subroutine rhs_spectral_in
 
   !> u x omega, penalization, sponge, and last |u|^2/2 on a batch of lines; integrals and copies on request.
@@ -158,11 +159,10 @@ contains
     integer, intent(in) :: first, count, z
     real(rp), contiguous, intent(in) :: in(:, :, :)
     real(rp), contiguous, intent(inout) :: out(:, :, :)
-    integer :: i, y, nx
-    nx = self%block%count(1)
+    integer :: i, y
     do i = 1, count
       y = first + i - 1
-      call line_product(nx, in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &
+      call line_product(size(in, 1), in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &
                         out(:, i, 1), out(:, i, 2), out(:, i, 3), self%line_max, self%line_sum(:, 1))
       if (self%params%penalized) call self%penalize_line(y, z, in(:, i, 1), in(:, i, 2), in(:, i, 3), &
                                                          out(:, i, 1), out(:, i, 2), out(:, i, 3))
@@ -332,7 +332,7 @@ contains
     complex(rp), intent(inout) :: n(:, :) !< (nkz, 3)
     integer :: c
     call self%full%choose(s, self%sticks%jz)
-  if (s == self%sticks%zero) n(1, :) = mean_acceleration(self%params, self%state%time, sum(self%sums%force, 2), n(1, :))
+    if (s == self%sticks%zero) n(1, :) = mean_acceleration(self%params, self%state%time, sum(self%sums%force, 2), n(1, :))
     do c = 1, 3
       call self%advance_stick(s, c, n(:, c))
     end do

@@ -2,10 +2,10 @@
 !> Kernels that copy whole arrays, so that plain transforms are pipelines as well.
 module spectral_copy
   use base_kinds, only: rp
-  use spectral_transform, only: kernels_t
+  use spectral_transform, only: kernels_t, transform_t
   implicit none
   private
-  public :: copy_kernels_t
+  public :: copy_backward, copy_forward
 
   !> The caller's arrays: one backward or one forward transform.
   type, extends(kernels_t) :: copy_kernels_t
@@ -19,6 +19,38 @@ module spectral_copy
   end type copy_kernels_t
 
 contains
+
+  !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf) by pipelines of `most` fields at most. Collective.
+  subroutine copy_backward(transform, most, spectral, physical)
+    class(transform_t), intent(inout) :: transform
+    integer, intent(in) :: most
+    complex(rp), contiguous, target, intent(in) :: spectral(:, :, :)
+    real(rp), contiguous, target, intent(inout) :: physical(:, :, :, :)
+    type(copy_kernels_t) :: kernels
+    integer :: f
+    do f = 1, size(spectral, 3), most
+      kernels%n_in = min(most, size(spectral, 3) - f + 1)
+      kernels%spectral => spectral(:, :, f:f + kernels%n_in - 1)
+      kernels%physical => physical(:, :, :, f:f + kernels%n_in - 1)
+      call transform%pipeline(kernels)
+    end do
+  end subroutine copy_backward
+
+  !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf) by pipelines of `most` fields at most. Collective.
+  subroutine copy_forward(transform, most, physical, spectral)
+    class(transform_t), intent(inout) :: transform
+    integer, intent(in) :: most
+    real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)
+    complex(rp), contiguous, target, intent(inout) :: spectral(:, :, :)
+    type(copy_kernels_t) :: kernels
+    integer :: f
+    do f = 1, size(spectral, 3), most
+      kernels%n_out = min(most, size(spectral, 3) - f + 1)
+      kernels%spectral => spectral(:, :, f:f + kernels%n_out - 1)
+      kernels%physical => physical(:, :, :, f:f + kernels%n_out - 1)
+      call transform%pipeline(kernels)
+    end do
+  end subroutine copy_forward
 
   subroutine copy_spectral_in(self, first, count, fields)
     class(copy_kernels_t), intent(inout) :: self

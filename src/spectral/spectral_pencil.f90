@@ -14,7 +14,7 @@ module spectral_pencil
   use parallel_exchange, only: exchange
   use parallel_world, only: world_t
   use spectral_buffer, only: buffer_t
-  use spectral_copy, only: copy_kernels_t
+  use spectral_copy, only: copy_backward, copy_forward
   use spectral_fftw, only: effort_flag, wisdom_text, learn_wisdom
   use spectral_grid, only: grid_t
   use spectral_pencil_stages, only: stages_t, STICK_BATCH
@@ -151,7 +151,10 @@ contains
                  'pencil_t: more fields than the transform was made for')
     call require(parts == 1 .or. (parts <= self%most_parts() .and. kernels%n_out == 0), &
                  'pencil_t: parts have a plane of every rank, and no output')
+    kernels%fill_curl = .false.
     self%n_fields = max(kernels%n_in, kernels%n_out)
+    ! Lines have the curl, too; it needs no place where there are none between ranks.
+    if (self%rows == 1) self%n_fields = max(kernels%place_of(kernels%n_in), kernels%n_out)
     call self%stages%choose_part(part, parts)
     call split_evenly(self%block%count(3), parts, part - 1, self%z_first, self%n_planes)
     call make_room(self)
@@ -161,7 +164,7 @@ contains
         call slab_plane(self, kernels, z)
       end do
     else
-      if (kernels%n_in > 0) call planes_to_lines_exchange(self, kernels%n_in)
+      if (kernels%n_in > 0) call planes_to_lines_exchange(self, kernels)
       do z = 1, self%n_planes
         call pencil_lines(self, kernels, z)
       end do
@@ -194,47 +197,57 @@ contains
   subroutine sticks_to_planes(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
-    integer :: first, count, f, n_fields
-    n_fields = kernels%n_in
+    complex(rp), pointer, contiguous :: sticks_side(:)
+    integer :: first, count, f
+    sticks_side => self%far%data
+    if (self%columns > 1) sticks_side => self%near%data
     do first = 1, self%sticks%n, STICK_BATCH
       count = min(STICK_BATCH, self%sticks%n - first + 1)
-      call kernels%spectral_in(first, count, self%modes(:, :, 1:n_fields))
-      do f = 1, n_fields
-        if (self%columns > 1) then
-          call self%stages%stick_to_buffer(self%modes(:, :, f), self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           self%n_fields, self%near%data)
-        else
-          call self%stages%stick_to_buffer(self%modes(:, :, f), self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           self%n_fields, self%far%data)
-        end if
+      call kernels%spectral_in(first, count, self%modes(:, :, 1:kernels%n_in))
+      do f = 1, kernels%n_in
+        if (f == kernels%curl) cycle
+        call self%stages%stick_to_buffer(self%modes(:, :, f), self%sticks%nkz, first, count, self%sticks%n, &
+                                         kernels%place_of(f), self%n_fields, sticks_side)
       end do
     end do
-    if (self%columns > 1) call column_exchange(self, n_fields, self%near%data, self%far%data, .true.)
+    if (self%columns > 1) &
+      call column_exchange(self, kernels%place_of(kernels%n_in), self%near%data, self%far%data, .true.)
   end subroutine sticks_to_planes
 
   !> Column exchange, forward z, spectral out.
   subroutine planes_to_sticks(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
+    complex(rp), pointer, contiguous :: sticks_side(:)
     real(rp) :: scale
     integer :: first, count, f, n_fields
     n_fields = kernels%n_out
     scale = 1/product(real(self%grid%n, rp))
+    sticks_side => self%far%data
+    if (self%columns > 1) sticks_side => self%near%data
     if (self%columns > 1) call column_exchange(self, n_fields, self%far%data, self%near%data, .false.)
     do first = 1, self%sticks%n, STICK_BATCH
       count = min(STICK_BATCH, self%sticks%n - first + 1)
       do f = 1, n_fields
-        if (self%columns > 1) then
-          call self%stages%buffer_to_stick(self%near%data, self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           self%n_fields, scale, self%modes(:, :, f))
-        else
-          call self%stages%buffer_to_stick(self%far%data, self%sticks%nkz, first, count, self%sticks%n, f, &
-                                           self%n_fields, scale, self%modes(:, :, f))
-        end if
+        call self%stages%buffer_to_stick(sticks_side, self%sticks%nkz, first, count, self%sticks%n, f, self%n_fields, &
+                                         scale, self%modes(:, :, f))
       end do
       call kernels%spectral_out(first, count, self%modes(:, :, 1:n_fields))
     end do
   end subroutine planes_to_sticks
+
+  !> Field `f` of plane `z` in physical y, from the buffer of the planes.
+  subroutine field_to_plane(self, kernels, f, z, plane)
+    class(pencil_t), intent(inout) :: self
+    class(kernels_t), intent(in) :: kernels
+    integer, intent(in) :: f, z
+    complex(rp), contiguous, intent(inout) :: plane(:)
+    if (f == kernels%curl) then
+      call self%stages%curl_to_plane(self%far%data, z, self%n_planes, self%n_fields, plane)
+    else
+      call self%stages%buffer_to_plane(self%far%data, z, self%n_planes, kernels%place_of(f), self%n_fields, plane)
+    end if
+  end subroutine field_to_plane
 
   !> One z plane with a single row of ranks: y and x transforms and products while all is in cache.
   subroutine slab_plane(self, kernels, z)
@@ -253,7 +266,7 @@ contains
       return
     end if
     do f = 1, n_in
-      call self%stages%buffer_to_plane(self%far%data, z, nz, f, self%n_fields, self%planes(:, f))
+      call field_to_plane(self, kernels, f, z, self%planes(:, f))
     end do
     do first = 1, self%block%count(2), self%stages%line_batch
       count = min(self%stages%line_batch, self%block%count(2) - first + 1)
@@ -311,18 +324,18 @@ contains
   end function is_wanted
 
   !> y transforms of all planes, then the row exchange. Collective over the row.
-  subroutine planes_to_lines_exchange(self, n_fields)
+  subroutine planes_to_lines_exchange(self, kernels)
     class(pencil_t), intent(inout) :: self
-    integer, intent(in) :: n_fields
+    class(kernels_t), intent(in) :: kernels
     integer :: f, z, nz
     nz = self%n_planes
-    do f = 1, n_fields
+    do f = 1, kernels%n_in
       do z = 1, nz
-        call self%stages%buffer_to_plane(self%far%data, z, nz, f, self%n_fields, self%planes(:, 1))
+        call field_to_plane(self, kernels, f, z, self%planes(:, 1))
         call self%stages%plane_to_rows(self%planes(:, 1), self%near%data, z, nz, f, self%n_fields)
       end do
     end do
-    call row_exchange(self, n_fields, self%near%data, self%far%data, .true.)
+    call row_exchange(self, kernels%n_in, self%near%data, self%far%data, .true.)
   end subroutine planes_to_lines_exchange
 
   !> The row exchange back, then y transforms of all planes. Collective over the row.
@@ -373,14 +386,7 @@ contains
     class(pencil_t), intent(inout) :: self
     complex(rp), contiguous, target, intent(in) :: spectral(:, :, :)
     real(rp), contiguous, target, intent(inout) :: physical(:, :, :, :)
-    type(copy_kernels_t) :: kernels
-    integer :: f
-    do f = 1, size(spectral, 3), size(self%fields_in, 3)
-      kernels%n_in = min(size(self%fields_in, 3), size(spectral, 3) - f + 1)
-      kernels%spectral => spectral(:, :, f:f + kernels%n_in - 1)
-      kernels%physical => physical(:, :, :, f:f + kernels%n_in - 1)
-      call self%pipeline(kernels)
-    end do
+    call copy_backward(self, size(self%fields_in, 3), spectral, physical)
   end subroutine pencil_backward
 
   !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf). Collective.
@@ -388,13 +394,6 @@ contains
     class(pencil_t), intent(inout) :: self
     real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)
     complex(rp), contiguous, target, intent(inout) :: spectral(:, :, :)
-    type(copy_kernels_t) :: kernels
-    integer :: f
-    do f = 1, size(spectral, 3), size(self%fields_out, 3)
-      kernels%n_out = min(size(self%fields_out, 3), size(spectral, 3) - f + 1)
-      kernels%spectral => spectral(:, :, f:f + kernels%n_out - 1)
-      kernels%physical => physical(:, :, :, f:f + kernels%n_out - 1)
-      call self%pipeline(kernels)
-    end do
+    call copy_forward(self, size(self%fields_out, 3), physical, spectral)
   end subroutine pencil_forward
 end module spectral_pencil

@@ -40,7 +40,7 @@ module spectral_pencil_stages
     procedure :: choose_part => stages_choose_part
     procedure :: free => stages_free
     procedure :: stick_to_buffer, buffer_to_stick
-    procedure :: buffer_to_plane, plane_to_buffer
+    procedure :: buffer_to_plane, curl_to_plane, plane_to_buffer
     procedure :: plane_to_rows, rows_to_plane
     procedure :: plane_to_lines, lines_to_plane, rows_to_lines, lines_to_rows
     procedure :: clear_rows
@@ -218,6 +218,16 @@ contains
     call self%runs%fill_plane(buffer, z, n_planes, f, n_fields, plane)
     call execute_complex(self%y_backward, plane)
   end subroutine buffer_to_plane
+
+  !> The same for the field i (kx f2 - ky f1), made of the fields 1 and 2 of the buffer.
+  subroutine curl_to_plane(self, buffer, z, n_planes, n_fields, plane)
+    class(stages_t), intent(in) :: self
+    complex(rp), contiguous, intent(in) :: buffer(:)
+    integer, intent(in) :: z, n_planes, n_fields
+    complex(rp), contiguous, intent(inout) :: plane(:)
+    call self%runs%fill_curl(buffer, z, n_planes, n_fields, plane)
+    call execute_complex(self%y_backward, plane)
+  end subroutine curl_to_plane
 
   !> Transforms `plane` forward in y and puts its sticks into the column-exchange buffer.
   subroutine plane_to_buffer(self, plane, buffer, z, n_planes, f, n_fields)

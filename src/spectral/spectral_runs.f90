@@ -14,9 +14,10 @@ module spectral_runs
     integer, allocatable :: place(:), count(:) !< (runs) first place in a plane (n_kx*ny), in increasing order, and length
     integer, allocatable :: part(:)            !< (0:columns) runs of all columns before this one
     integer, allocatable :: start(:)           !< (0:columns) sticks of all columns before this one
+    real(rp), allocatable :: kx(:), ky(:)      !< (sticks of the row) wavenumbers
   contains
     procedure :: init => runs_init
-    procedure :: fill_plane, take_plane, clear_plane
+    procedure :: fill_plane, fill_curl, take_plane, clear_plane
     procedure, private :: before
   end type runs_t
 
@@ -31,6 +32,8 @@ contains
     logical :: begins
     allocate (self%place(sticks%n_row_sticks), self%count(sticks%n_row_sticks), self%part(0:columns), self%start(0:columns))
     self%start = sticks%part_start(0:columns)
+    self%kx = sticks%row_kx
+    self%ky = sticks%row_ky
     n = 0
     do q = 0, columns - 1
       self%part(q) = n
@@ -72,6 +75,35 @@ contains
     end do
     plane(done + 1:) = 0
   end subroutine fill_plane
+
+  !> i (kx f2 - ky f1) of the sticks of plane `z` of the fields 1 and 2 of the buffer in their places, zeros elsewhere.
+  pure subroutine fill_curl(self, buffer, z, n_planes, n_fields, plane)
+    class(runs_t), intent(in) :: self
+    complex(rp), contiguous, intent(in) :: buffer(:)
+    integer, intent(in) :: z, n_planes, n_fields
+    complex(rp), contiguous, intent(inout) :: plane(:)
+    complex(rp) :: c
+    integer :: q, r, i, s, from, to, next, done
+    done = 0
+    s = 0
+    do q = 0, size(self%part) - 2
+      from = self%before(q, z, n_planes, 1, n_fields)
+      next = self%before(q, z, n_planes, 2, n_fields)
+      do r = self%part(q) + 1, self%part(q + 1)
+        to = self%place(r) - 1
+        plane(done + 1:to) = 0
+        do i = 1, self%count(r)
+          c = self%kx(s + i)*buffer(next + i) - self%ky(s + i)*buffer(from + i)
+          plane(to + i) = cmplx(-aimag(c), real(c), rp)
+        end do
+        s = s + self%count(r)
+        from = from + self%count(r)
+        next = next + self%count(r)
+        done = to + self%count(r)
+      end do
+    end do
+    plane(done + 1:) = 0
+  end subroutine fill_curl
 
   !> The way back: the sticks of `plane` into the buffer.
   pure subroutine take_plane(self, plane, buffer, z, n_planes, f, n_fields)

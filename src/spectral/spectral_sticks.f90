@@ -40,6 +40,7 @@ module spectral_sticks
     integer :: n_row_kx = 0                  !< kx columns dealt to this row
     integer :: n_jx = 0                      !< kx columns of all rows
     integer, allocatable :: plane_index(:)   !< (n_row_sticks) place in a plane (n_row_kx, ny)
+    real(rp), allocatable :: row_kx(:), row_ky(:) !< (n_row_sticks) wavenumbers
     integer, allocatable :: part_start(:)    !< (0:columns) first stick of each column, 0-based
   contains
     procedure :: truncate => sticks_truncate
@@ -112,6 +113,8 @@ contains
     end do
     s%n_row_sticks = i_row
     s%plane_index = s%plane_index(1:i_row)
+    s%row_kx = TWO_PI/grid%length(1)*jx_of_row(1:i_row)
+    s%row_ky = TWO_PI/grid%length(2)*jy_of_row(1:i_row)
 
     allocate (s%part_start(0:columns))
     do part = 0, columns - 1

@@ -29,6 +29,10 @@ module spectral_transform
   type, abstract :: kernels_t
     integer :: n_in = 0  !< fields that spectral in provides to product
     integer :: n_out = 0 !< fields that product provides to spectral out
+    !> Number of the field that is i kx f2 - i ky f1 of the fields f1 and f2, numbers 1 and 2; 0 for none. A backend may make
+    !> it of them on its way, which saves a transform in z and an exchange; it then clears `fill_curl`, and spectral in need not.
+    integer :: curl = 0
+    logical :: fill_curl = .true.
     !> (ny_local, nz_local) lines whose product is wanted; all of them if not associated. A backend may skip the others. Their
     !> output counts as zero.
     logical, pointer, contiguous :: lines(:, :) => null()
@@ -37,6 +41,7 @@ module spectral_transform
     procedure(product_i), deferred :: product
     procedure(spectral_out_i), deferred :: spectral_out
     procedure(reduce_i), deferred :: reduce
+    procedure, non_overridable :: place_of => kernels_place_of
   end type kernels_t
 
   !> What every transform backend offers.
@@ -129,6 +134,14 @@ module spectral_transform
 
 contains
 
+  !> Place of field `f` among those that travel if the backend makes the curl on its way.
+  pure integer function kernels_place_of(self, f) result(place)
+    class(kernels_t), intent(in) :: self
+    integer, intent(in) :: f
+    place = f
+    if (self%curl > 0 .and. f >= self%curl) place = f - 1
+  end function kernels_place_of
+
   !> Runs the kernels on whole arrays through `backward` and `forward`. The arrays are those that were reserved, or grow
   !> to the largest need. Collective.
   subroutine transform_pipeline_staged(self, kernels)
@@ -146,6 +159,7 @@ contains
     call move_alloc(self%staged_physical, physical)
     call move_alloc(self%staged_lines, lines)
 
+    kernels%fill_curl = .true.
     if (n_in > 0) then
       call kernels%spectral_in(1, self%sticks%n, spectral(:, :, 1:n_in))
       call self%backward(spectral(:, :, 1:n_in), physical(:, :, :, 1:n_in))

@@ -39,7 +39,7 @@ contains
     type(memory_t) :: m
     type(share_t) :: s
     real(rp) :: kept, flow, writing
-    integer :: n_out, parts
+    integer :: n_out, n_sent, parts
     associate (p => settings%fluid, o => settings%output)
       n_out = merge(6, 3, p%sponge) + merge(1, 0, settings%needs_pressure())
       if (p%transform == 'p3dfft') then
@@ -48,6 +48,7 @@ contains
         call share_of_sticks(p, ranks, m, s)
       end if
       if (.not. m%possible) return
+      n_sent = merge(FIELDS_IN - 1, FIELDS_IN, m%rows == 1) ! the vorticity along z is made of the velocity
       ! State and history, and what is kept of a pass.
       kept = s%spectrum*merge(9, 6, p%scheme == SCHEME_RK4)
       if (settings%needs_pressure()) kept = kept + s%spectrum
@@ -66,15 +67,15 @@ contains
         if (.not. is_uniform(p)) m%starting = m%running + FIELDS_IN*s%field + 8*s%whole
         return
       end if
-      m%running = kept + flow + writing + s%exchange*max(FIELDS_IN, n_out)
+      m%running = kept + flow + writing + s%exchange*max(n_sent, n_out)
       m%starting = m%running
       if (is_uniform(p)) return
       ! The whole spectrum stays until the first step has been written, by parts of the planes.
       parts = min(MOST_PARTS, p%grid%n(3)/m%columns)
       if (parts == 1) then
-        m%starting = kept + s%exchange*n_out + FIELDS_IN*s%field + max(writing, 3*s%whole + FIELDS_IN*s%whole_exchange)
+        m%starting = kept + s%exchange*n_out + FIELDS_IN*s%field + max(writing, 3*s%whole + n_sent*s%whole_exchange)
       else
-        m%starting = max(m%running, 3*s%whole + max(kept + s%exchange*n_out + max(FIELDS_IN*(s%whole_exchange + s%field)* &
+        m%starting = max(m%running, 3*s%whole + max(kept + s%exchange*n_out + max((n_sent*s%whole_exchange + FIELDS_IN*s%field)* &
                                         ceiling(s%planes/parts)/s%planes, writing + s%whole_exchange/parts), &
                                                     kept + s%exchange + s%whole_exchange + s%field))
       end if

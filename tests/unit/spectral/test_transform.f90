@@ -48,7 +48,7 @@ contains
       call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
       if (.not. possible) return
     end if
-    call make_transform(t, asked_transform(), test%world, grid, dealias, rows, 'estimate', 3, 2, failure)
+    call make_transform(t, asked_transform(), test%world, grid, dealias, rows, 'estimate', 5, 2, failure)
     call test%check(trim(name)//': there is such a transform', .not. failure%failed)
     call check_table(t, trim(name))
     call check_modes(t, trim(name))

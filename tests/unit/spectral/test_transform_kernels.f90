@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Kernels for the transform test: two products of three fields that depend on the global mode number.
+!> Kernels for the transform test: two products of five fields that depend on the global mode number; one of them is the
+!> curl of two others.
 module test_transform_kernels
   use base_kinds, only: rp
   use spectral_sticks, only: sticks_t
@@ -22,7 +23,8 @@ contains
   subroutine init(self, t)
     class(square_kernels_t), intent(inout) :: self
     class(transform_t), intent(in) :: t
-    self%n_in = 3
+    self%n_in = 5
+    self%curl = 4
     self%n_out = 2
     self%sticks = t%sticks
     allocate (self%result(t%sticks%nkz, t%sticks%n, 2))
@@ -33,12 +35,18 @@ contains
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     integer :: s, f, i
-    do f = 1, 3
+    do f = 1, 5
+      if (f == 4) cycle
       do s = 1, count
         i = first + s - 1
         fields(:, s, f) = exp(-0.1_rp*(self%sticks%jx(i)**2 + self%sticks%jy(i)**2 + self%sticks%jz**2)/f)* &
                           cmplx(1.0_rp, f*self%sticks%jz + self%sticks%jx(i), rp)
       end do
+    end do
+    if (.not. self%fill_curl) return
+    do s = 1, count
+      i = first + s - 1
+      fields(:, s, 4) = (0, 1)*(self%sticks%kx(i)*fields(:, s, 2) - self%sticks%ky(i)*fields(:, s, 1))
     end do
   end subroutine spectral_in
 
@@ -49,7 +57,7 @@ contains
     real(rp), contiguous, intent(inout) :: out(:, :, :)
     if (self%n_reduced > 0 .or. z < 1 .or. first < 1) self%in_order = .false.
     out(:, 1:count, 1) = in(:, 1:count, 1)*in(:, 1:count, 2)
-    out(:, 1:count, 2) = in(:, 1:count, 3)**2 + in(:, 1:count, 1)
+    out(:, 1:count, 2) = in(:, 1:count, 3)**2 + in(:, 1:count, 4)*in(:, 1:count, 5)
   end subroutine product
 
   subroutine spectral_out(self, first, count, fields)

@@ -74,8 +74,9 @@ contains
     same = all(sent == [bytes, messages])
   end subroutine one_step
 
-  !> The bytes and messages that rank `rank` sends. Rank = column*rows + row. Each inverse field goes from sticks to planes
-  !> within the column's communicator and from planes to lines within the row's, each forward field back.
+  !> The bytes and messages that rank `rank` sends. Rank = column*rows + row. Each inverse field but the vorticity along z goes
+  !> from sticks to planes within the column's communicator, each goes from planes to lines within the row's, each forward
+  !> field back. In physical z the vorticity is made of the velocity.
   !> A row may have no kx, and then it has nothing to send.
   subroutine model(ranks, rows, rank, inverse, forward, bytes, messages)
     integer, intent(in) :: ranks, rows, rank, inverse, forward
@@ -88,7 +89,7 @@ contains
     messages = 0
     do q = 0, columns - 1
       if (q == column) cycle
-      call send(inverse*sticks_of(rows, columns, row, column)*share(N(3), columns, q), bytes, messages)
+      call send((inverse - 1)*sticks_of(rows, columns, row, column)*share(N(3), columns, q), bytes, messages)
       call send(forward*sticks_of(rows, columns, row, q)*share(N(3), columns, column), bytes, messages)
     end do
     do q = 0, rows - 1
