@@ -27,8 +27,9 @@ def largest(rows, column):
     return max(abs(row[column]) for row in rows)
 
 
-def same_flight(one, other, n, tolerance=LAST_DIGIT):
-    """The n steps of `other` are those of `one`, by forces and bending: equal but for what another number of ranks changes."""
+def differences(one, other, n):
+    """How far the first n steps of two flights are apart, by series and column of forces and bending, in the size of each."""
+    apart = {}
     for name in ("forces.t", "bending_left.t", "bending_right.t"):
         b = other.series(name).rows
         a = one.series(name).rows[:len(b)]
@@ -37,5 +38,11 @@ def same_flight(one, other, n, tolerance=LAST_DIGIT):
             # Small components are round-off of large ones: y forces of mirrored wings cancel. 2e-13 of the large
             # ones is left to them; the accelerations in the unsteady force amplify round-off by T/dt = 250.
             size = max(largest(a, column), 1e-5 * max(largest(a, c) for c in range(1, 10)))
-            worst = max(abs(x[column] - y[column]) for x, y in zip(a, b))
-            check(worst <= tolerance * size, f"{name}, column {column}: {worst / size:.1e}")
+            apart[f"{name}, column {column}"] = max(abs(x[column] - y[column]) for x, y in zip(a, b)) / size
+    return apart
+
+
+def same_flight(one, other, n, tolerance=LAST_DIGIT):
+    """The n steps of `other` are those of `one`, by forces and bending: equal but for what another number of ranks changes."""
+    for place, apart in differences(one, other, n).items():
+        check(apart <= tolerance, f"{place}: {apart:.1e}")
