@@ -15,7 +15,7 @@ import subprocess
 import time
 
 from training_case import quick, same_outcome, training, twin
-from whole_program import EXIT_OK, EXIT_STOPPED, EXIT_USER, check, main, merged
+from whole_program import EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, Finished, check, main, merged, no_crash
 
 
 def wait_for(case, n, told):
@@ -152,6 +152,33 @@ def test_terminal(case):
     # The truth, 3e-5, is outside.
     for text in (out, log, (case.folder / "trained.ini").read_text()):
         check(f"{joint}: at the lower bound of its box: 1.000000E-04 N m/rad" in text, text)
+
+
+def on_small_disk(case, free):
+    """The training on a disk with `free` kB left, or nothing where it is not allowed to mount one: exit code and messages."""
+    (case.folder / "small").mkdir(exist_ok=True)
+    script = (f"mount -t tmpfs -o size=20m tmpfs small 2> /dev/null || exit 77; cp twin.h5 train.ini small; cd small; "
+              f"dd if=/dev/zero of=filler bs=1k count=$(($(df --output=avail . | tail -1) - {free})) 2> /dev/null; "
+              f"exec {case.program} train.ini")
+    return subprocess.run(["unshare", "-m", "bash", "-c", script], cwd=case.folder, capture_output=True, text=True, timeout=100)
+
+
+def test_disk_full(case):
+    """A disk that becomes full while the search is kept is told, by the name of the file; HDF5 does not end the program."""
+    twin(case)
+    case.write("train.ini", quick(CMAES={"max_generations": 30}))
+    told = 0
+    for free in (20, 100, 300, 350, 400):
+        done = on_small_disk(case, free)
+        if done.returncode in (1, 77) and not done.stdout:
+            print(f"no right to mount a small disk: left out. {done.stderr}")
+            return
+        no_crash(Finished(done.returncode, done.stdout, done.stderr))
+        check(done.returncode in (EXIT_OK, EXIT_UNWRITABLE), f"with {free} kB left: {done}")
+        if done.returncode == EXIT_UNWRITABLE:
+            told += 1
+            check("msm_train: " in done.stderr and ".h5" in done.stderr, f"with {free} kB left: {done.stderr}")
+    check(told > 0, "the disk became full")
 
 
 def test_stopped(case):
