@@ -33,7 +33,7 @@ module measurement_mode_simulation
     real(rp) :: density(2) = 0                        !< [kg/m^3] by medium
     integer, private :: n_modes(2) = 0                !< that are computed, by medium
     integer, private :: n_paired(2) = 0               !< of which a measured one may be
-    type(modal_t), private :: modal(2)
+    class(modal_t), allocatable, private :: modal(:)  !< (2) by medium; polymorphic, so that compilers copy it by a call
     logical, allocatable, private :: same(:, :)
     type(mode_slopes_t), private :: slopes
     real(rp), allocatable, private :: mass(:, :)
@@ -57,6 +57,7 @@ contains
     type(mass_parts_t), intent(in) :: parts
     integer :: i, m, most
     call self%free()
+    allocate (modal_t :: self%modal(2))
     self%parts = parts
     self%density(MEDIUM_AIR) = measurement%air_density
     allocate (self%targets(measurement%count_modes()), self%first(measurement%count_modes()))
@@ -81,9 +82,12 @@ contains
   subroutine simulation_free(self)
     class(mode_simulation_t), intent(inout) :: self
     integer :: m
-    do m = 1, 2
-      call self%modal(m)%free()
-    end do
+    if (allocated(self%modal)) then
+      do m = 1, 2
+        call self%modal(m)%free()
+      end do
+      deallocate (self%modal)
+    end if
     if (allocated(self%targets)) deallocate (self%targets, self%first, self%mass)
     self%n = 0
   end subroutine simulation_free
