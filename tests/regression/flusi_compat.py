@@ -134,10 +134,28 @@ def test_refused(case):
                 "t_wing": 0.01, "wing_smoothing": 0.016}, "Insects": {"BodyType": "drosophila", "WingThickness": None}}),
              "[Insects] BodyType: is larger than the box: it extends over 1."),
             ("far", merged(INSECT, {"Insects": {"x0": "2.0 2.0 18.0"}}), "[Insects] x0: is outside of the box")):
-        done = make(case.sub(name), ini, 1, "--check", code=EXIT_USER)
-        mistakes = [line for line in done.err.splitlines() if re.search(r": \[[\w-]+\]( \w+)?: ", line)
-                    and not line.startswith("notice")]
+        mistakes = mistakes_of(case.sub(name), ini)
         check(len(mistakes) == 1 and text in mistakes[0], f"{name} has one mistake: {mistakes}")
+
+
+def mistakes_of(case, ini):
+    done = make(case, ini, 1, "--check", code=EXIT_USER)
+    return [line for line in done.err.splitlines() if re.search(r": \[[\w-]+\]( \w+)?: ", line)
+            and not line.startswith("notice")]
+
+
+def test_mesh(case):
+    """A file for one of FLUSI's meshes: what is missing and what is wrong is told at once, and not again in another way when the
+    wing file is there."""
+    ini = merged(INSECT, {"Time": {"iTimeMethodFluid": "FSI_AB2_staggered"}, "Penalization": {"iMask": "Flexible_wing"},
+                          "Insects": {"wing_length": None, "infile": "gone.ini"},
+                          "Flexible_wing": {"use_flexible_wing_model": "yes", "EIy": 1e-5, "load_distance": 1e-6}})
+    common = "[units] length: is missing", "gone.ini", "[Flexible_wing] load_distance: lies inside"
+    beam = {"Wing": {"file": f"{SOURCE}/wings/beam.h5"}, "Mass": {"membrane_law": "bilinear"}}
+    for name, more, text in (("without", {}, "[Wing] file: is missing"),
+                             ("with", beam, "[Mass] membrane_law: mass: the areal density")):
+        mistakes = mistakes_of(case.sub(name), merged(ini, more))
+        check(len(mistakes) == 4 and all(any(t in m for m in mistakes) for t in (text, *common)), f"{name} mesh: {mistakes}")
 
 
 if __name__ == "__main__":

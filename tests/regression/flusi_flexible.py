@@ -469,8 +469,39 @@ def test_mistakes(case):
     case.write("run.ini", merged(FLIGHT, {"Wing": {"file": None}, "units": {k: None for k in FLIGHT["units"]},
                                           "Insects": {"WingShape": "from_file::x.ini"}}))
     done = case.run("--check", "run.ini", code=EXIT_USER)
-    for words in ("[Wing] file: is missing", "[Insects] WingShape: contradicts"):
+    for words in ("[Wing] file: is missing", "[Insects] WingShape: contradicts", "[units] length: is missing"):
         check(words in done.err, f"'{words}' is said")
+
+
+def reals(case, name, dataset):
+    data = case.raw(name, dataset)
+    return struct.unpack(f"<{len(data) // 8}d", data)
+
+
+def test_sides(case):
+    """Pressure on both sides of the wings: in the mask what is looked at bends them, one spacing beside the mask; beside wings without
+    thickness two and a half."""
+    saving = {"iSaveWingSides": "yes", "tsave": 0.02}
+    mask = fly(case.sub("mask"), ranks=2, Time={"nt": 5}, Saving=saving)
+    thin = fly(case.sub("thin"), ranks=2, Time={"nt": 5}, Saving=saving, Insects={"surface": "thin"})
+    for side in ("left", "right"):
+        file = f"wing_{side}_000020.h5"
+        dorsal, ventral, jump = (reals(mask, file, f"pressure_{what}") for what in ("dorsal", "ventral", "jump"))
+        check(largest(zip(jump), 0) > 0, f"the {side} wing bears a load")
+        up = 1 if side == "left" else -1  # z of a left wing's frame points to its ventral side
+        check(all(j == up * (v - d) for d, v, j in zip(dorsal, ventral, jump)), f"the {side} wing is bent by what is saved")
+        check(len(reals(mask, file, "traction_ventral")) == 3 * len(jump), "tractions are vectors")
+        for run, spacings in ((mask, 4), (thin, 2.5)):
+            check(abs(run.attribute(file, "side_distance")[0] - spacings / 8) < 1e-12, f"{spacings} spacings beside the {side} wing")
+
+
+def test_words_of_flusi(case):
+    """iMask = Flexible_wing with FLUSI's time steppers: the same flight, to the bit."""
+    here = fly(case.sub("here"), Time={"nt": 5}, Flexible_wing={"coupling": "strong"})
+    theirs = fly(case.sub("theirs"), Time={"nt": 5, "iTimeMethodFluid": "FSI_AB2_iteration"}, Penalization={"iMask": "Flexible_wing"},
+                 Flexible_wing={"use_flexible_wing_model": "yes", "EIy": 1e-5}, Insects={"wings": None, "WingShape": "drosophila"})
+    for name in ("forces.t", "bending_left.t", "coupling_left.t"):
+        check(here.series(name).lines == theirs.series(name).lines, f"{name} is the same")
 
 
 if __name__ == "__main__":

@@ -119,10 +119,12 @@ contains
     end if
   end subroutine read_wing_file
 
-  !> What the coupler needs. `t_end` is the end of the run, T.
-  subroutine read_coupler(config, setup, flight, grid, t_end, units, units_given, params, errors, notices)
+  !> What the coupler needs. `has_wing` tells whether `setup` holds a wing; without one the keys are read all the same, so that
+  !> their mistakes are told with that of the wing. `t_end` is the end of the run, T.
+  subroutine read_coupler(config, setup, has_wing, flight, grid, t_end, units, units_given, params, errors, notices)
     type(config_t), intent(in) :: config
     type(wing_case_t), intent(in) :: setup
+    logical, intent(in) :: has_wing
     type(flight_params_t), intent(in) :: flight
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: t_end
@@ -130,28 +132,12 @@ contains
     logical, intent(in) :: units_given
     type(coupler_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors, notices
-    real(rp), allocatable :: span_chord(:, :)
-    if (.not. units_given) then
-      ! An incomplete [units] is reported elsewhere.
-      if (.not. any([config%is_given('units', 'length'), config%is_given('units', 'frequency'), &
-                     config%is_given('units', 'density')])) &
-        call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
-                             '[units] must say what L, T and the density are')
-      return
-    end if
-    if (.not. setup%has_mass) return
-    params%model = setup%model
-    call params%inertia%init(setup%model, setup%mass%nodal)
-    call read_damping(config, setup%model, params%inertia)
-    params%membrane = 0
-    if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
-    params%density = setup%material%vein_density
-    params%units = units
-    ! A plane flow runs along the length of the sheet, whose width is the depth that has no end.
-    span_chord = setup%wing%points(:2, :)
-    if (grid%is_2d) span_chord = span_chord([2, 1], :)
-    params%added_mass = added_mass_ratio(span_chord, setup%wing%triangles, setup%mass%nodal, units%mass/units%length**3)
-    params%light_layer = light_layer(setup%wing%points, setup%wing%triangles, setup%mass%nodal)
+    ! An incomplete [units] is reported elsewhere.
+    if (.not. any([config%is_given('units', 'length'), config%is_given('units', 'frequency'), &
+                   config%is_given('units', 'density')])) &
+      call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
+                           '[units] must say what L, T and the density are')
+    if (has_wing .and. units_given .and. setup%has_mass) call set_mechanics(config, setup, grid, units, params)
     params%gravity = config%get_reals(F, 'gravity')
     params%friction = config%get_word(F, 'load') == 'pressure_viscous'
     params%extrapolates = config%get_switch(F, 'load_extrapolated')
@@ -179,6 +165,7 @@ contains
                            't_wing + wing_smoothing')
     if (size(flight%wings) == 0) return
     if (size(flight%wings(1)%points) == 0) return
+    if (.not. flight%wings(1)%length() > 0) return ! without units
     call notice_sections(flight%wings(1), notices)
     if (.not. params%release > 0) call notice_start(flight%wings, notices)
     if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
@@ -186,6 +173,28 @@ contains
                            'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
                            ': the pressure there is not that on the wing')
   end subroutine read_coupler
+
+  !> The part of the wing: its model, its inertia, and the fluid that it carries along.
+  subroutine set_mechanics(config, setup, grid, units, params)
+    type(config_t), intent(in) :: config
+    type(wing_case_t), intent(in) :: setup
+    type(grid_t), intent(in) :: grid
+    type(unit_scales_t), intent(in) :: units
+    type(coupler_params_t), intent(inout) :: params
+    real(rp), allocatable :: span_chord(:, :)
+    params%model = setup%model
+    call params%inertia%init(setup%model, setup%mass%nodal)
+    call read_damping(config, setup%model, params%inertia)
+    params%membrane = 0
+    if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
+    params%density = setup%material%vein_density
+    params%units = units
+    ! A plane flow runs along the length of the sheet, whose width is the depth that has no end.
+    span_chord = setup%wing%points(:2, :)
+    if (grid%is_2d) span_chord = span_chord([2, 1], :)
+    params%added_mass = added_mass_ratio(span_chord, setup%wing%triangles, setup%mass%nodal, units%mass/units%length**3)
+    params%light_layer = light_layer(setup%wing%points, setup%wing%triangles, setup%mass%nodal)
+  end subroutine set_mechanics
 
   !> Remarks on keys of the load that is looked at beside the wings, which those without thickness do not need.
   subroutine notice_pressure_keys(config, notices)

@@ -222,8 +222,8 @@ contains
                               notices, world)
     end if
     s%flexible = has_file .and. wants_flexible(s%config)
-    if (s%flexible) call read_coupler(s%config, setup, s%flight, s%fluid%grid, s%fluid%t_max, s%units%scales(), &
-                                      s%units%given, s%coupler, errors, notices)
+    if (wants_flexible(s%config)) call read_coupler(s%config, setup, has_file, s%flight, s%fluid%grid, s%fluid%t_max, &
+                                                    s%units%scales(), s%units%given, s%coupler, errors, notices)
     call check_free_flight(s%config, setup, has_file, s%flexible, s%units%scales(), s%units%given, s%fluid, s%flight, &
                            s%coupler, errors, notices)
     call check_place(s%config, s%flight, s%fluid%grid, errors)

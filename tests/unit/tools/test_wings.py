@@ -365,7 +365,18 @@ class Import(InFolder):
             np.testing.assert_allclose(wing.veins["vein"][1], [60e-6, 50e-6, 40e-6, 30e-6], rtol=1e-12)
             self.assertEqual(wing.joints, {"connector_1": (8, 12, 16)})
             self.assertEqual(wing.root, [0])
+            self.assertEqual(wing.mass.law, "uniform")
+            self.assertAlmostEqual(wing.mass.membrane, 3e-3 * 0.5e-4, delta=1e-20)
+            self.assertIn("weighs 0.003 kg/m^2 as nothing else is said", run.stdout)
             self.assert_read(self.folder / "wing.h5")
+
+    def test_mass_of_the_membrane(self):
+        self.make_set()
+        run = self.run_import("--areal-density", "5e-3")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertNotIn("as nothing else is said", run.stdout)
+        self.assertAlmostEqual(read_wing(self.folder / "wing.h5").mass.membrane, 5e-3 * 0.5e-4, delta=1e-20)
+        self.assertEqual(self.run_import("--areal-density", "nan").returncode, 2)
 
     def test_inconsistent_sets_are_refused(self):
         self.make_set()

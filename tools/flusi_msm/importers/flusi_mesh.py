@@ -2,10 +2,11 @@
 """Turns a FLUSI mesh, a set of .dat files with one vein and one root vein, into a wing file.
 
 usage: import_flusi_mesh FOLDER WING --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP [--number 1]
-                            [--z-side "WING SIDE"]
+                            [--areal-density KG_PER_M2] [--z-side "WING SIDE"]
 
-FLUSI's sets hold lengths in a unit of their own (often the wing length) and no diameters: give the unit in metres
-and the diameters of both veins in um, at the end nearest to the root and at the other one.
+FLUSI's sets hold lengths in a unit of their own (often the wing length), no diameters and no masses: give the unit in metres,
+the diameters of both veins in um, at the end nearest to the root and at the other one, and what a square metre of the
+membrane weighs, which is the same everywhere, as in FLUSI.
 
 Read: points_coor, mesh_triangle_elements, veins, veins_BC; checked against them if there: veins_bending(_BC),
 veins_extension(_BC), membranes_extension, membrane_edge; vein_connectors become joints. Names of the newer branch
@@ -20,9 +21,10 @@ from pathlib import Path
 import numpy as np
 
 from flusi_msm.errors import InputError, run_command
-from flusi_msm.wing.file import Wing, add_z_side, write_wing
+from flusi_msm.wing.file import Wing, WingMass, add_z_side, write_wing
 
 TRIANGLE = 203  # type code of a triangle in these files
+AREAL_DENSITY = 3e-3  # of a membrane [kg/m^2] if nothing is known: about 2.5 um of cuticle
 
 
 class Folder:
@@ -222,13 +224,21 @@ def main():
     parser.add_argument("--vein", type=float, nargs=2, required=True, metavar=("D_ROOT", "D_TIP"),
                         help="diameters of the vein veins [um]")
     parser.add_argument("--number", type=int, default=1, help="of the wing, in the names of the files (default: 1)")
+    parser.add_argument("--areal-density", type=float, metavar="KG_PER_M2",
+                        help=f"of the membrane (default: {AREAL_DENSITY:g}, about 2.5 um of cuticle)")
     add_z_side(parser)
     options = parser.parse_args()
-    if not options.unit > 0 or min(options.root_vein + options.vein) <= 0:
-        raise InputError("--unit and the diameters must be positive")
+    density = AREAL_DENSITY if options.areal_density is None else options.areal_density
+    numbers = [options.unit, density] + options.root_vein + options.vein
+    if not (np.isfinite(numbers).all() and min(numbers) > 0):
+        raise InputError("--unit, --areal-density and the diameters must be positive")
     folder = Folder(options.folder, options.number)
     wing = import_mesh(folder, options.unit, options.root_vein, options.vein)
     wing.z_side = options.z_side
+    source = "assumed: about 2.5 um of cuticle" if options.areal_density is None else "--areal-density"
+    wing.mass = WingMass("uniform", density * wing.areas().sum(), source)
+    if options.areal_density is None:
+        folder.notes.append(f"the membrane weighs {density:g} kg/m^2 as nothing else is said (--areal-density)")
     write_wing(options.wing, wing)
     for note in folder.notes:
         print(f"note: {note}")
