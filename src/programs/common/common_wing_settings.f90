@@ -2,7 +2,7 @@
 !> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
 !> and its mass. Whatever a user can do wrong is found here. SI units.
 module common_wing_settings
-  use common_wing_doubts, only: notice_assumptions, notice_magnitudes
+  use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
   use common_wing_effects, only: read_effect_places, unplaced_effect
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -57,6 +57,8 @@ contains
     if (errors%count() > n_before) return
     call read_z_side(config, s, notices)
     s%fingerprint = wing_fingerprint(s%wing)
+    call check_size(config, s%wing, errors, notices)
+    if (errors%count() > n_before) return
     call scale_wing(config, s)
     call check_fingerprint(config, s, errors, notices)
     call read_material(config, s, errors, notices)
