@@ -5,7 +5,7 @@ module base_magnitude
   use base_text, only: number_text
   implicit none
   private
-  public :: magnitude_doubt
+  public :: magnitude_doubt, rounded
 
   integer, parameter :: POWERS(6) = [3, 6, 9, -3, -6, -9]
   character(1), parameter :: PREFIXES(6) = ['k', 'M', 'G', 'm', 'u', 'n']
@@ -31,11 +31,36 @@ contains
     k = minloc(off, 1)
     if (off(k) > log10(most/least)/2) return
     if (has_prefixes) then
-      text = text//'; if it is in '//PREFIXES(k)//unit//', write '//shifted(value, POWERS(k))
+      text = text//'; if it is in '//with_prefix(k, unit)//', write '//shifted(value, POWERS(k))
     else
       text = text//'; is it in another unit? '//shifted(value, POWERS(k))//' would be usual'
     end if
   end function magnitude_doubt
+
+  !> The positive number `x` with its first `digits` digits; others as they are.
+  elemental real(rp) function rounded(x, digits) result(y)
+    real(rp), intent(in) :: x
+    integer, intent(in) :: digits
+    integer :: n
+    y = x
+    if (.not. (x > 0 .and. x <= huge(x))) return
+    n = digits - 1 - floor(log10(x))
+    if (n >= 0) then
+      y = anint(x*10.0_rp**n)/10.0_rp**n
+    else
+      y = anint(x/10.0_rp**(-n))*10.0_rp**(-n)
+    end if
+  end function rounded
+
+  !> The unit times 10^POWERS(k).
+  pure function with_prefix(k, unit) result(text)
+    integer, intent(in) :: k
+    character(*), intent(in) :: unit
+    character(:), allocatable :: text
+    character(2), parameter :: OF_MASS(6) = [character(2) :: 't', 'kt', 'Mt', 'g', 'mg', 'ug']
+    text = PREFIXES(k)//unit
+    if (unit == 'kg') text = trim(OF_MASS(k))
+  end function with_prefix
 
   !> The number with another exponent, as a user would write it.
   pure function shifted(value, power) result(text)

@@ -22,12 +22,16 @@ module base_signals
       integer(c_int), value :: number
       type(c_funptr), value :: handler
     end function c_signal
+    integer(c_int) function was_ignored(number) bind(C, name='flusi_was_ignored')
+      import :: c_int
+      integer(c_int), value :: number
+    end function was_ignored
   end interface
 
 contains
 
   !> From now on these signals are remembered instead of ending the program; a second SIGINT ends it. SIGINT and SIGHUP
-  !> remain ignored where they are, as behind nohup. Call it after MPI has started.
+  !> remain ignored if the program began so, as behind nohup. Call it after MPI has started.
   subroutine catch_signals()
     integer(c_int), parameter :: NUMBERS(4) = [SIGTERM, SIGUSR1, SIGINT, SIGHUP]
     type(c_funptr) :: previous
@@ -35,7 +39,7 @@ contains
     do i = 1, size(NUMBERS)
       previous = c_signal(NUMBERS(i), c_funloc(handle))
       if (NUMBERS(i) /= SIGINT .and. NUMBERS(i) /= SIGHUP) cycle
-      if (transfer(previous, SIG_IGN) == SIG_IGN) previous = c_signal(NUMBERS(i), previous)
+      if (was_ignored(NUMBERS(i)) == 1) previous = c_signal(NUMBERS(i), transfer(SIG_IGN, previous))
     end do
   end subroutine catch_signals
 

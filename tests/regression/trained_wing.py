@@ -3,6 +3,9 @@
 """The shipped case of training, ini/train.json and ini/train.ini, on the small wing and three of its loads: the measurement of
 a program that shares nothing with the solver fits, and trained.ini is the same wing in flusi, msm_train and msm_diagnose.
 
+The measured wing is smaller and broader than the file that is trained: [Wing] length and mean_chord say how large it is. They are
+a part of trained.ini, and every use of it counts them.
+
 usage: trained_wing.py <msm_train> <h5dump> <flusi> <msm_diagnose> [tests]
 """
 import json
@@ -21,6 +24,8 @@ from flusi_msm.measurement.scan import scan
 FLUSI, MSM_DIAGNOSE = sys.argv.pop(3), sys.argv.pop(3)
 WING = SOURCE / "wings/calliphora_small.h5"
 TURNED = "turned.h5"  # the same wing, of which its file says that z points to the dorsal side
+SIZED = "sized.h5"  # the same wing at the size of the experiment
+SMALLER, BROADER = 0.96, 1.06  # factors of lengths and diameters, and then of y
 LOADS = (2, 3, 6)  # of ten; they leave some joints open
 SHIPPED = json.loads((SOURCE / "ini/train.json").read_text())
 VERDICTS = (0, 10, 11, 12)
@@ -74,12 +79,30 @@ def write_turned(case):
         file.attrs["z_side"] = "right dorsal"
 
 
+def area_over_length(points, triangles):
+    a, b, c = (points[triangles[:, k], :2] for k in range(3))
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    return (ux * vy - uy * vx).sum() / 2 / np.ptp(points[:, 0])
+
+
+def write_sized(case):
+    """The wing as it is measured; its length and mean chord [m]."""
+    shutil.copy(WING, case.folder / SIZED)
+    with h5py.File(case.folder / SIZED, "r+") as file:
+        points = file["points"][:] * SMALLER
+        points[:, 1] *= BROADER
+        file["points"][:] = points
+        for vein in file["veins"].values():
+            vein["diameters"][:] *= SMALLER
+        return points[:, 0].max(), area_over_length(points, file["triangles"][:] - int(np.ravel(file.attrs["index_base"])[0]))
+
+
 def measure(case):
     """measurement.h5 from the shipped description."""
     loads = [SHIPPED["loads"][k] for k in LOADS]
     # The path of the wing is seen from the folder of the description.
     subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", SOURCE / "ini/train.json", "-o",
-                    "measurement.h5", "--set", f"wing={WING}", "--set", f"loads={loads}", "--set", "spacing=5e-4"],
+                    "measurement.h5", "--set", f"wing={case.folder / SIZED}", "--set", f"loads={loads}", "--set", "spacing=5e-4"],
                    cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
 
 
@@ -88,7 +111,9 @@ def train(case):
     text = (SOURCE / "ini/train.ini").read_text()
     check("file = ../wings/calliphora.h5;" in text, "ini/train.ini names the wing of the blowfly")
     write_turned(case)
-    text = text.replace("file = ../wings/calliphora.h5;", f"file = {TURNED};")
+    length, chord = write_sized(case)
+    measure(case)
+    text = text.replace("file = ../wings/calliphora.h5;", f"file = {TURNED};\nlength = {float(length)!r};\nmean_chord = {float(chord)!r};")
     text = changed(text, restarts="none; \nmax_generations = 1", intervals="no")
     case.write("train.ini", text)
     return case.run("train.ini", ranks=0, timeout=300)
@@ -167,7 +192,7 @@ def refuse_other_wing(case, diagnose):
             user.write("run.ini", own)
             done = user.run(*arguments, "run.ini", "--check", ranks=0)
             check("found for another wing" not in done.out + done.err, f"{found} is for this wing:\n{done.out}{done.err}")
-            user.write("run.ini", own.replace("[Wing]\n", "[Wing]\nlength = 9.1e-3;\n", 1))
+            user.write("run.ini", re.sub(r"^(length|mean_chord) = .*\n", "", own, flags=re.M).replace("[Wing]\n", "[Wing]\nlength = 9.1e-3;\n", 1))
             user.run(*arguments, "run.ini", "--check", ranks=0)
             for other in (own.replace(str(WING), str(fine)), own.replace(str(WING), str(thick))):
                 user.write("run.ini", other)
@@ -185,10 +210,13 @@ def refuse_other_wing(case, diagnose):
 
 def test_shipped(case):
     """Data of other mechanics under the same law fit within their errors, and every program sees the trained wing."""
-    measure(case)
     done = train(case)
     h, chi2, young, sd, loads = told_by_training(case)
-    check("\nz_side = right dorsal;\n" in (case.folder / "trained.ini").read_text(), "the side of +z is that of the wing file")
+    fragment = (case.folder / "trained.ini").read_text()
+    check("\nz_side = right dorsal;\n" in fragment, "the side of +z is that of the wing file")
+    size = [number(f"(?m)^{key} = ([^;\\s]+)", fragment) for key in ("length", "mean_chord")]
+    told = [float(v) for v in re.search("(?m)^found_size = ([^;]+);", fragment).group(1).split()]
+    check(np.allclose(size, told, rtol=1e-12) and size[0] < 8.8e-3, f"the size of the wing is told: {fragment}")
     n = sum(len(rows) for _, _, rows in loads.values())
     check(len(loads) == len(LOADS) and n > 300, f"{n} heights")
     # chi^2 has the mean n and the variance 2 n; 11 parameters take at most 11 of it.
@@ -246,9 +274,17 @@ def test_flight(case):
     check(found == 1, "ini/wing.ini has its material from the preset of the paper")
     flusi = Case(FLUSI, case.h5dump, case.folder / "flight")
     flusi.write("fly.ini", text + "\n[include]\nfile = trained.ini\n")
-    flusi.write("trained.ini", TRAINED)
+    flusi.write("trained.ini", TRAINED.replace("E = 7", "found_size = 9.9e-3 2.7e-3; m\nlength = 9.9e-3; m\nmean_chord = 2.7e-3; m\nE = 7"))
     done = flusi.run("fly.ini", "--dry-run", ranks=0)
     check("E =  7.123E+09 Pa" in done.out, f"the trained E is flown:\n{done.out}")
+    check("R = 1.0000" in done.out and "found for a wing of length 9.9 mm and mean chord 2.7 mm, and here they are 9.0 mm and" in done.out + done.err,
+          f"ini/wing.ini has a size of its own, and that is said:\n{done.out}{done.err}")
+    text, found = re.subn(r"(?m)^length = 9.0e-3;.*\n", "", text)
+    text, more = re.subn(r"(?m)^mean_chord = .*\n", "", text)
+    check(found + more == 2, "ini/wing.ini has the size of its wing")
+    flusi.write("fly.ini", text + "\n[include]\nfile = trained.ini\n")
+    done = flusi.run("fly.ini", "--dry-run", ranks=0)
+    check("R = 1.1000, mean chord .3000" in done.out and "found for" not in done.out + done.err, f"without one the trained size counts:\n{done.out}{done.err}")
     check("+z of [Wing] is the dorsal side" in done.out, f"with the side that it was trained for:\n{done.out}")
     write_turned(flusi)
     sides = {"right dorsal": ("dorsal", 0), "left dorsal": ("dorsal", 0), "left ventral": ("ventral", 1), "file": ("dorsal", 0)}

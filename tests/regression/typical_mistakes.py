@@ -51,12 +51,28 @@ def change(old, new, file="fly.ini"):
     return ((file, old, new),)
 
 
-def to_millimetres(folder):
+def thousandfold(folder, names):
+    """bending.h5 with the datasets of these names times 1000."""
     with h5py.File(folder / "bending.h5", "r+") as file:
-        axes = []
-        file.visititems(lambda name, item: axes.append(item) if name.split("/")[-1] in ("x", "y") and item.ndim == 1 else None)
-        for axis in axes:
-            axis[...] *= 1e3
+        found = []
+        file.visititems(lambda name, item: found.append(item) if name.split("/")[-1] in names else None)
+        for item in found:
+            item[...] *= 1e3
+    run("seal bending.h5", folder)
+
+
+def to_millimetres(folder):
+    thousandfold(folder, ("x", "y"))
+
+
+def heights_to_millimetres(folder):
+    thousandfold(folder, ("z",))
+
+
+def forces_to_millinewtons(folder):
+    with h5py.File(folder / "bending.h5", "r+") as file:
+        for load in file["loads"].values():
+            load.attrs["force"] = load.attrs["force"] * 1e3
     run("seal bending.h5", folder)
 
 
@@ -77,9 +93,20 @@ MISTAKES = (
     Mistake("the kinematics file is not there", FLY, change("kinematics/calliphora.ini", "kinematics/bee.ini")),
     Mistake("a measurement in place of a wing", FLY, change("file = wing.h5", "file = bending.h5")),
     Mistake("an input of another program", "flusi train.ini --check"),
+    Mistake("the input of a flight for training", "msm_train fly.ini --check"),
+    Mistake("the input of a training for diagnosis", "msm_diagnose train.ini --check"),
+    Mistake("the trained wing as an input", "flusi trained.ini --check"),
+    Mistake("a wing file as an input", "flusi wing.h5 --check"),
+    Mistake("a drawing as an input", "msm_train drawing.svg --check"),
+    Mistake("a motion of wings as an input", "flusi kinematics/calliphora.ini --check"),
     Mistake("the hinge lies outside the box", FLY, change("x0 = 2.0 2.0 1.0", "x0 = 2.0 2.0 5.0")),
     Mistake("a box that is too flat for the wings", FLY, change("zl = 2.0", "zl = 1.2")),
     Mistake("E in GPa", FLY, change("E = 12000000000.0", "E = 12.0"), code=0),
+    Mistake("the length of the wing in mm", FLY, change("file = wing.h5", "file = wing.h5;\nlength = 9")),
+    Mistake("the unit of length in mm", FLY, change("length = 0.009", "length = 9")),
+    Mistake("a mass in ug", FLY, change("[Saving]\n", "[Mass]\nmembrane_mass = 81;\n[Saving]\n"), code=0),
+    Mistake("a viscosity in m^2/s among numbers without dimension", FLY, change("nu = 0.005", "nu = 1.5e-5"), code=0),
+    Mistake("a unit behind a number", FLY, change("length = 0.009", "length = 9 mm")),
     Mistake("wings without thickness, and a method of time that they do not take", FLY,
             (*change("CFL = 0.45", "CFL = 0.45;\niTimeMethodFluid = RK4"),
              *change("wings = flexible", "wings = flexible;\nsurface = thin"))),
@@ -94,6 +121,8 @@ MISTAKES = (
     Mistake("a joint that the wing does not have", TRAIN, change("joint:C_Sc", "joint:C_Sd", "train.ini")),
     Mistake("the box of a parameter is upside down", TRAIN, change("E, joint:C_Sc", "E 5e10 1e9 log", "train.ini")),
     Mistake("the maps of heights have their axes in mm", TRAIN, before=to_millimetres),
+    Mistake("heights in mm", TRAIN, before=heights_to_millimetres),
+    Mistake("forces in mN", TRAIN, before=forces_to_millinewtons),
     Mistake("a wing in place of a measurement", TRAIN, change("file = bending.h5", "file = wing.h5", "train.ini")),
     Mistake("a misspelt key of the diagnosis", "msm_diagnose diagnose.ini --check", change("starts", "start", "diagnose.ini")),
     Mistake("the outline is open", "make_wing drawing.svg -o new.h5", change(" Z\"", "\"", "drawing.svg")),
@@ -132,10 +161,26 @@ def prepare(folder):
     model = {"Wing": {"file": "wing.h5", "E": 12e9, "D": 2e-7}, "Measurement": {"file": "bending.h5"}}
     (folder / "train.ini").write_text(ini_text({**model, "Train": {"parameters": "E, joint:C_Sc"}}))
     (folder / "diagnose.ini").write_text(ini_text({**model, "Diagnose": {"parameters": "E", "starts": 1}}))
+    (folder / "trained.ini").write_text(ini_text({"Wing": {"E": 12e9, "D": 2e-7}}))
     (folder / "drawing.svg").write_text(SVG)
     (folder / "case.json").write_text('{"wing": "wing.h5", "loads": [[0.0054, 0.0, 1e-4]], "spacing": 4e-4}')
     done = run("make_measurement case.json -o bending.h5 --quiet", folder)
     assert done.returncode == 0, done.stdout
+
+
+def confused_programs(folder):
+    """What is wrong where each program gets the input of each other one."""
+    shutil.copy(SOURCE / "ini/solid.ini", folder)
+    inputs = {"flusi": "fly.ini", "flusi --static": "static.ini", "flusi --solid": "solid.ini", "msm_train": "train.ini",
+              "msm_diagnose": "diagnose.ini"}
+    for program in inputs:
+        for owner, ini in inputs.items():
+            done = run(f"{program} {ini} --check", folder)
+            message = f"this is an input of {owner}, and not of {program}; run: "
+            # Loads are what --static and --solid have both.
+            if owner != program and (program, owner) != ("flusi --solid", "flusi --static") and \
+                    (done.returncode != 2 or message not in done.stdout or done.stdout.count("\n") != 1 or not done.stdout.endswith(f" {ini}\n")):
+                yield f"{program} {ini}: {done.stdout}"
 
 
 def run(command, folder):
@@ -201,6 +246,7 @@ def main():
             done = answer(Mistake("none", command), good)
             if done[0] != 0:
                 wrong.append(f"without a mistake: {command}: {done[1]}")
+        wrong += confused_programs(good)
         answers = []
         for mistake in MISTAKES:
             code, text = answer(mistake, good)

@@ -32,6 +32,8 @@ class FlusiMsm(CMakePackage):
         depends_on("py-h5py@3.7:3", type="run")
         depends_on("py-matplotlib@3.6:3", type="run")
         depends_on("py-scipy@1.10:1", type="run")
+        depends_on("py-pillow@9:", type="run")
+        depends_on("py-pandas@1.5:", type="run")
 
     generator("ninja")
 

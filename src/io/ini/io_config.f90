@@ -34,7 +34,7 @@ module io_config
     real(rp) :: spacing = 0                 !< what dx means, 0 if unknown
     type(unit_scales_t) :: scales           !< of the numbers of the file
     logical :: has_scales = .false.
-    logical :: is_foreign = .false.         !< a section belongs to other equations
+    logical :: is_foreign = .false.         !< the file belongs to another program or other equations
   contains
     procedure :: load_file => config_load_file
     procedure :: load_text => config_load_text
@@ -101,6 +101,8 @@ contains
     call self%sources%add(real_path(name))
     if (registry%find_section(INCLUDE_SECTION) > 0) call add_included(document, errors, self%sources, world)
     call report_unbuilt_sections(registry, document, errors, self%is_foreign)
+    self%is_foreign = self%is_foreign .or. document%is_foreign
+    if (.not. self%is_foreign) call registry%foreign%report(document, errors, self%is_foreign)
     if (self%is_foreign) return
     ! The spacing is needed before any length can be read, wherever its keys stand in the file.
     self%spacing = find_spacing(registry, document)
@@ -269,7 +271,8 @@ contains
     line = self%values(find(self, section, key))%line
   end function config_line_of
 
-  !> Whether the file asks for something of FLUSI that is not here, so that what else it says belongs to another run.
+  !> Whether the file asks for something of FLUSI that is not here, or is no input of this program, so that what else it says
+  !> belongs to another run.
   logical function config_asks_for_unbuilt(self) result(asks)
     class(config_t), intent(in) :: self
     asks = self%is_foreign .or. any(self%values%is_unbuilt)

@@ -12,6 +12,7 @@
 module io_ini
   use base_errors, only: message_list_t
   use base_text, only: BLANKS, number_text, quoted
+  use io_content, only: foreign_content
   implicit none
   private
   public :: ini_document_t, ini_section_t, ini_entry_t
@@ -39,6 +40,7 @@ module io_ini
     type(ini_entry_t), allocatable :: entries(:)
     integer :: n_sections = 0
     integer :: n_entries = 0
+    logical :: is_foreign = .false.    !< the file is of another kind
   contains
     procedure :: parse => ini_document_parse
     procedure :: append => ini_document_append
@@ -52,7 +54,7 @@ module io_ini
 contains
 
   !> Parses `text`, whose file is called `name` in messages. Every broken line adds one message
-  !> `name:line: problem` to `errors` and is left out of the document.
+  !> `name:line: problem` to `errors` and is left out of the document. A file of another kind is one mistake.
   subroutine ini_document_parse(self, text, name, errors)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: text, name
@@ -66,6 +68,12 @@ contains
     if (allocated(self%sections)) deallocate (self%sections)
     if (allocated(self%entries)) deallocate (self%entries)
     allocate (self%sections(16), self%entries(64))
+    problem = foreign_content(text)
+    self%is_foreign = problem /= ''
+    if (self%is_foreign) then
+      call errors%add(name//': '//problem)
+      return
+    end if
     n_broken = 0
     position = 1
     line = 0

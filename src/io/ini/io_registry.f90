@@ -5,6 +5,7 @@ module io_registry
   use base_errors, only: require
   use base_kinds, only: rp
   use base_text, only: number_text
+  use io_foreign, only: foreign_inputs_t
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
                     KEY_TEXT, KEY_WORD, describe, key_t, matches_pattern, set_limits, set_lower, set_upper
   use io_key_table, only: condition_t, key_slot_t, section_t, write_key_tables
@@ -25,6 +26,7 @@ module io_registry
     type(key_slot_t), allocatable :: keys(:) !< the first n_keys slots are filled
     type(alias_t), allocatable :: aliases(:)
     integer :: n_sections = 0, n_keys = 0, n_aliases = 0
+    type(foreign_inputs_t) :: foreign !< what tells inputs from those of other programs
     integer :: points_key = 0, length_key = 0 !< N*dx means N*(length/points); 0: no such lattice
   contains
     procedure :: add_section => registry_add_section

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> "Did you mean": the known name nearest to a misspelt one.
 module io_suggest
-  use base_text, only: edit_distance, to_lower
+  use base_kinds, only: rp
+  use base_text, only: edit_distance, parse_real, quoted, to_lower
   implicit none
   private
-  public :: suggestion_t
+  public :: suggestion_t, number_hint
 
   !> Offer known names one by one; `best` is then the nearest, not allocated if none is near enough.
   !> A name that differs only in case always wins.
@@ -50,4 +51,37 @@ contains
     text = ''
     if (allocated(self%best)) text = "; did you mean '"//self%best//"'?"
   end function suggestion_hint
+
+  !> What may be meant by `raw`, which should be a number: one with a unit, or with a decimal comma. Begins with a semicolon, or is
+  !> empty.
+  function number_hint(raw) result(text)
+    character(*), intent(in) :: raw
+    character(:), allocatable :: text, problem, point
+    character(*), parameter :: NOT_UNITS = '+-.,*0123456789'
+    real(rp) :: x
+    integer :: n
+    text = ''
+    point = raw
+    n = index(raw, ',')
+    if (n > 0) point(n:n) = '.'
+    call parse_real(point, x, problem)
+    if (n > 0 .and. .not. allocated(problem)) then
+      text = '; did you mean '//quoted(point)//'?'
+      return
+    end if
+    do n = min(len(raw) - 1, LONGEST), 1, -1
+      call parse_real(raw(:n), x, problem)
+      if (.not. allocated(problem)) exit
+    end do
+    if (n < 1) return
+    if (index(NOT_UNITS, first_letter(raw(n + 1:))) == 0) text = '; write the number alone, in the unit that --check tells'
+  end function number_hint
+
+  !> The first character that is not blank.
+  pure character(1) function first_letter(text) result(letter)
+    character(*), intent(in) :: text
+    character(:), allocatable :: shifted
+    shifted = adjustl(text)
+    letter = shifted(1:1)
+  end function first_letter
 end module io_suggest

@@ -5,7 +5,7 @@ module io_value
   use base_text, only: BLANKS, count_words, next_word, number_text, parse_integer, parse_real, quoted
   use io_key, only: KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, KEY_TEXT, &
                     KEY_WORD, key_t, matches_any
-  use io_suggest, only: suggestion_t
+  use io_suggest, only: number_hint, suggestion_t
   implicit none
   private
   public :: value_t, is_length, read_value, value_text, effective_line
@@ -110,7 +110,7 @@ contains
     end if
     if (.not. allocated(problem)) call check_range(key, x, raw, problem)
     if (allocated(problem)) then
-      problem = problem//'; valid: '//key%choices_text()
+      problem = problem//'; valid: '//key%choices_text()//number_hint(raw)
     else
       number = x
     end if

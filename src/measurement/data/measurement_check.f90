@@ -3,6 +3,7 @@
 module measurement_check
   use base_constants, only: PI
   use base_kinds, only: rp
+  use base_magnitude, only: rounded
   use base_text, only: number_text
   use measurement_data, only: measurement_t, measured_load_t
   use measurement_modes, only: check_modes
@@ -104,8 +105,8 @@ contains
     real(rp) :: extent
     extent = max(m%x(size(m%x)) - m%x(1), m%y(size(m%y)) - m%y(1))
     ok = extent <= MOST_SCALE*length .and. MOST_SCALE*extent >= length
-    if (.not. ok) call report%add('/reference/x, /reference/y', 'the grid extends over '//number_text(extent)// &
-                                  ' m and the wing over '//number_text(length)//' m; are the grid lines in metres?')
+    if (.not. ok) call report%add('/reference/x, /reference/y', 'the grid extends over '//number_text(rounded(extent, 3))// &
+                                  ' m and the wing over '//number_text(rounded(length, 3))//' m; are the grid lines in metres?')
   end subroutine check_scale
 
   !> Known heights on the wing, of a size that the wing and the force allow.
@@ -142,14 +143,14 @@ contains
         if (all(sample%is_beside)) then
           call report%add(object//'/z', 'none of the '//number_text(load%count())//' known heights is on the wing')
         else if (largest > MOST_DEFORMATION*length) then
-          call report%add(object//'/z', 'the largest deformation is '//number_text(largest)//' m and the wing is '// &
-                          number_text(length)//' m long; are the heights in metres?')
+          call report%add(object//'/z', 'the largest deformation is '//number_text(rounded(largest, 3))//' m and the wing is '// &
+                          number_text(rounded(length, 3))//' m long; are the heights in metres?')
         else if (largest > 0 .and. inertia > 0 .and. load%force > 0) then
           modulus = load%force*norm2(load%point - root(:2))**3/(3*inertia*largest)
           if (modulus < SOFTEST .or. modulus > STIFFEST) &
             call report%add(object, 'the force of '//number_text(load%force)//' N and the deformation of '// &
-                            number_text(largest)//' m would mean veins of about '// &
-                            number_text(real(real(modulus), rp))// &
+                            number_text(rounded(largest, 3))//' m would mean veins of about '// &
+                            number_text(rounded(modulus, 2))// &
                             ' Pa; are the force in newtons and the heights in metres?')
         end if
       end associate

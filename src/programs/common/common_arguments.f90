@@ -45,7 +45,7 @@ contains
       if (number > 0) then
         arguments%is_final = any(argument == [character(12) :: '--help', '--version', '--parameters'])
         if (arguments%action > 0 .and. arguments%action /= number .and. .not. arguments%is_final) &
-          call errors%add('"'//argument//'" contradicts an argument before it')
+          call errors%add('"'//argument//'" contradicts "'//trim(actions(arguments%action))//'"')
         arguments%action = number
         if (arguments%is_final) return
       else if (position(argument, flags) > 0) then

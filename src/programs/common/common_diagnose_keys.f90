@@ -2,6 +2,7 @@
 !> The register of the ini keys of `msm_diagnose`. All units are SI.
 module common_diagnose_keys
   use base_kinds, only: rp
+  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_DIAGNOSE
   use common_instrument, only: register_instrument_keys
   use common_outliers, only: register_outliers
   use common_wing_keys, only: register_wing_keys
@@ -17,6 +18,7 @@ contains
   subroutine register_diagnose_keys(registry)
     type(registry_t), intent(inout) :: registry
     call register_include(registry)
+    call register_foreign_inputs(registry, INPUT_OF_DIAGNOSE)
     call register_wing_keys(registry, required=.true.)
     call registry%add_section('Measurement', 'what the wing did in the experiment')
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/formats/measurement-format.md); looked for '// &

@@ -3,6 +3,7 @@
 !> [Train] preset.
 module common_train_keys
   use base_kinds, only: rp
+  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_TRAIN
   use common_instrument, only: register_instrument_keys
   use common_outliers, only: register_outliers
   use common_wing_keys, only: register_wing_keys
@@ -18,6 +19,7 @@ contains
   subroutine register_train_keys(registry)
     type(registry_t), intent(inout) :: registry
     call register_include(registry)
+    call register_foreign_inputs(registry, INPUT_OF_TRAIN)
     call register_wing_keys(registry, required=.true.)
     call registry%add_section('Measurement', 'what the wing did in the experiment')
     call registry%add_text('Measurement', 'file', '', 'measurement file (docs/formats/measurement-format.md); looked for '// &

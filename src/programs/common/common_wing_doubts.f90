@@ -5,14 +5,14 @@ module common_wing_doubts
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_magnitude, only: magnitude_doubt
+  use base_magnitude, only: magnitude_doubt, rounded
   use io_config, only: config_t
   use solid_mass, only: mass_params_t, mass_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: notice_assumptions, notice_magnitudes, print_notices
+  public :: notice_assumptions, notice_magnitudes, check_size, print_notices
 
   character(*), parameter :: PAPER = 'Truong et al.'
   !> Ranges in which insects lie, with a decade of room.
@@ -21,6 +21,8 @@ module common_wing_doubts
   real(rp), parameter :: DENSITY(2) = [100.0_rp, 1.0e4_rp]       !< cuticle [kg/m^3]
   real(rp), parameter :: AREAL(2) = [1.0e-4_rp, 1.0e-1_rp]       !< membrane [kg/m^2]
   real(rp), parameter :: LONGEST = 0.2_rp                        !< wings beyond this length are no insect's [m]
+  real(rp), parameter :: SHORTEST = 1.0e-4_rp                    !< that of the smallest wasps [m]
+  real(rp), parameter :: IMPOSSIBLE = 10                         !< times LONGEST: no doubt but a mistake
 
 contains
 
@@ -86,7 +88,12 @@ contains
     end if
     if (size(wing%triangles, 2) == 0) return
     call doubt('Wing', 'D', params%plate, PLATE, 'N m', 'membranes of insects')
-    if (mass%area > 0) call doubt('Mass', 'membrane_mass', mass%membrane/mass%area, AREAL, 'kg/m^2', 'membranes of insects')
+    if (.not. mass%area > 0) return
+    if (c%get_word('Mass', 'membrane_law') == 'uniform') then
+      call doubt('Mass', 'areal_density', mass%membrane/mass%area, AREAL, 'kg/m^2', 'membranes of insects')
+    else
+      call doubt('Mass', 'membrane_mass', material%membrane_mass, rounded(AREAL*mass%area, 1), 'kg', 'membranes of this size')
+    end if
 
   contains
 
@@ -98,4 +105,33 @@ contains
       if (text /= '') call c%complain(notices, section, key, text)
     end subroutine doubt
   end subroutine notice_magnitudes
+
+  !> Names a size that [Wing] gives and no insect has, although the `wing` of the file is as large as that of an insect: a doubt, or
+  !> a mistake where no wing is as large.
+  subroutine check_size(c, wing, errors, notices)
+    type(config_t), intent(in) :: c
+    type(wing_t), intent(in) :: wing
+    type(message_list_t), intent(inout) :: errors, notices
+    if (maxval(abs(wing%points)) > LONGEST) return
+    call check_one('length', [SHORTEST, LONGEST])
+    call check_one('mean_chord', [SHORTEST, LONGEST]/4)
+
+  contains
+
+    subroutine check_one(key, range)
+      character(*), intent(in) :: key
+      real(rp), intent(in) :: range(2)
+      character(:), allocatable :: text
+      real(rp) :: size_given
+      size_given = c%get_real('Wing', key)
+      if (.not. size_given > 0) return
+      text = magnitude_doubt(size_given, range(1), range(2), 'm', 'wings of insects', .true.)
+      if (text == '') return
+      if (size_given > IMPOSSIBLE*range(2)) then
+        call c%complain(errors, 'Wing', key, text)
+      else
+        call c%complain(notices, 'Wing', key, text)
+      end if
+    end subroutine check_one
+  end subroutine check_size
 end module common_wing_doubts

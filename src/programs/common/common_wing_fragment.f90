@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A wing's stiffness as the section [Wing] of an ini file, for [include].
 module common_wing_fragment
+  use common_wing_size, only: wing_size
+  use base_kinds, only: rp
   use base_text, only: number_text
   use solid_effect_places, only: effect_place_lines
   use solid_params, only: parameter_t, solid_params_t, N_COMMON
@@ -21,10 +23,13 @@ contains
     type(wing_case_t), intent(in) :: setup !< the wing for which the values were found
     character(:), allocatable :: text, list, side
     type(parameter_t) :: known
+    real(rp) :: found(2)
     integer :: i
     side = trim(setup%wing%z_side)
     if (side == '') side = trim(Z_SIDES(1))
     text = '[Wing]'//NL//'fingerprint = '//setup%fingerprint//'; of the wing that these values belong to'//NL
+    found = wing_size(setup%wing)
+    text = text//'found_size = '//number_text(found(1))//' '//number_text(found(2))//'; m, length and mean chord of that wing'//NL
     if (setup%asked_size(1) > 0) text = text//'length = '//number_text(setup%asked_size(1))//'; m'//NL
     if (setup%asked_size(2) > 0) text = text//'mean_chord = '//number_text(setup%asked_size(2))//'; m'//NL
     text = text//'z_side = '//side//';'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '// &

@@ -2,8 +2,9 @@
 !> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
 !> and its mass. Whatever a user can do wrong is found here. SI units.
 module common_wing_settings
-  use common_wing_doubts, only: notice_assumptions, notice_magnitudes
+  use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
   use common_wing_effects, only: read_effect_places, unplaced_effect
+  use common_wing_size, only: notice_other_size, scale_wing
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
@@ -57,7 +58,10 @@ contains
     if (errors%count() > n_before) return
     call read_z_side(config, s, notices)
     s%fingerprint = wing_fingerprint(s%wing)
+    call check_size(config, s%wing, errors, notices)
+    if (errors%count() > n_before) return
     call scale_wing(config, s)
+    call notice_other_size(config, s%wing, notices)
     call check_fingerprint(config, s, errors, notices)
     call read_material(config, s, errors, notices)
     call read_mass(config, needs_mass, s, errors, notices)
@@ -91,35 +95,6 @@ contains
     if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
       stated//' counts, although '//s%path//' says '//trim(in_file)//': it is what [Wing] parameters mean by +z')
   end subroutine read_z_side
-
-  !> Gives the wing the size that [Wing] asks for: first similar to that of its file, then stretched along y.
-  subroutine scale_wing(config, s)
-    type(config_t), intent(in) :: config
-    type(wing_case_t), intent(inout) :: s
-    real(rp) :: length, chord, a(2), b(2), area, stretch
-    integer :: i
-    length = config%get_real('Wing', 'length')
-    chord = config%get_real('Wing', 'mean_chord')
-    s%asked_size = [length, chord]
-    associate (points => s%wing%points, triangles => s%wing%triangles)
-      if (length > 0) s%scale = length/maxval(points(1, :))
-      points = s%scale(1)*points
-      do i = 1, size(s%wing%veins)
-        s%wing%veins(i)%diameters = s%scale(1)*s%wing%veins(i)%diameters
-      end do
-      area = 0
-      do i = 1, size(triangles, 2)
-        a = points(:2, triangles(2, i)) - points(:2, triangles(1, i))
-        b = points(:2, triangles(3, i)) - points(:2, triangles(1, i))
-        area = area + (a(1)*b(2) - a(2)*b(1))/2
-      end do
-      if (chord > 0 .and. area > 0) then
-        stretch = chord*(maxval(points(1, :)) - minval(points(1, :)))/area
-        s%scale(2) = stretch*s%scale(2)
-        points(2, :) = stretch*points(2, :)
-      end if
-    end associate
-  end subroutine scale_wing
 
   !> Values that were found for another wing are a mistake, unless the user wants them.
   subroutine check_fingerprint(config, s, errors, notices)

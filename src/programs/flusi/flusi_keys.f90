@@ -4,6 +4,7 @@ module flusi_keys
   use flusi_averages, only: register_average_keys
   use flusi_flexible, only: register_flexible_keys
   use flusi_legacy_keys, only: register_flusi_legacy
+  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_FLOW
   use common_instrument, only: register_idle_instrument
   use flusi_solid_keys, only: write_solid_reference
   use flusi_static_keys, only: write_static_reference
@@ -24,6 +25,7 @@ contains
   subroutine register_all_keys(registry)
     type(registry_t), intent(inout) :: registry
     call register_include(registry)
+    call register_foreign_inputs(registry, INPUT_OF_FLOW)
     call register_units(registry)
     call register_fluid_keys(registry)
     call register_saving(registry)

@@ -3,16 +3,20 @@
 module flusi_setting_checks
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_magnitude, only: magnitude_doubt
+  use base_magnitude, only: magnitude_doubt, rounded
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t
   use fsi_flight_params, only: flight_params_t
   use io_config, only: config_t
   implicit none
   private
-  public :: check_units_together, check_si_numbers, check_wing_use, notice_flow, notice_frequency
+  public :: check_units_together, check_si_numbers, check_wing_use, check_scale, notice_flow, &
+            notice_frequency
 
   real(rp), parameter :: REYNOLDS(2) = [0.1_rp, 1.0e6_rp] !< insects and models of them, with a decade of room
+  real(rp), parameter :: VISCOSITY(2) = [5.0e-7_rp, 5.0e-5_rp] !< water to air [m^2/s]
+  real(rp), parameter :: WING_SIZE(2) = [0.01_rp, 100.0_rp]    !< of wings, in L
+  real(rp), parameter :: FAST = 2.0e4_rp                       !< Reynolds number that no insect has
   real(rp), parameter :: DAMPED(2) = [1.0e-6_rp, 0.3_rp]  !< time in which a wing stops the fluid inside, in beats
 
 contains
@@ -84,12 +88,28 @@ contains
     end function is_wrong
   end subroutine check_wing_use
 
+  !> The wings are by orders of magnitude larger or smaller than L, so that one of both is in another unit. `length`: L in m.
+  subroutine check_scale(c, flight, length, errors)
+    type(config_t), intent(in) :: c
+    type(flight_params_t), intent(in) :: flight
+    real(rp), intent(in) :: length
+    type(message_list_t), intent(inout) :: errors
+    real(rp) :: wing
+    if (size(flight%wings) == 0) return
+    if (size(flight%wings(1)%points) == 0) return
+    wing = flight%wings(1)%length()
+    if (wing >= WING_SIZE(1) .and. wing <= WING_SIZE(2)) return
+    call c%complain(errors, 'units', 'length', 'L is '//number_text(length)//' m, and the wing is '// &
+                    number_text(rounded(wing*length, 3))//' m long; are both in metres? L usually is about as long as the wing')
+  end subroutine check_scale
+
   !> Names a viscosity and a penalization that flapping wings do not have, as where their unit is another one, and those that
-  !> are assumed because the input does not state them.
-  subroutine notice_flow(c, fluid, flight, notices)
+  !> are assumed because the input does not state them. `unit`: L^2/T in m^2/s if numbers of the input are in L and T, else 0.
+  subroutine notice_flow(c, fluid, flight, unit, notices)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: fluid
     type(flight_params_t), intent(in) :: flight
+    real(rp), intent(in) :: unit
     type(message_list_t), intent(inout) :: notices
     real(rp) :: number
     character(:), allocatable :: text
@@ -97,6 +117,9 @@ contains
     if (size(flight%wings(1)%points) == 0) return
     if (fluid%nu > 0) then
       number = (flight%tip_speed() + norm2(fluid%mean_velocity))*flight%wings(1)%mean_chord()/fluid%nu
+      if (unit > 0 .and. number > FAST .and. fluid%nu >= VISCOSITY(1) .and. fluid%nu <= VISCOSITY(2)) &
+        call c%complain(notices, 'ReynoldsNumber', 'nu', 'is that of a fluid in m^2/s, but counts in L^2/T; '// &
+                        number_text(fluid%nu)//' m^2/s would be '//number_text(rounded(fluid%nu/unit, 4))//' L^2/T')
       text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
       if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes a Reynolds number that '// &
                                                        'insects do not have: '//text)

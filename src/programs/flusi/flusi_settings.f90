@@ -10,7 +10,7 @@ module flusi_settings
   use flusi_free_flight, only: check_free_flight
   use flusi_keys, only: register_all_keys
   use flusi_translations, only: translate_words
-  use flusi_setting_checks, only: check_si_numbers, check_units_together, check_wing_use, notice_flow, &
+  use flusi_setting_checks, only: check_scale, check_si_numbers, check_units_together, check_wing_use, notice_flow, &
                                   notice_frequency
   use fsi_body_keys, only: wants_body
   use fsi_coupler_params, only: coupler_params_t
@@ -208,7 +208,7 @@ contains
     type(wing_case_t) :: setup
     logical :: has_file
     integer :: errors_before
-    real(rp) :: metre, file_unit
+    real(rp) :: metre, file_unit, unit
     metre = merge(1/s%units%length, 0.0_rp, s%units%given)
     file_unit = merge(s%units%length, 1.0_rp, s%units%si_input)
     has_file = .false.
@@ -221,6 +221,10 @@ contains
       call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
                               notices, world)
     end if
+    if (s%units%given .and. errors%count() == errors_before) then
+      call check_scale(s%config, s%flight, s%units%length, errors)
+      if (errors%count() > errors_before) return ! all that follows would be wrong by the same factor
+    end if
     s%flexible = has_file .and. wants_flexible(s%config)
     if (wants_flexible(s%config)) call read_coupler(s%config, setup, has_file, s%flight, s%fluid%grid, s%fluid%t_max, &
                                                     s%units%scales(), s%units%given, s%coupler, errors, notices)
@@ -231,7 +235,8 @@ contains
     if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
                                                              s%fluid%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
-    if (errors%count() == errors_before) call notice_flow(s%config, s%fluid, s%flight, notices)
+    unit = merge(s%units%length**2*s%units%frequency, 0.0_rp, s%units%given .and. .not. s%units%si_input)
+    if (errors%count() == errors_before) call notice_flow(s%config, s%fluid, s%flight, unit, notices)
     s%fluid%centre = s%flight%body%centre
     if (s%config%get_word('Insects', 'surface') == 'auto') call s%config%settle('Insects', 'surface', &
       trim(merge('thin     ', 'penalized', s%flight%thin%is_thin)), 'auto')

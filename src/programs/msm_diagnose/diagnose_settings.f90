@@ -59,6 +59,7 @@ contains
       return
     end if
     call s%config%load_text(text, path, registry, errors, notices, .false., world)
+    if (s%config%asks_for_unbuilt()) return
     call read_options(s, refine, errors)
     call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
     if (.not. found) return

@@ -69,6 +69,7 @@ contains
       return
     end if
     call s%config%load_text(text, path, registry, errors, notices, .false., world)
+    if (s%config%asks_for_unbuilt()) return
     s%is_paper = s%config%get_word('Train', 'preset') == 'paper'
     call choose_individual(s%config, number, s%n_individuals, s%individual, wing, measurement, errors)
     if (number > s%n_individuals) return

@@ -2,7 +2,7 @@
 !> Numbers that are orders of magnitude off are doubted, and the unit in which they would be usual is named.
 program test_magnitude
   use base_kinds, only: rp
-  use base_magnitude, only: magnitude_doubt
+  use base_magnitude, only: magnitude_doubt, rounded
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: RANGE = ', which have 1e7 to 1e11 Pa'
@@ -17,6 +17,10 @@ program test_magnitude
   call t%check('nor for 0', of(0.0_rp) == '0.0 Pa is too small for veins'//RANGE)
   call t%check('units without prefixes', magnitude_doubt(1.3_rp, 100.0_rp, 1.0e4_rp, 'kg/m^3', 'veins', .false.) == &
                '1.3 kg/m^3 is too small for veins, which have 100.0 to 10000.0 kg/m^3; is it in another unit? 1.3e3 would be usual')
+  call t%check('masses have prefixes of grams', magnitude_doubt(81.0_rp, 3.0e-9_rp, 3.0e-6_rp, 'kg', 'membranes', .true.) == &
+               '81.0 kg is too large for membranes, which have 3e-9 to 3e-6 kg; if it is in ug, write 81.0e-9')
+  call t%check('rounded numbers', all(abs(rounded([1.2345e-9_rp, 1.2345e12_rp, 0.996_rp, 0.0_rp], 2) - &
+                                          [1.2e-9_rp, 1.2e12_rp, 1.0_rp, 0.0_rp]) <= 0))
   call t%finish()
 
 contains

@@ -20,7 +20,23 @@ def limits():
     return {name: (lowest, below) for name, lowest, below in rows}
 
 
+def run_dependencies():
+    """Names of the Python packages without which the package of tools/ is not whole."""
+    text = (SOURCE / "tools/pyproject.toml").read_text(encoding="utf-8")
+    return set(re.findall(r'"(\w+)>=', re.search(r"^dependencies = \[(.*?)\]", text, re.M | re.S)[1])) - {"tomli"}
+
+
 class Packaging(unittest.TestCase):
+    def test_every_python_package_is_named(self):
+        self.assertLessEqual({"numpy", "pandas", "pillow"}, run_dependencies())
+        for name in run_dependencies():
+            self.assertRegex(read("conda/meta.yaml"), rf"(?m)^    - {name}(-base)? ")
+            self.assertIn({"pillow": "python3-pil", "svgelements": '"svgelements>='}.get(name, f"python3-{name}"), read("Dockerfile"))
+            if name != "svgelements":  # no package there
+                self.assertIn(f'"py-{name}@', read("spack/flusi-msm/package.py"))
+                bundled = {"numpy": "SciPy-bundle", "scipy": "SciPy-bundle", "pandas": "SciPy-bundle", "pillow": "Pillow"}
+                self.assertIn(f"('{bundled.get(name, name)}', ", read(f"easybuild/flusi-msm-{VERSION}-foss-2023b.eb"))
+
     def test_docker_installs_what_quickstart_installs(self):
         quickstart = (SOURCE / "tools/quickstart").read_text(encoding="utf-8")
         components = re.search(r"^components='(.*)'", quickstart, re.M)[1].split()

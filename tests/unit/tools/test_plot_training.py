@@ -16,6 +16,7 @@ from flusi_msm.training.maps import edges_of, grid_of
 from flusi_msm.training.plots import draw_parameters, runs_of
 from flusi_msm.training.report import page
 from flusi_msm.training.run import in_words, read_training, warnings_of
+from browser import find_browser, look_at
 from synthetic import picture, run_tool
 
 
@@ -92,6 +93,23 @@ class PlotTraining(unittest.TestCase):
             self.assertTrue(height > 250 and width > 700 and colours > 30, (height, width, colours))
         self.assertIn("8 evaluations & <6> steps", done.text, "the log")
         self.assertIn("bending <test>.h5", done.text)
+
+    @unittest.skipUnless(find_browser(), "no Chromium is found: apt-get install chromium-headless-shell, or set FLUSI_BROWSER")
+    def test_nothing_reaches_beyond_the_page(self):
+        """On a desk and on a phone, with pictures, everything open, and names without a blank to break at."""
+        def lengthen(file):
+            file.attrs["measurement"] = np.bytes_("z" * 120)
+            file.attrs["unknowns"] = np.bytes_(" ".join(["E", "joint:" + "b" * 60, *made.NAMES[2:]]))
+
+        self.report(changes=[lengthen], readings=True)
+        text = (self.folder / "train_report.html").read_text(encoding="utf-8").replace("<details>", "<details open>")
+        self.assertIn("b" * 60, text)
+        for width in 1280, 390:
+            seen = look_at(find_browser(), text, width)
+            self.assertEqual((seen["found"], seen["width"] <= width), ([], True), seen)
+            self.assertGreater(seen["text"], 2000, "the page was there")
+        self.assertTrue(look_at(find_browser(), text.replace("<h1>", "<h1><pre style='white-space: pre'>" + 99 * "wide "), 390)["found"],
+                        "what reaches beyond is seen")
 
     def test_verdicts_come_first(self):
         rows = self.text_page().tables["verdicts"][1:]

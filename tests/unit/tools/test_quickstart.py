@@ -128,6 +128,20 @@ class Quickstart(unittest.TestCase):
         self.assert_exit(self.quickstart("mesher", UID_IS="0"), 0)
         self.assertIn("libglu1-mesa", self.calls("apt-get")[-1])
 
+    def test_pictures(self):
+        """PyVista is tried by drawing; the library that draws without a screen comes from the system if it is missing."""
+        shutil.copy(SOURCE / "tools" / "requirements-render.txt", self.tree / "tools")
+        self.assert_exit(self.quickstart("pictures"), 0)
+        self.assertEqual(self.calls("apt-get"), [])
+        self.assertIn(f"--requirement {self.tree}/tools/requirements-render.txt", self.calls("python")[0])
+        self.stub(self.tree / ".venv" / "bin" / "python", 'case "$*" in *why_no_pyvista*) [ -e "$MACHINE/calls.gl" ] || exit 1 ;; esac\n')
+        done = self.quickstart("pictures")
+        self.assert_exit(done, 2)
+        self.assertIn("sudo apt-get install libegl1 libgl1\n", done.stderr)
+        self.stub(self.bin / "apt-get", RECORD + 'case "$*" in *libegl1*) > "$MACHINE/calls.gl" ;; esac\n')
+        self.assert_exit(self.quickstart("pictures", UID_IS="0"), 0)
+        self.assertIn("libegl1", self.calls("apt-get")[-1])
+
     def test_environment_is_made_again_after_a_change_of_requirements(self):
         self.assert_exit(self.quickstart("deps"), 0)
         self.assertEqual(self.calls("python"), [])

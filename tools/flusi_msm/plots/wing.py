@@ -36,15 +36,13 @@ def outline_edges(wing):
 
 
 def vein_polygons(xy, nodes, diameters):
-    """One quadrilateral per segment, as wide as the vein, mitred at the points; and the mean diameters."""
+    """One quadrilateral per segment, as wide as the vein at both ends; and the mean diameters."""
     p, d = xy[nodes], np.asarray(diameters)
     along = np.diff(p, axis=0)
     along /= np.linalg.norm(along, axis=1)[:, None]
-    tangent = np.vstack([along[:1], along[:-1] + along[1:], along[-1:]])
-    tangent /= np.linalg.norm(tangent, axis=1)[:, None]
-    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-    left, right = p + normal * d[:, None] / 2, p - normal * d[:, None] / 2
-    return np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1), (d[:-1] + d[1:]) / 2
+    normal, r = np.stack([-along[:, 1], along[:, 0]], axis=1), d[:, None] / 2
+    quads = np.stack([p[:-1] + normal * r[:-1], p[1:] + normal * r[1:], p[1:] - normal * r[1:], p[:-1] - normal * r[:-1]], axis=1)
+    return quads, (d[:-1] + d[1:]) / 2
 
 
 def draw_veins(axes, wing, xy, norm):
@@ -52,10 +50,10 @@ def draw_veins(axes, wing, xy, norm):
     for nodes, diameters in sorted(wing.veins.values(), key=lambda vein: max(vein[1])):
         quads, means = vein_polygons(xy, nodes, 1e3 * np.asarray(diameters))
         colours = CUTICLE(norm(1e3 * means))
-        axes.add_collection(PolyCollection(quads, facecolors=colours, edgecolors=colours, linewidths=0.4, zorder=3))
+        axes.add_collection(PolyCollection(quads, facecolors=colours, edgecolors=colours, linewidths=0.4, snap=False, zorder=3))
         for node, diameter in zip(nodes, diameters):
             axes.add_patch(plt.Circle(xy[node], 5e2 * diameter, facecolor=CUTICLE(norm(1e6 * diameter)), lw=0,
-                                      zorder=3))
+                                      snap=False, zorder=3))
 
 
 def name_veins(axes, wing, xy, span):

@@ -21,15 +21,12 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#2F9BD7", "#7
 
 
 def vein_polygons(xy: np.ndarray, nodes, diameters) -> np.ndarray:
-    """One quadrilateral (4, 2) per segment, as wide as the vein, mitred at the points."""
-    p, d = xy[list(nodes)], np.asarray(diameters)
+    """One quadrilateral (4, 2) per segment, as wide as the vein at both ends; round ends, drawn beside, close the gaps of bends."""
+    p, d = xy[list(nodes)], np.asarray(diameters)[:, None] / 2
     along = np.diff(p, axis=0)
     along /= np.linalg.norm(along, axis=1)[:, None]
-    tangent = np.vstack([along[:1], along[:-1] + along[1:], along[-1:]])
-    tangent /= np.linalg.norm(tangent, axis=1)[:, None]
-    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-    left, right = p + normal * d[:, None] / 2, p - normal * d[:, None] / 2
-    return np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return np.stack([p[:-1] + normal * d[:-1], p[1:] + normal * d[1:], p[1:] - normal * d[1:], p[:-1] - normal * d[:-1]], axis=1)
 
 
 def _place_names(axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[str, str], taken: List[np.ndarray]) -> None:
@@ -98,9 +95,9 @@ def draw_wing(wing: Wing, quality: Quality, title: str = ""):
     for name in sorted(names, key=lambda name: -max(wing.veins[name][1])):
         nodes, diameters = wing.veins[name]
         axes.add_collection(PolyCollection(vein_polygons(xy, nodes, 1e3 * np.asarray(diameters)), facecolors=colours[name],
-                                           edgecolors=colours[name], linewidths=0.3, zorder=4))
+                                           edgecolors=colours[name], linewidths=0.3, snap=False, zorder=4))
         for node, diameter in zip(nodes, diameters):
-            axes.add_patch(Circle(xy[node], 5e2 * diameter, fc=colours[name], lw=0, zorder=4))
+            axes.add_patch(Circle(xy[node], 5e2 * diameter, fc=colours[name], lw=0, snap=False, zorder=4))
     axes.plot(*xy[wing.root].T, "s", ms=5, mfc=ROOT, mec="white", mew=0.5, zorder=7)
     taken = [xy[edges[count == 1]].mean(1)]
     for k, name in enumerate(sorted(wing.joints), 1):

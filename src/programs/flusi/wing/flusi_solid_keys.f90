@@ -2,6 +2,7 @@
 !> The register of the ini keys of `flusi --solid`. All units are SI; [units] gives those of [Insects].
 module flusi_solid_keys
   use base_kinds, only: rp
+  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_SOLID
   use common_instrument, only: register_idle_instrument
   use common_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
   use fsi_kinematics_keys, only: register_kinematics_keys
@@ -19,6 +20,7 @@ contains
   subroutine register_solid_keys(registry)
     type(registry_t), intent(inout) :: registry
     call register_include(registry)
+    call register_foreign_inputs(registry, INPUT_OF_SOLID)
     call register_wing_keys(registry, required=.true.)
     call register_idle_instrument(registry)
     call register_damping_keys(registry)

@@ -88,6 +88,7 @@ contains
     logical :: found
     call register_solid_keys(registry)
     call s%config%load_file(path, registry, errors, notices, flusi_compat)
+    if (s%config%asks_for_unbuilt()) return
     call read_options(s, errors)
     select case (s%config%get_word('Motion', 'type'))
     case ('rotation')

@@ -2,6 +2,7 @@
 !> The register of the ini keys of `flusi --static`. All units are SI.
 module flusi_static_keys
   use base_kinds, only: rp
+  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_STATIC
   use common_instrument, only: register_idle_instrument
   use common_wing_keys, only: register_wing_keys, PLACE_HELP
   use io_include, only: register_include
@@ -16,6 +17,7 @@ contains
   subroutine register_static_keys(registry)
     type(registry_t), intent(inout) :: registry
     call register_include(registry)
+    call register_foreign_inputs(registry, INPUT_OF_STATIC)
     call register_wing_keys(registry, required=.true.)
     call register_idle_instrument(registry)
     call register_rest(registry)

@@ -50,6 +50,7 @@ contains
     logical :: found
     call register_static_keys(registry)
     call s%config%load_file(path, registry, errors, notices, flusi_compat)
+    if (s%config%asks_for_unbuilt()) return
     call read_options(s, errors)
     allocate (s%loads(0))
     call load_wing(s%config, path, norm2(s%gravity) > 0 .or. s%n_modes > 0, s%setup, found, errors, notices)

@@ -1,0 +1,103 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Files that are given to a program although they are none of its inputs: files of another kind, and inputs of other programs.
+!> One message then says what the file is and what to do with it, in place of one about each of its keys.
+module io_foreign
+  use base_errors, only: message_list_t
+  use base_text, only: number_text
+  use io_ini, only: ini_document_t
+  use io_key, only: matches_any
+  implicit none
+  private
+  public :: foreign_inputs_t
+
+  !> Inputs of one other program.
+  type :: foreign_input_t
+    character(:), allocatable :: sections, text
+  end type foreign_input_t
+
+  !> What tells the inputs of a program from those of others. Sections are written 'a|b'.
+  type :: foreign_inputs_t
+    private
+    character(:), allocatable :: own      !< sections that only inputs of this program have
+    character(:), allocatable :: fragment !< an input with no sections but these is a part of one
+    character(:), allocatable :: advice   !< what to do with such a part
+    type(foreign_input_t), allocatable :: others(:)
+  contains
+    procedure :: set_own => foreign_set_own
+    procedure :: set_fragment => foreign_set_fragment
+    procedure :: add => foreign_add
+    procedure :: report => foreign_report
+  end type foreign_inputs_t
+
+contains
+
+  !> A file with one of these sections is an input of this program, whatever else it holds.
+  subroutine foreign_set_own(self, sections)
+    class(foreign_inputs_t), intent(inout) :: self
+    character(*), intent(in) :: sections
+    self%own = sections
+  end subroutine foreign_set_own
+
+  !> A file with no sections but these is refused with `advice`, in which * stands for its name.
+  subroutine foreign_set_fragment(self, sections, advice)
+    class(foreign_inputs_t), intent(inout) :: self
+    character(*), intent(in) :: sections, advice
+    self%fragment = sections
+    self%advice = advice
+  end subroutine foreign_set_fragment
+
+  !> A file with one of these sections is refused with `text`, in which * stands for its name; of several the first counts.
+  subroutine foreign_add(self, sections, text)
+    class(foreign_inputs_t), intent(inout) :: self
+    character(*), intent(in) :: sections, text
+    if (.not. allocated(self%others)) allocate (self%others(0))
+    self%others = [self%others, foreign_input_t(sections, text)]
+  end subroutine foreign_add
+
+  !> If `document` is none of this program's inputs, `is_foreign` becomes true and the mistake is added to `errors`.
+  subroutine foreign_report(self, document, errors, is_foreign)
+    class(foreign_inputs_t), intent(in) :: self
+    type(ini_document_t), intent(in) :: document
+    type(message_list_t), intent(inout) :: errors
+    logical, intent(inout) :: is_foreign
+    integer :: i, s
+    if (.not. allocated(self%own) .or. document%n_sections == 0) return
+    if (count_of(document, self%own) > 0) return
+    do i = 1, size(self%others)
+      do s = 1, document%n_sections
+        associate (section => document%sections(s))
+          if (.not. matches_any(section%name, self%others(i)%sections)) cycle
+          call errors%add(section%file//':'//number_text(section%line)//': ['//section%name//']: '// &
+                          with_name(self%others(i)%text, document%name))
+          is_foreign = .true.
+          return
+        end associate
+      end do
+    end do
+    if (.not. allocated(self%fragment)) return
+    if (count_of(document, self%fragment) < document%n_sections) return
+    call errors%add(document%name//': '//with_name(self%advice, document%name))
+    is_foreign = .true.
+  end subroutine foreign_report
+
+  !> How many sections of `document` are among `sections`.
+  integer function count_of(document, sections) result(n)
+    type(ini_document_t), intent(in) :: document
+    character(*), intent(in) :: sections
+    integer :: s
+    n = 0
+    do s = 1, document%n_sections
+      if (matches_any(document%sections(s)%name, sections)) n = n + 1
+    end do
+  end function count_of
+
+  !> `text` with `name` in place of its *.
+  function with_name(text, name) result(full)
+    character(*), intent(in) :: text, name
+    character(:), allocatable :: full
+    integer :: star
+    full = text
+    star = index(text, '*')
+    if (star > 0) full = text(:star - 1)//name//text(star + 1:)
+  end function with_name
+end module io_foreign

@@ -1,0 +1,48 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What tells the inputs of flusi, flusi --static, flusi --solid, msm_train and msm_diagnose from each other.
+module common_foreign_inputs
+  use io_registry, only: registry_t
+  implicit none
+  private
+  public :: register_foreign_inputs
+
+  integer, parameter, public :: INPUT_OF_FLOW = 1, INPUT_OF_SOLID = 2, INPUT_OF_TRAIN = 3, INPUT_OF_DIAGNOSE = 4, &
+                                INPUT_OF_STATIC = 5
+  character(14), parameter :: PROGRAMS(5) = [character(14) :: 'flusi', 'flusi --solid', 'msm_train', 'msm_diagnose', &
+                                                                                                    'flusi --static']
+  !> Sections that only the inputs of each have.
+  character(65), parameter :: SECTIONS(5) = [character(65) :: 'Resolution|Geometry|ReynoldsNumber|InitialCondition|Penalization', &
+                                        'Motion|Initial', 'Train|CMAES|Polish', 'Diagnose', 'Modes']
+  character(*), parameter :: PARALLEL(5) = [character(12) :: 'mpirun -n 2', '', 'mpirun -n 2', 'mpirun -n 2', '']
+
+contains
+
+  !> Tells `registry`, that of the inputs of program `own`, one of the numbers above, how to know those of the others.
+  subroutine register_foreign_inputs(registry, own)
+    type(registry_t), intent(inout) :: registry
+    integer, intent(in) :: own
+    character(:), allocatable :: name
+    integer :: i
+    name = trim(PROGRAMS(own))
+    call registry%foreign%set_own(trim(SECTIONS(own)))
+    do i = 1, size(PROGRAMS)
+      if (i /= own) call registry%foreign%add(trim(SECTIONS(i)), whose(i))
+    end do
+    if (own == INPUT_OF_FLOW .or. own == INPUT_OF_SOLID) call registry%foreign%add('Measurement', &
+      'this is an input of msm_train or msm_diagnose, and not of '//name//'; run: mpirun -n 2 msm_train *')
+    if (all(own /= [INPUT_OF_STATIC, INPUT_OF_SOLID])) call registry%foreign%add('Loads', whose(INPUT_OF_STATIC))
+    call registry%foreign%add('kinematics', 'this is a motion of wings and no input; name it in the input of a flight: '// &
+                              '[Insects] FlappingMotion_left = from_file::*')
+    if (own /= INPUT_OF_STATIC) call registry%foreign%set_fragment('include|Wing|Mass|Instrument', &
+      'this describes a wing and is no input of its own; name it in an input of '//name//': [include] file = *')
+
+  contains
+
+    function whose(k) result(text)
+      integer, intent(in) :: k
+      character(:), allocatable :: text
+      text = 'this is an input of '//trim(PROGRAMS(k))//', and not of '//name//'; run: '// &
+             trim(adjustl(trim(PARALLEL(k))//' '//PROGRAMS(k)))//' *'
+    end function whose
+  end subroutine register_foreign_inputs
+end module common_foreign_inputs
