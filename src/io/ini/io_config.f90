@@ -90,7 +90,7 @@ contains
     type(world_t), intent(in), optional :: world
     type(ini_document_t) :: document
     character(:), allocatable :: inert
-    logical :: first_wins
+    logical :: first_wins, is_all
     integer :: i, j
 
     first_wins = .false.
@@ -100,10 +100,12 @@ contains
     self%sources = message_list_t()
     call self%sources%add(real_path(name))
     if (registry%find_section(INCLUDE_SECTION) > 0) call add_included(document, errors, self%sources, world)
-    call report_unbuilt_sections(registry, document, errors, self%is_foreign)
+    call report_unbuilt_sections(registry, document, errors, self%is_foreign, is_all)
     self%is_foreign = self%is_foreign .or. document%is_foreign
-    if (.not. self%is_foreign) call registry%foreign%report(document, errors, self%is_foreign)
-    if (self%is_foreign) return
+    is_all = is_all .or. document%is_foreign
+    if (.not. self%is_foreign) call registry%foreign%report(document, errors, is_all)
+    self%is_foreign = self%is_foreign .or. is_all
+    if (is_all) return
     ! The spacing is needed before any length can be read, wherever its keys stand in the file.
     self%spacing = find_spacing(registry, document)
     do i = 1, registry%n_keys

@@ -15,6 +15,7 @@ module io_key_table
   type :: section_t
     character(:), allocatable :: name, help
     character(:), allocatable :: unbuilt !< message to a file with this section, if its physics is not built here
+    logical :: can_go = .false.   !< the file makes sense without this section, so that the rest of it is looked at
     logical :: is_inert = .false. !< keys that are not declared are accepted without effect
     type(condition_t), allocatable :: conditions(:) !< without them the section always counts
   end type section_t

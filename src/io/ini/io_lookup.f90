@@ -13,18 +13,22 @@ module io_lookup
 
 contains
 
-  !> Adds the mistake that the document has a section of other equations, and says so in `is_foreign`.
-  subroutine report_unbuilt_sections(registry, document, errors, is_foreign)
+  !> Adds the mistake that the document has a section of other equations, and says so in `is_foreign`. `is_all`: nothing else in
+  !> the document counts beside it.
+  subroutine report_unbuilt_sections(registry, document, errors, is_foreign, is_all)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
     type(message_list_t), intent(inout) :: errors
     logical, intent(inout) :: is_foreign
+    logical, intent(out) :: is_all
     integer :: i, s
+    is_all = .false.
     do i = 1, document%n_sections
       s = registry%find_section(document%sections(i)%name)
       if (s == 0) cycle
       if (.not. allocated(registry%sections(s)%unbuilt)) cycle
       is_foreign = .true.
+      is_all = is_all .or. .not. registry%sections(s)%can_go
       call errors%add(document%sections(i)%file//':'//number_text(document%sections(i)%line)//': ['// &
                       document%sections(i)%name//']: '//registry%sections(s)%unbuilt)
     end do

@@ -218,12 +218,14 @@ contains
   end subroutine registry_add_inert_section
 
   !> A section of FLUSI that makes the file one for other equations: `physics` is their name, `instead` what to give. A file
-  !> with this section is refused by one message, whatever else stands in it.
-  subroutine registry_add_unbuilt_section(self, section, physics, instead)
+  !> with this section is refused by one message, whatever else stands in it, unless it makes sense without it (`can_go`).
+  subroutine registry_add_unbuilt_section(self, section, physics, instead, can_go)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, physics, instead
+    logical, intent(in), optional :: can_go
     call self%add_inert_section(section, 'Not built here: '//physics//'.')
     self%sections(self%n_sections)%unbuilt = 'asks for '//physics//', which is not built here; instead: '//instead
+    if (present(can_go)) self%sections(self%n_sections)%can_go = can_go
   end subroutine registry_add_unbuilt_section
 
   !> An older name of the declared key [section] key.

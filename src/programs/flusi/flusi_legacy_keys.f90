@@ -84,7 +84,7 @@ contains
     call registry%add_unbuilt_section('MHD', 'magnetohydrodynamics', 'nothing, these are other equations')
     call registry%add_inert_section('MHDGeometry', 'magnetohydrodynamics')
     call registry%add_unbuilt_section('Incompressibility', 'artificial compressibility', 'the same file without this section, '// &
-                                      'with the pressure of the incompressible flow')
+                                      'with the pressure of the incompressible flow', can_go=.true.)
   end subroutine register_unbuilt_flow_physics
 
   !> The masks that draw these solids are refused by [Penalization] iMask.

@@ -57,6 +57,9 @@ program test_flusi_words
   call words('Lagrangian', 'use_lagrangian', '0|1')
   call one_message('magnetohydrodynamics', '[MHD]'//NL//'eta=0.01;'//NL//'[MHDGeometry]'//NL//'r1=1;'//NL//'[Time]'//NL// &
                    'CFL=-1;'//NL, 'f.ini:1: [MHD]: asks for magnetohydrodynamics, which is not built here; instead: ')
+  call one_message('artificial compressibility', '[Incompressibility]'//NL//'c_0=20;'//NL, &
+                   'f.ini:1: [Incompressibility]: asks for artificial compressibility, which is not built here; instead: ')
+  call check_both()
   call one_message('a beam in its mask', '[Penalization]'//NL//'iPenalization=1;'//NL//'iMask=Flexibility;'//NL// &
                    '[SolidModel]'//NL//'use_solid_model=yes;'//NL, 'f.ini:5: [SolidModel] use_solid_model: ')
   call kit%finish()
@@ -93,6 +96,19 @@ contains
       call kit%check(key//' = '//list(first:last)//': a refusal is known as such', (n == 1) .eqv. c%asks_for_unbuilt())
     end do
   end subroutine words
+
+  !> What a file asks for beside a section that it can do without.
+  subroutine check_both()
+    type(config_t) :: c
+    type(message_list_t) :: errors, notices
+    logical :: holds
+    call c%load_text('[Incompressibility]'//NL//'c_0=20;'//NL//'[SolidModel]'//NL//'use_solid_model=yes;'//NL// &
+                     '[InitialCondition]'//NL//'inicond=quiescent;'//NL//'[Resolution]'//NL//'nx=32;'//NL//'ny=32;'//NL// &
+                     'nz=32;'//NL, 'f.ini', registry, errors, notices)
+    holds = errors%count() == 2
+    if (holds) holds = index(errors%text(2), 'f.ini:4: [SolidModel] use_solid_model: ') == 1
+    call kit%check('artificial compressibility and a beam are told together', holds)
+  end subroutine check_both
 
   subroutine one_message(name, text, begin)
     character(*), intent(in) :: name, text, begin
