@@ -67,17 +67,25 @@ contains
       do s = 1, document%n_sections
         associate (section => document%sections(s))
           if (.not. matches_any(section%name, self%others(i)%sections)) cycle
-          call errors%add(section%file//':'//number_text(section%line)//': ['//section%name//']: '// &
-                          with_name(self%others(i)%text, document%name))
-          is_foreign = .true.
+          call refuse(self%others(i)%text, s)
           return
         end associate
       end do
     end do
     if (.not. allocated(self%fragment)) return
     if (count_of(document, self%fragment) < document%n_sections) return
-    call errors%add(document%name//': '//with_name(self%advice, document%name))
-    is_foreign = .true.
+    call refuse(self%advice, 1)
+
+  contains
+
+    subroutine refuse(text, at)
+      character(*), intent(in) :: text
+      integer, intent(in) :: at !< section
+      associate (section => document%sections(at))
+        call errors%add(section%file//':'//number_text(section%line)//': ['//section%name//']: '//with_name(text, document%name))
+      end associate
+      is_foreign = .true.
+    end subroutine refuse
   end subroutine foreign_report
 
   !> How many sections of `document` are among `sections`.

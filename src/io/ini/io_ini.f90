@@ -71,7 +71,7 @@ contains
     problem = foreign_content(text)
     self%is_foreign = problem /= ''
     if (self%is_foreign) then
-      call errors%add(name//': '//problem)
+      call errors%add(name//':1: '//problem)
       return
     end if
     n_broken = 0
