@@ -6,6 +6,7 @@
 !> halfway, hinges at their point, and an edge of the membrane has the mean of its two triangles' centroids.
 module solid_effect_damage
   use base_kinds, only: rp
+  use solid_disc, only: damage_weight => disc_weight
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_DISC, STAGE_REGIONS
   use solid_element_stiffness, only: stiffness_t
   use solid_layout, only: layout_t
@@ -66,7 +67,8 @@ contains
     integer :: i
     associate (k => stiffness)
       do i = 1, n_springs
-        direction%extension(i) = k%extension(i)*fraction_of(damage_weight(disc, layout%spring_place(:, i)))
+        w = damage_weight(disc, layout%spring_place(:, i))
+        direction%extension(i) = k%extension(i)*fraction_of(w)
       end do
       do i = 1, size(k%hinge)
         w = damage_weight(disc, layout%hinge_place(:, i))
@@ -94,17 +96,6 @@ contains
     end function fraction_of
 
   end subroutine add_damage
-
-  !> w at the place (x, y) [m] for disc = (x, y, radius) [m]; 0 everywhere without a radius.
-  pure real(rp) function damage_weight(disc, place) result(w)
-    real(rp), intent(in) :: disc(3), place(2)
-    real(rp), parameter :: OUTER = 1.05_rp, RIM = 0.1_rp ! of the radius
-    real(rp) :: s
-    w = 0
-    if (.not. disc(3) > 0) return
-    s = min(1.0_rp, max(0.0_rp, (OUTER - hypot(place(1) - disc(1), place(2) - disc(2))/disc(3))/RIM))
-    w = s*s*(3 - 2*s)
-  end function damage_weight
 
   pure subroutine tell_damage(text)
     type(effect_text_t), intent(out) :: text
