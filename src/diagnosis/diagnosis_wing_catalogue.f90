@@ -6,8 +6,8 @@ module diagnosis_wing_catalogue
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_named, millimetres, percent
   use diagnosis_wing_inertia, only: add_air, enter_inertia
   use diagnosis_wing_lattice, only: lattice
-  use diagnosis_wing_needs, only: needs_holds, needs_levels, needs_mass, needs_membrane, needs_sides, &
-                                  needs_small_deflections, needs_springs_both_ways, needs_stress_free_rest
+  use diagnosis_wing_needs, only: missing_of, needs_holds, needs_levels, needs_mass, needs_membrane, &
+                                  needs_small_deflections
   use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
   use inference_simulator, only: quantity_t, variant_t
   use measurement_experiment, only: experiment_t
@@ -15,6 +15,8 @@ module diagnosis_wing_catalogue
                                     GRAVITY_X, GRAVITY_Y, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, LOAD_SHIFT_Y, &
                                     MAP_ROTATION, MAP_SCALE, MAP_SHIFT_X, MAP_SHIFT_Y, NONLINEARITY, PISTON, TILT_X, &
                                     TILT_Y
+  use solid_effect, only: effect_t, effect_text_t, NEED_DISC, NEED_SOFT_PLACE
+  use solid_effects, only: list_effects
   use solid_layout, only: hinge_in_vein
   use solid_wing, only: wing_t
   implicit none
@@ -22,7 +24,6 @@ module diagnosis_wing_catalogue
   public :: catalogue_t, make_catalogue
 
   real(rp), parameter :: DECADE = 2.302585092994046_rp
-  real(rp), parameter :: STRONG_TORSION = 0.2_rp !< a quarter of what solid circular veins have
   real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp !< of the wing's size
   !> The same where damage was found.
   real(rp), parameter :: FINER_RADII(3) = [0.06_rp, 0.085_rp, 0.12_rp], FINER_SPACING = 0.05_rp
@@ -57,59 +58,80 @@ contains
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 
-  !> Entries that are parameters of the wing, where the baseline does not seek them already.
+  !> Entries that are parameters of the wing, where the baseline does not seek them already: those that every wing has, and its
+  !> effects, in the order of CAUSES and then in that of the list of effects.
   subroutine enter_structure(c, e, numbers)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
-    character(:), allocatable :: levels
-    integer :: n
-    levels = needs_levels(e)
-    call enter_named(c, e, numbers, 'root_compliance', 'compliant root', [character(20) :: 'root_flap', 'root_twist'], &
-                 .true., 'The clamp or the wing''s root gives way: the whole wing turns about it, in proportion to '// &
-                     'the moment of the force.', '')
-    call enter_named(c, e, numbers, 'root_stiffness', 'root of another stiffness', [character(20) :: 'root'], .true., &
-                     'The veins bend more or less easily where the wing is clamped.', '')
-    call enter_named(c, e, numbers, 'E_gradient', 'stiffness that changes along the span', &
-                     [character(20) :: 'E_gradient'], .true., &
-                     'The veins'' material is softer or stiffer toward the tip than at the root.', '')
-    call enter_named(c, e, numbers, 'E_per_vein', 'a vein of another material', [character(20) :: 'E:*'], .false., &
-                     'One vein is softer or stiffer than the others.', '')
-    call enter_named(c, e, numbers, 'taper', 'other cross-sections of veins', [character(20) :: 'diameter_exponent'], &
-                     .true., 'Thin veins are stiffer or softer against thick ones than solid circles would be: '// &
-                     'hollow or flattened veins.', '')
-    call enter_named(c, e, numbers, 'membrane_bending', 'stiffer or softer membrane', [character(20) :: 'D'], .true., &
-                     'The membrane resists bending more or less than was assumed.', '')
-    call enter_named(c, e, numbers, 'elasticity', 'stiffness of membrane and springs', &
-                     [character(20) :: 'D', 'k_vein', 'k_membrane', 'k_cross'], .true., &
-                     'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was '// &
-                     'assumed, as if all forces had another size.', '')
-    call enter_named(c, e, numbers, 'orthotropy', 'membrane that is stiffer in one direction', &
-                     [character(20) :: 'orthotropy'], .true., &
-                     'The membrane stretches less easily along the span than across it, or the other way round.', '')
-    call enter_named(c, e, numbers, 'pretension', 'stretched membrane', [character(20) :: 'pretension'], .true., &
-                     'The membrane is stretched between the veins already when nothing pushes, like a drumskin.', &
-                     needs_stress_free_rest(e, needs_springs_both_ways(e)))
-    call enter_named(c, e, numbers, 'camber', 'a wing that is not flat', &
-                     [character(20) :: 'camber_span', 'camber_chord', 'camber_twist'], .true., &
-                     'The wing is curved or twisted when nothing pushes, and stiffer or softer for that.', &
-                     needs_stress_free_rest(e, needs_membrane(e)))
-    call enter_named(c, e, numbers, 'vein_torsion', 'veins that resist torsion', [character(20) :: 'torsion'], .true., &
-                     'Veins resist being twisted about themselves, not only being bent.', needs_membrane(e))
-    ! Veins that twist freely have modes of their own, which little torsion ends: its tangent at null shows them alone.
-    do n = 1, size(c%quantities)
-      if (c%quantities(n)%name == 'torsion') c%quantities(n)%strong = STRONG_TORSION
+    character(20), parameter :: CAUSES(15) = &
+                                [character(20) :: 'root_compliance', 'root_stiffness', 'E_gradient', 'E_per_vein', 'taper', &
+                                 'membrane_bending', 'elasticity', 'orthotropy', 'pretension', 'camber', 'vein_torsion', &
+                                 'joint_hardening', 'one_joint_hardening', 'one_way_joint', 'cuticle']
+    type(effect_t), allocatable :: list(:)
+    type(effect_text_t) :: text
+    integer :: k, i
+    list = list_effects()
+    do k = 1, size(CAUSES)
+      call enter_usual(c, e, numbers, trim(CAUSES(k)))
+      do i = 1, size(list)
+        call list(i)%tell(text)
+        if (text%cause == CAUSES(k)) call enter_effect(c, e, numbers, list(i), text)
+      end do
     end do
-    call enter_named(c, e, numbers, 'joint_hardening', 'joints that harden', &
-                     [character(20) :: 'joint_hardening'], .true., &
-                     'Joints of veins get stiffer, or give way, the more they are bent.', levels)
-    call enter_named(c, e, numbers, 'one_joint_hardening', 'one joint that hardens', [character(20) :: 'hardening:*'], &
-                     .false., 'One joint gets stiffer, or gives way, the more it is bent.', levels)
-    call enter_named(c, e, numbers, 'one_way_joint', 'a one-way joint', [character(20) :: 'one_way:*'], .false., &
-                     'One joint bends more easily in one direction, up or down, than in the other.', needs_sides(e))
-    call enter_named(c, e, numbers, 'cuticle', 'nonlinear cuticle', [character(20) :: 'cuticle'], .true., &
-                     'The veins themselves get stiffer, or soften, the more they are bent.', levels)
+    do i = 1, size(list)
+      call list(i)%tell(text)
+      if (all(CAUSES /= text%cause) .and. .not. is_scanned(list(i))) call enter_effect(c, e, numbers, list(i), text)
+    end do
   end subroutine enter_structure
+
+  !> Whether it has a place, at which it is tried: see `enter_scans`.
+  pure logical function is_scanned(effect)
+    type(effect_t), intent(in) :: effect
+    is_scanned = any(effect%needs == NEED_DISC .or. effect%needs == NEED_SOFT_PLACE)
+  end function is_scanned
+
+  !> The entry of an effect: its parameters together, or those of joints one after another.
+  subroutine enter_effect(c, e, numbers, effect, text)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    integer, intent(in) :: numbers(:)
+    type(effect_t), intent(in) :: effect
+    type(effect_text_t), intent(in) :: text
+    character(len(effect%parameters%name) + 1) :: names(effect%n)
+    names = effect%parameters(:effect%n)%name
+    if (effect%is_per_joint) names(1) = trim(names(1))//'*'
+    call enter_named(c, e, numbers, text%cause, text%title, names, .not. effect%is_per_joint, text%sentence, &
+                     missing_of(e, effect%needs))
+  end subroutine enter_effect
+
+  !> The entry called `cause` of parameters that every wing has, if it is one of them.
+  subroutine enter_usual(c, e, numbers, cause)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    integer, intent(in) :: numbers(:)
+    character(*), intent(in) :: cause
+    select case (cause)
+    case ('root_stiffness')
+      call enter_named(c, e, numbers, cause, 'root of another stiffness', [character(20) :: 'root'], .true., &
+                       'The veins bend more or less easily where the wing is clamped.', '')
+    case ('E_per_vein')
+      call enter_named(c, e, numbers, cause, 'a vein of another material', [character(20) :: 'E:*'], .false., &
+                       'One vein is softer or stiffer than the others.', '')
+    case ('taper')
+      call enter_named(c, e, numbers, cause, 'other cross-sections of veins', [character(20) :: 'diameter_exponent'], &
+                       .true., 'Thin veins are stiffer or softer against thick ones than solid circles would be: '// &
+                       'hollow or flattened veins.', '')
+    case ('membrane_bending')
+      call enter_named(c, e, numbers, cause, 'stiffer or softer membrane', [character(20) :: 'D'], .true., &
+                       'The membrane resists bending more or less than was assumed.', '')
+    case ('elasticity')
+      call enter_named(c, e, numbers, cause, 'stiffness of membrane and springs', &
+                       [character(20) :: 'D', 'k_vein', 'k_membrane', 'k_cross'], .true., &
+                       'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was '// &
+                       'assumed, as if all forces had another size.', '')
+    end select
+  end subroutine enter_usual
 
   !> A soft place of a vein and damage of the membrane, each at many positions.
   subroutine enter_scans(c, e, wing)
@@ -138,18 +160,30 @@ contains
       end associate
     end do
     if (size(variants) > 0) &
-      call c%enter('soft_place', 'a joint that the model does not have', &
-                  'One vein is softer (or stiffer) at one place than it looks: an unseen joint, a crack or a repair.', &
-                   .false., '', variants)
+      call enter_scanned(c, NEED_SOFT_PLACE, variants)
     deallocate (variants)
     allocate (variants(0))
     call scan_damage(c, e, wing, DAMAGE_SPACING, [DAMAGE_RADIUS], .false., variants)
     call scan_damage(c, e, wing, FINER_SPACING, FINER_RADII, .true., variants)
     if (size(variants) > 0) &
-      call c%enter('damage', 'a damaged region', &
-                   'Veins and membrane of one region are softer, as if torn, or stiffer than the rest.', .false., '', &
-                   variants)
+      call enter_scanned(c, NEED_DISC, variants)
   end subroutine enter_scans
+
+  !> The entry of the effect with the need of a place, with these places.
+  subroutine enter_scanned(c, need, variants)
+    type(catalogue_t), intent(inout) :: c
+    integer, intent(in) :: need
+    type(variant_t), intent(in) :: variants(:)
+    type(effect_t), allocatable :: list(:)
+    type(effect_text_t) :: text
+    integer :: i
+    list = list_effects()
+    do i = 1, size(list)
+      if (all(list(i)%needs /= need)) cycle
+      call list(i)%tell(text)
+      call c%enter(text%cause, text%title, text%sentence, .false., '', variants)
+    end do
+  end subroutine enter_scanned
 
   !> Discs of these radii around the points of a lattice; radii and spacing are shares of the wing's size.
   subroutine scan_damage(c, e, wing, spacing, radii, is_finer, variants)

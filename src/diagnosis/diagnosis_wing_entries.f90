@@ -161,6 +161,7 @@ contains
     quantity%is_log = p%is_log
     quantity%null = value
     quantity%prior_sd = merge(p%prior_sd, 1.0_rp, p%prior_sd > 0)
+    quantity%strong = p%strong
     quantity%lower = lower
     quantity%upper = upper
     n = self%add_quantity(quantity, wing_quantity_t(kind=KIND_PARAMETER, number=number))

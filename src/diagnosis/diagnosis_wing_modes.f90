@@ -11,7 +11,7 @@ module diagnosis_wing_modes
   use measurement_experiment, only: experiment_t
   use measurement_mode_simulation, only: mode_simulation_t
   use measurement_place, only: find_place, material_place_t
-  use solid_effects, only: EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST
+  use solid_effects, only: clamp_axis
   use solid_mass_effects, only: describe_mass_effect, mass_effects_t, mass_parts_t, MASS_POINT
   use solid_model, only: solid_model_t
   use solid_params, only: parameter_t, solid_params_t
@@ -135,9 +135,9 @@ contains
             call params%set(one%number, q(i))
           end if
         case (KIND_SOFT)
-          if (i == self%placed(1)) params%effects%soft = exp(q(i))
+          if (i == self%placed(1)) call params%set_named('soft', exp(q(i)))
         case (KIND_DAMAGE)
-          if (i == self%placed(2)) params%effects%damage = exp(q(i))
+          if (i == self%placed(2)) call params%set_named('damage', exp(q(i)))
         end select
       end associate
     end do
@@ -186,15 +186,15 @@ contains
     real(rp), intent(out) :: column(:)
     type(solid_model_t), pointer :: model
     type(mass_effects_t) :: effects
-    integer :: effect
+    integer :: axis
     model => self%simulation%model()
     column = 0
     associate (one => self%quantities(i))
       select case (one%kind)
       case (KIND_PARAMETER)
-        effect = one%number - model%params%count_usual()
-        if (effect == EFFECT_ROOT_TWIST .or. effect == EFFECT_ROOT_FLAP) then
-          call self%simulation%clamp_tangent(merge(1, 2, effect == EFFECT_ROOT_TWIST), column)
+        axis = clamp_axis(model%params%effects, one%number - model%params%count_usual())
+        if (axis > 0) then
+          call self%simulation%clamp_tangent(axis, column)
           return
         end if
         call parameter_direction(model, one%number, self%direction)

@@ -4,10 +4,12 @@ module diagnosis_wing_needs
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: NONLINEARITY
+  use solid_effect, only: NEED_BOTH_DIRECTIONS, NEED_LEVELS, NEED_MEMBRANE, NEED_NO_SLACK, NEED_SIDED_JOINTS, &
+                          NEED_UNSTRESSED_REST
+  use solid_effects, only: lacks
   implicit none
   private
-  public :: needs_holds, needs_levels, needs_membrane, needs_mass, needs_sides, needs_small_deflections, &
-            needs_springs_both_ways, needs_stress_free_rest
+  public :: missing_of, needs_holds, needs_levels, needs_membrane, needs_mass, needs_small_deflections
 
   real(rp), parameter :: SAME_PLACE = 0.02_rp !< of the wing's size
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
@@ -46,8 +48,34 @@ contains
     end associate
   end function needs_levels
 
-  !> One-way joints: forces up and down, and joints that have sides.
-  function needs_sides(e) result(missing)
+  !> Of the needs of an effect of the wing the first that is not met.
+  function missing_of(e, needs) result(missing)
+    type(experiment_t), intent(in) :: e
+    integer, intent(in) :: needs(:)
+    character(:), allocatable :: missing
+    integer :: i
+    missing = ''
+    do i = 1, size(needs)
+      if (missing /= '') return
+      select case (needs(i))
+      case (NEED_LEVELS)
+        missing = needs_levels(e)
+      case (NEED_BOTH_DIRECTIONS)
+        missing = needs_both_directions(e)
+      case (NEED_MEMBRANE)
+        missing = needs_membrane(e)
+      case (NEED_NO_SLACK)
+        if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
+      case (NEED_UNSTRESSED_REST) ! natural modes are those about a flat wing without stress
+        if (e%measurement%count_modes() > 0) missing = 'cannot be sought where natural modes are in the data'
+      case (NEED_SIDED_JOINTS)
+        missing = lacks(e%model%params%effects, needs(i))
+      end select ! places and sided veins are given by the diagnosis itself
+    end do
+  end function missing_of
+
+  !> Forces up and down.
+  function needs_both_directions(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
     integer :: l
@@ -56,8 +84,7 @@ contains
                        l=1, size(e%measurement%loads))])
       if (.not. (any(up > 0) .and. any(up < 0))) missing = 'needs forces up and down'
     end associate
-    if (missing == '' .and. .not. e%model%params%effects%has_sides) missing = 'needs [Wing] sided_joints = yes'
-  end function needs_sides
+  end function needs_both_directions
 
   !> A wing with a membrane.
   function needs_membrane(e) result(missing)
@@ -66,24 +93,6 @@ contains
     missing = ''
     if (size(e%model%triangles) == 0) missing = 'needs a wing with a membrane'
   end function needs_membrane
-
-  !> Pretension: a membrane that does not go slack by itself.
-  function needs_springs_both_ways(e) result(missing)
-    type(experiment_t), intent(in) :: e
-    character(:), allocatable :: missing
-    missing = needs_membrane(e)
-    if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
-  end function needs_springs_both_ways
-
-  !> What bends or stretches the wing at rest: no natural modes, which are those about a flat wing without stress. `otherwise` is
-  !> what else is missing.
-  function needs_stress_free_rest(e, otherwise) result(missing)
-    type(experiment_t), intent(in) :: e
-    character(*), intent(in) :: otherwise
-    character(:), allocatable :: missing
-    missing = otherwise
-    if (e%measurement%count_modes() > 0) missing = 'cannot be sought where natural modes are in the data'
-  end function needs_stress_free_rest
 
   !> Weight: the mass of the wing.
   function needs_mass(e) result(missing)

@@ -16,8 +16,10 @@
 module diagnosis_wing_quantities
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use measurement_experiment, only: experiment_t, is_camber
+  use measurement_experiment, only: experiment_t
   use measurement_simulation, only: simulation_t
+  use solid_effect, only: NEED_SIDED_VEINS
+  use solid_effects, only: needs_of
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
   implicit none
@@ -103,8 +105,7 @@ contains
         select case (one%kind)
         case (KIND_PARAMETER)
           numbers = [numbers, one%number]
-          if (one%number == params%find('torsion') .or. is_camber(params, one%number)) &
-            params%effects%has_sided_veins = .true.
+          if (needs_sided_veins(params, one%number)) params%effects%has_sided_veins = .true.
         case (KIND_SOFT)
           params%effects%soft_vein = trim(params%vein_names(one%vein))
           params%effects%soft_share = one%share
@@ -129,6 +130,14 @@ contains
                                instrument_numbers, bare%masses)
     call require(.not. failure%failed, 'diagnosis_wing_quantities: an experiment of tested parts')
   end subroutine make_setup
+
+  logical function needs_sided_veins(params, number)
+    type(solid_params_t), intent(in) :: params
+    integer, intent(in) :: number
+    needs_sided_veins = .false.
+    if (number > params%count_usual()) &
+      needs_sided_veins = any(needs_of(params%effects, number - params%count_usual()) == NEED_SIDED_VEINS)
+  end function needs_sided_veins
 
   !> Coordinates of the experiment.
   pure function setup_coordinates(setup, q) result(coordinates)

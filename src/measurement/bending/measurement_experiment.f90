@@ -13,7 +13,7 @@ module measurement_experiment
                                     LOAD_SHIFT_Y, MAP_SCALE, MAP_SHIFT_X, N_INSTRUMENT
   use measurement_place, only: find_place, material_place_t
   use measurement_sampling, only: outline_edges
-  use solid_effects, only: EFFECT_CAMBER
+  use solid_effects, only: any_curves_rest, curves_rest
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: parameter_t, solid_params_t, PARAM_PLATE, PARAM_THICKNESS
@@ -21,7 +21,7 @@ module measurement_experiment
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: experiment_t, is_camber
+  public :: experiment_t, bends_rest
 
   !> Everything that does not depend on the unknowns. Constant during a fit.
   type :: experiment_t
@@ -139,19 +139,19 @@ contains
       if (problem == '' .and. p%is_log .and. .not. self%instrument%get(i) > 0) problem = 'must start above 0'
       if (problem /= '') call failure%raise('parameter '//p%name//' '//problem)
     end do
-    self%bends_rest = any(acts(GRAVITY_X:GRAVITY_Z)) .or. any(abs(self%model%params%effects%camber) > 0)
+    self%bends_rest = any(acts(GRAVITY_X:GRAVITY_Z)) .or. any_curves_rest(self%model%params%effects)
     do i = 1, size(self%numbers)
-      if (is_camber(self%model%params, self%numbers(i))) self%bends_rest = .true.
+      if (bends_rest(self%model%params, self%numbers(i))) self%bends_rest = .true.
     end do
     self%moves_rest = self%bends_rest .or. acts(HEIGHT_SCALE) .or. any(acts(MAP_SHIFT_X:MAP_SCALE))
   end subroutine check_instrument
 
   !> Whether parameter `number` of the wing curves the wing without a load.
-  pure logical function is_camber(params, number)
+  pure logical function bends_rest(params, number)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number
-    is_camber = number > params%count_usual() + EFFECT_CAMBER .and. number <= params%count_usual() + EFFECT_CAMBER + 3
-  end function is_camber
+    bends_rest = curves_rest(params%effects, number - params%count_usual())
+  end function bends_rest
 
   !> Number of unknowns.
   pure integer function experiment_count(self) result(n)

@@ -7,13 +7,14 @@
 module measurement_simulation
   use base_errors, only: require
   use base_kinds, only: rp
-  use measurement_experiment, only: experiment_t, is_camber
+  use measurement_experiment, only: bends_rest, experiment_t
   use measurement_forces, only: add_weight, applied_t, apply_load, force_derivative, magnitude_derivative, &
                                 position_derivative, stiffness_factor, stiffness_slopes
   use measurement_instrument, only: missing_for, GRAVITY_X, GRAVITY_Z, NONLINEARITY, PISTON, TILT_X, &
                                     TILT_Y
   use measurement_view, only: view_t
   use solid_bent_wing, only: bent_wing_t
+  use solid_effects, only: any_curves_rest
   use solid_params, only: solid_params_t, PARAM_YOUNG
   use solid_statics, only: static_options_t, static_report_t
   use solid_stiffness, only: stiffness_t
@@ -115,7 +116,7 @@ contains
     params%bending_factor = factor(1)
     params%young = params%young*factor(2)
     call self%loaded%model%set_params(params)
-    starts_curved = .not. is_warm .and. any(abs(params%effects%camber) > 0)
+    starts_curved = .not. is_warm .and. any_curves_rest(params%effects)
     if (starts_curved) u = self%rest_u
     call self%loaded%solve(self%force, is_warm .or. starts_curved, experiment%options, u, report)
     if (.not. experiment%bends_rest) return
@@ -208,7 +209,7 @@ contains
     real(rp), intent(out) :: column(:)
     call self%loaded%parameter_motion(number, self%motion)
     call self%view%see(experiment, l, self%motion, column)
-    if (.not. experiment%bends_rest .and. is_camber(self%params, number)) then
+    if (.not. experiment%bends_rest .and. bends_rest(self%params, number)) then
       call find_rest(self, experiment)
       if (.not. experiment%moves_rest) call self%view%look_at_rest(experiment, l)
     else if (.not. experiment%bends_rest) then

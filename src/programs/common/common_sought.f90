@@ -150,8 +150,8 @@ contains
       problem = quoted(p%name)//' stands twice'
       return
     end if
-    if (unplaced_effect(params%effects, p%name) /= '') then
-      problem = quoted(p%name)//' '//unplaced_effect(params%effects, p%name)
+    if (unplaced_effect(params, i) /= '') then
+      problem = quoted(p%name)//' '//unplaced_effect(params, i)
       return
     end if
     fault = box_problem(bounds(1), bounds(2), log_scale)

@@ -7,7 +7,7 @@ module common_wing_effects
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_suggest, only: suggestion_t
-  use solid_effects, only: effects_t
+  use solid_effects, only: clamp_compliance, lacks, needs_of
   use solid_params, only: solid_params_t
   implicit none
   private
@@ -79,21 +79,23 @@ contains
     type(config_t), intent(in) :: c
     type(solid_params_t), intent(in) :: params
     type(message_list_t), intent(inout) :: errors
-    if (abs(params%effects%root_flap) + abs(params%effects%root_twist) > 0) &
+    if (any(abs(clamp_compliance(params%effects)) > 0)) &
       call c%complain(errors, 'Wing', 'parameters', 'root_flap and root_twist turn the clamp of a test bench; a '// &
                       'wing in motion is held by its frame: leave them out')
   end subroutine refuse_root_compliance
 
-  !> What is missing to seek or to set the parameter called `name`; '' if nothing.
-  function unplaced_effect(effects, name) result(problem)
-    type(effects_t), intent(in) :: effects
-    character(*), intent(in) :: name
+  !> What [Wing] lacks to seek or to set parameter `number`; '' if nothing, as for what is no effect.
+  function unplaced_effect(params, number) result(problem)
+    type(solid_params_t), intent(in) :: params
+    integer, intent(in) :: number
     character(:), allocatable :: problem
+    integer, allocatable :: needs(:)
+    integer :: i
     problem = ''
-    if (name == 'damage' .and. .not. effects%has_damage()) problem = 'needs a disc: [Wing] damage_disc'
-    if (name == 'soft' .and. .not. allocated(effects%soft_vein)) problem = 'needs a place: [Wing] soft_place'
-    if (index(name, 'one_way:') == 1 .and. .not. effects%has_sides) problem = 'needs [Wing] sided_joints = yes'
-    if ((name == 'torsion' .or. index(name, 'camber_') == 1) .and. .not. effects%has_sided_veins) &
-      problem = 'needs [Wing] sided_veins = yes'
+    if (number <= params%count_usual() .or. number > params%count()) return
+    needs = needs_of(params%effects, number - params%count_usual())
+    do i = 1, size(needs)
+      if (problem == '') problem = lacks(params%effects, needs(i))
+    end do
   end function unplaced_effect
 end module common_wing_effects

@@ -254,8 +254,8 @@ contains
       known = params%describe(number)
       if (known%is_log .and. .not. value > 0) then
         problem = quoted(name)//' must be positive'
-      else if (unplaced_effect(params%effects, name) /= '') then
-        problem = quoted(name)//' '//unplaced_effect(params%effects, name)
+      else if (unplaced_effect(params, number) /= '') then
+        problem = quoted(name)//' '//unplaced_effect(params, number)
       else if (known%is_effect .and. .not. (value >= known%lower .and. value <= known%upper)) then
         problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)
       else

@@ -9,6 +9,7 @@ module flusi_keys
   use flusi_solid_keys, only: write_solid_reference
   use flusi_static_keys, only: write_static_reference
   use common_diagnose_keys, only: write_diagnose_reference
+  use common_effects_reference, only: write_effects_reference
   use common_train_keys, only: write_train_reference
   use base_kinds, only: rp
   use fluid_keys, only: register_fluid_keys
@@ -70,6 +71,7 @@ contains
     call write_solid_reference(unit)
     call write_train_reference(unit)
     call write_diagnose_reference(unit)
+    call write_effects_reference(unit)
   end subroutine write_reference
 
   subroutine register_units(r)

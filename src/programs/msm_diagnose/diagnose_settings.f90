@@ -22,6 +22,8 @@ module diagnose_settings
   use measurement_outliers, only: outliers_t
   use measurement_share, only: load_measurement
   use parallel_world, only: world_t
+  use solid_effect, only: effect_t, NEED_UNSTRESSED_REST
+  use solid_effects, only: is_active, list_effects
   use solid_mass, only: lump_mass
   use solid_statics, only: static_options_t
   use solid_wing_refine, only: refine_params, refine_wing
@@ -92,13 +94,18 @@ contains
   subroutine check_modes(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
+    type(effect_t), allocatable :: list(:)
+    integer :: e
     if (s%measurement%count_modes() == 0) return
     if (.not. s%setup%has_mass) call s%config%complain(errors, 'Mass', 'membrane_law', &
                                   'the measurement holds natural modes, which need a valid mass of the wing')
-    associate (effects => s%setup%asked%effects)
-      if (abs(effects%pretension) + sum(abs(effects%camber)) > 0) call s%config%complain(errors, 'Wing', 'parameters', &
+    list = list_effects()
+    do e = 1, size(list)
+      if (all(list(e)%needs /= NEED_UNSTRESSED_REST) .or. .not. is_active(list, e, s%setup%asked%effects)) cycle
+      call s%config%complain(errors, 'Wing', 'parameters', &
         'natural modes are those of a wing that is flat and free of stress at rest: without pretension and camber')
-    end associate
+      exit
+    end do
   end subroutine check_modes
 
   !> No result may take the place of what is read.

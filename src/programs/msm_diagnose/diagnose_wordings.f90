@@ -1,44 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Words for the parameters of causes: a scale turns the value of each into a number that readers know, and words stand around it.
-!>
-!> Scales, for a value v, what it is when nothing happens r, and a constant c of the wording:
-!>
-!> | scale | what is displayed |
-!> |---|---|
-!> | FACTOR | v/r, as per cent more or less, or as "3.1 times" |
-!> | EXPONENT | the factor exp(v) |
-!> | LINEAR | the factor 1 + c v |
-!> | CONTRAST | the factor (1 + v)/(1 - v) of the stiffness along over that across |
-!> | HALF | the factor 2^(r - v) by which a vein of half the diameter is stiffer |
-!> | PLAIN | c (v - r), with a unit |
-!> | SHARE | v itself |
-!>
-!> Directions are those of the wing file: x points to the tip, z up. The word `up` of a wording stands where the displayed number is
-!> larger than without the cause.
+!> Words for the parameters of causes. Those of effects of the wing stand in the modules solid_effect_*; here are those of
+!> parameters that every wing has, of the measurement and of masses. The scales are those of solid_wording.
 module diagnose_wordings
   use base_kinds, only: rp
+  use solid_effects, only: effect_wording
+  use solid_wording, only: displayed, factor => word_factor, plain => word_plain, share => word_share, wording_t, DEGREES, &
+                           SCALE_EXPONENT, SCALE_FACTOR, SCALE_HALF, SCALE_LINEAR, SCALE_PLAIN
   implicit none
   private
-  public :: wording_t, find_wording, displayed
+  public :: find_wording
 
-  integer, parameter, public :: SCALE_FACTOR = 1, SCALE_EXPONENT = 2, SCALE_LINEAR = 3, SCALE_CONTRAST = 4, SCALE_HALF = 5, &
-                                SCALE_PLAIN = 6, SCALE_SHARE = 7
-  real(rp), parameter :: DEGREES = 57.295779513082323_rp
   real(rp), parameter :: MINUTE = 60.0_rp !< [s]
   character(*), parameter :: ASSUMED = 'than was assumed'
-
-  type :: wording_t
-    integer :: scale = SCALE_PLAIN
-    real(rp) :: reference = 0            !< value at which nothing happens
-    logical :: is_natural = .false.      !< that value is the law's own, and not what was assumed
-    real(rp) :: factor = 1               !< c
-    character(:), allocatable :: unit    !< of the number, or empty
-    character(:), allocatable :: up, down    !< words before the number
-    character(:), allocatable :: more, less  !< behind it, and then `than`
-    character(:), allocatable :: than
-    character(:), allocatable :: times       !< behind ".. times", in their place
-    logical :: is_known = .false.        !< the parameter has words of its own
-  end type wording_t
 
 contains
 
@@ -47,10 +20,10 @@ contains
     character(*), intent(in) :: name, unit, place
     real(rp), intent(in) :: null, best
     type(wording_t) :: w
+    call effect_wording(name, place, best, w)
+    if (.not. w%is_known) w%reference = null
     w%is_known = .true.
-    w%reference = null
-    call word_structure(w, name, place, best)
-    if (.not. allocated(w%up)) call word_shape(w, name)
+    if (.not. allocated(w%up)) call word_structure(w, name)
     if (.not. allocated(w%up)) call word_forces(w, name)
     if (.not. allocated(w%up)) call word_maps(w, name)
     if (.not. allocated(w%up)) call word_course(w, name)
@@ -63,40 +36,13 @@ contains
     if (w%scale == SCALE_PLAIN) call choose_prefix(w, best)
   end function find_wording
 
-  !> What is displayed of a value: a factor, a share, or an amount in the unit of the wording.
-  pure elemental real(rp) function displayed(w, value) result(shown)
-    type(wording_t), intent(in) :: w
-    real(rp), intent(in) :: value
-    real(rp), parameter :: LARGEST = 300.0_rp, ALMOST = 1.0e-12_rp
-    select case (w%scale)
-    case (SCALE_FACTOR)
-      shown = value/w%reference
-    case (SCALE_EXPONENT)
-      shown = exp(min(LARGEST, max(-LARGEST, value)))
-    case (SCALE_LINEAR)
-      shown = 1 + w%factor*value
-    case (SCALE_CONTRAST)
-      shown = (1 + value)/max(ALMOST, 1 - value)
-    case (SCALE_HALF)
-      shown = 2.0_rp**(w%reference - value)
-    case (SCALE_PLAIN)
-      shown = w%factor*(value - w%reference)
-    case default
-      shown = value
-    end select
-  end function displayed
-
   !> Stiffness of veins, membrane and joints.
-  subroutine word_structure(w, name, place, best)
+  subroutine word_structure(w, name)
     type(wording_t), intent(inout) :: w
-    character(*), intent(in) :: name, place
-    real(rp), intent(in) :: best
+    character(*), intent(in) :: name
     character(:), allocatable :: what
     what = name(index(name, ':') + 1:)
     select case (name(:index(name//':', ':') - 1))
-    case ('E_gradient')
-      call factor(w, SCALE_EXPONENT, 'E rises toward the tip:', 'E falls toward the tip:', 'higher', 'lower', 'than at the root', &
-                  'that at the root', 0.0_rp)
     case ('root')
       call factor(w, SCALE_FACTOR, 'The veins bend less easily at the clamp:', 'The veins bend more easily at the clamp:', &
                   'stiffer', 'softer', ASSUMED, 'as stiff as was assumed')
@@ -122,22 +68,6 @@ contains
       call springs(w, 'of the membrane')
     case ('k_cross')
       call springs(w, 'across the edges of the membrane')
-    case ('orthotropy')
-      call factor(w, SCALE_CONTRAST, 'The membrane stretches less easily along the span:', &
-                  'The membrane stretches more easily along the span:', 'stiffer', 'softer', 'along it than across it', &
-                  'as stiff along it as across it', 0.0_rp)
-    case ('soft')
-      call factor(w, SCALE_FACTOR, 'Vein '//place//' bends less easily:', 'Vein '//place//' bends more easily:', &
-                  'stiffer', 'softer', 'there than it looks', 'as stiff there as it looks', 1.0_rp)
-    case ('damage')
-      call factor(w, SCALE_FACTOR, 'Veins and membrane '//place//' are stiffer:', 'Veins and membrane '//place//' are softer:', &
-                  'stiffer', 'softer', ASSUMED, 'as stiff as was assumed', 1.0_rp)
-    case ('one_way')
-      call factor(w, SCALE_FACTOR, 'Joint '//what//' bends less easily up (+z) than down:', &
-                  'Joint '//what//' bends more easily up (+z) than down:', 'stiffer', 'softer', 'upward than downward', &
-                  'as stiff upward as downward', 1.0_rp)
-    case ('joint_hardening', 'hardening', 'cuticle')
-      call word_bends(w, name, what, best)
     end select
   end subroutine word_structure
 
@@ -147,75 +77,6 @@ contains
     call factor(w, SCALE_FACTOR, 'The springs '//where//' are stiffer:', 'The springs '//where//' are softer:', 'stiffer', &
                 'softer', ASSUMED, 'as stiff as was assumed')
   end subroutine springs
-
-  !> What gets stiffer the more it is bent, told at a bend at which that is some per cent.
-  subroutine word_bends(w, name, what, best)
-    type(wording_t), intent(inout) :: w
-    character(*), intent(in) :: name, what
-    real(rp), intent(in) :: best
-    real(rp), parameter :: STRONG = 100.0_rp        ! [1/rad^2]
-    real(rp), parameter :: WEAK = 5.0e-6_rp         ! [m^2]
-    character(:), allocatable :: who, at, stiffens, yields
-    if (name == 'cuticle') then
-      at = merge(' 1 mm', '10 mm', abs(best) < WEAK)
-      call factor(w, SCALE_LINEAR, 'Veins get stiffer the more they are bent: at a radius of '//trim(adjustl(at)), &
-                  'Veins give way the more they are bent: at a radius of '//trim(adjustl(at)), 'stiffer', 'softer', &
-                  'than when straight', 'as stiff as when straight', 0.0_rp)
-      w%factor = merge(1.0e6_rp, 1.0e4_rp, abs(best) < WEAK)
-      return
-    end if
-    who = 'All joints'
-    stiffens = ' get stiffer'
-    yields = ' give way'
-    at = ' the more they are bent: at 10 degrees'
-    if (name /= 'joint_hardening') then
-      who = 'Joint '//what
-      stiffens = ' gets stiffer'
-      yields = ' gives way'
-      at = ' the more it is bent: at 10 degrees'
-    end if
-    w%factor = (10/DEGREES)**2
-    if (abs(best) > STRONG) then
-      w%factor = (1/DEGREES)**2
-      at = at(:len(at) - 10)//'1 degree'
-    end if
-    call factor(w, SCALE_LINEAR, who//stiffens//at, who//yields//at, 'stiffer', 'softer', 'than when straight', &
-                'as stiff as when straight', 0.0_rp)
-  end subroutine word_bends
-
-  !> The clamp, and shape and stress of the unloaded wing.
-  subroutine word_shape(w, name)
-    type(wording_t), intent(inout) :: w
-    character(*), intent(in) :: name
-    character(*), parameter :: CURVED = 'The wing is curved when nothing pushes:'
-    select case (name)
-    case ('root_flap')
-      call plain(w, '', 'The root gives way and lets the wing flap, by', 'The root lets the wing flap less than was assumed, by', &
-                 '', '', 'for every uN m of moment about y', 0.0_rp)
-      w%factor = 1.0e-6_rp*DEGREES
-      w%unit = 'degrees'
-    case ('root_twist')
-      call plain(w, '', 'The root gives way and lets the wing twist, by', &
-                 'The root lets the wing twist less than was assumed, by', '', '', 'for every uN m of moment about x', 0.0_rp)
-      w%factor = 1.0e-6_rp*DEGREES
-      w%unit = 'degrees'
-    case ('pretension')
-      call plain(w, 'N/m', 'The membrane is stretched when nothing pushes, by', &
-                 'The membrane is stretched less than was assumed when nothing pushes, by', '', '', '', 0.0_rp)
-    case ('camber_span')
-      call plain(w, 'per m', CURVED, CURVED, 'along the span, with root and tip toward +z', &
-                 'along the span, with root and tip toward -z', '', 0.0_rp)
-    case ('camber_chord')
-      call plain(w, 'per m', CURVED, CURVED, 'across the span, with both edges toward +z', &
-                 'across the span, with both edges toward -z', '', 0.0_rp)
-    case ('camber_twist')
-      call plain(w, 'per m', 'The wing is twisted when nothing pushes:', 'The wing is twisted when nothing pushes:', &
-                 'with its edge at +y toward +z at the tip', 'with its edge at +y toward -z at the tip', '', 0.0_rp)
-    case ('torsion')
-      call share(w, 'Veins resist being twisted: with', 'Veins resist being twisted less than was assumed: with', &
-                 'of their stiffness against bending (solid round veins: 0.77)', 0.0_rp)
-    end select
-  end subroutine word_shape
 
   !> Forces, and what is read under them.
   subroutine word_forces(w, name)
@@ -326,25 +187,6 @@ contains
     end select
   end subroutine word_masses
 
-  !> Words of a factor; without `reference` that is what was assumed.
-  subroutine factor(w, scale, up, down, more, less, than, times, reference)
-    type(wording_t), intent(inout) :: w
-    integer, intent(in) :: scale
-    character(*), intent(in) :: up, down, more, less, than, times
-    real(rp), intent(in), optional :: reference
-    call plain(w, '%', up, down, more, less, than, reference)
-    w%scale = scale
-    w%times = times
-  end subroutine factor
-
-  subroutine share(w, up, down, than, reference)
-    type(wording_t), intent(inout) :: w
-    character(*), intent(in) :: up, down, than
-    real(rp), intent(in), optional :: reference
-    call plain(w, '', up, down, '', '', than, reference)
-    w%scale = SCALE_SHARE
-  end subroutine share
-
   subroutine degrees_of(w, lead, more, less)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: lead, more, less
@@ -352,21 +194,6 @@ contains
     w%factor = DEGREES
     w%unit = 'degrees'
   end subroutine degrees_of
-
-  subroutine plain(w, unit, up, down, more, less, than, reference)
-    type(wording_t), intent(inout) :: w
-    character(*), intent(in) :: unit, up, down, more, less, than
-    real(rp), intent(in), optional :: reference
-    w%unit = trim(unit)
-    w%up = up
-    w%down = down
-    w%more = more
-    w%less = less
-    w%than = than
-    w%times = than
-    w%is_natural = present(reference)
-    if (present(reference)) w%reference = reference
-  end subroutine plain
 
   !> A prefix that makes the number one from 1 to 1000, for units that take one.
   subroutine choose_prefix(w, best)

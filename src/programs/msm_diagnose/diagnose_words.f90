@@ -9,10 +9,11 @@
 !> | no end | that the data do not determine it, and no value |
 !> | an interval was not sought | "about" and the value |
 !>
-!> The words of each parameter are in diagnose_wordings.
+!> The words of each parameter are in diagnose_wordings and, of effects of the wing, with their laws in solid_effect_*.
 module diagnose_words
   use base_kinds, only: rp
-  use diagnose_wordings, only: displayed, find_wording, wording_t, SCALE_SHARE, SCALE_PLAIN
+  use diagnose_wordings, only: find_wording
+  use solid_wording, only: displayed, wording_t, SCALE_PLAIN, SCALE_SHARE
   implicit none
   private
   public :: finding_t, finding_text, fixed, strength_text

@@ -15,14 +15,14 @@
 !>     c_ij = - phi_j f_i/(lambda_j - lambda_i),   (1 - lambda_i F M) w = - F f_i without all modes that are known.
 !>
 !> The sum runs over the modes that are known. Nelson solves with a matrix that has one row replaced, which costs a
-!> factorisation for each mode; here conjugate gradients solve for w, which the known modes make quick, with the factor that
-!> is there. Nothing is left out, whatever the number of modes. Where modes i and j lie in one cluster (`same`), c_ij is left
-!> out: only the space that they span has a derivative then.
+!> factorisation for each mode; here conjugate gradients solve for w with the factor that is there. Nothing is left out. Where
+!> modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
 module solid_modal
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise, symmetric_eigen
+  use solid_effects, only: clamp_compliance
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
@@ -117,7 +117,7 @@ contains
         return
       end if
       self%n_modes = n_modes
-      self%compliance = [model%params%effects%root_twist, model%params%effects%root_flap]
+      self%compliance = clamp_compliance(model%params%effects)
       self%mass = reshape(mass(:, model%movable), [n])
       self%root_mass = sqrt(self%mass)
       self%work%stage = 1

@@ -6,20 +6,107 @@
 !> halfway, hinges at their point, and an edge of the membrane has the mean of its two triangles' centroids.
 module solid_effect_damage
   use base_kinds, only: rp
+  use solid_disc, only: damage_weight => disc_weight
+  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_DISC, STAGE_REGIONS
+  use solid_element_stiffness, only: stiffness_t
+  use solid_layout, only: layout_t
+  use solid_wording, only: word_factor, SCALE_FACTOR
   implicit none
   private
-  public :: damage_weight
+  public :: damage_effect, add_damage, damage_weight
 
 contains
 
-  !> w at the place (x, y) [m] for disc = (x, y, radius) [m]; 0 everywhere without a radius.
-  pure real(rp) function damage_weight(disc, place) result(w)
-    real(rp), intent(in) :: disc(3), place(2)
-    real(rp), parameter :: OUTER = 1.05_rp, RIM = 0.1_rp ! of the radius
-    real(rp) :: s
-    w = 0
-    if (.not. disc(3) > 0) return
-    s = min(1.0_rp, max(0.0_rp, (OUTER - hypot(place(1) - disc(1), place(2) - disc(2))/disc(3))/RIM))
-    w = s*s*(3 - 2*s)
-  end function damage_weight
+  !> The effect `damage`.
+  pure function damage_effect() result(effect)
+    type(effect_t) :: effect
+    effect%parameters(1) = effect_parameter_t('damage', '1', .true., 1.0e-2_rp, 1.0e2_rp, 1.0_rp)
+    effect%needs(1) = NEED_DISC
+    effect%stage = STAGE_REGIONS
+    effect%apply => apply_damage
+    effect%derive => derive_damage
+    effect%tell => tell_damage
+  end function damage_effect
+
+  pure subroutine apply_damage(site, stiffness)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(inout) :: stiffness
+    real(rp) :: lost
+    integer :: s, h, e
+    if (.not. site%effects%has_damage()) return
+    lost = site%values(1) - 1
+    do s = 1, site%springs%n
+      stiffness%extension(s) = stiffness%extension(s)*(1 + lost*damage_weight(site%effects%disc, site%layout%spring_place(:, s)))
+    end do
+    do h = 1, size(site%plans)
+      stiffness%hinge(h) = stiffness%hinge(h)*(1 + lost*damage_weight(site%effects%disc, site%layout%hinge_place(:, h)))
+    end do
+    do e = 1, size(stiffness%edge)
+      stiffness%edge(e) = stiffness%plate*lost*(damage_weight(site%effects%disc, site%layout%edge_place(:, 1, e)) + &
+                                                damage_weight(site%effects%disc, site%layout%edge_place(:, 2, e)))/2
+    end do
+    stiffness%has_edges = .true.
+  end subroutine apply_damage
+
+  pure subroutine derive_damage(site, stiffness, direction)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(in) :: stiffness
+    type(stiffness_t), intent(inout) :: direction
+    call add_damage(site%effects%disc, site%values(1), site%springs%n, site%layout, stiffness, direction)
+  end subroutine derive_damage
+
+  !> f w/(1 + (f - 1) w) times the stiffness of a model that has damage with the factor f in disc = (x, y, radius) [m]; with
+  !> f = 1, w times that of one without: the derivative per log unit of the factor.
+  pure subroutine add_damage(disc, f, n_springs, layout, stiffness, direction)
+    real(rp), intent(in) :: disc(3), f
+    integer, intent(in) :: n_springs
+    type(layout_t), intent(in) :: layout
+    type(stiffness_t), intent(in) :: stiffness
+    type(stiffness_t), intent(inout) :: direction
+    real(rp) :: w
+    integer :: i
+    associate (k => stiffness)
+      do i = 1, n_springs
+        w = damage_weight(disc, layout%spring_place(:, i))
+        direction%extension(i) = k%extension(i)*fraction_of(w)
+      end do
+      do i = 1, size(k%hinge)
+        w = damage_weight(disc, layout%hinge_place(:, i))
+        direction%hinge(i) = k%hinge(i)*fraction_of(w)
+        direction%cubic(i) = k%cubic(i)*fraction_of(w)
+        direction%lift(i) = k%lift(i)*fraction_of(w)
+        direction%twist(i) = k%twist(i)*fraction_of(w)
+        direction%bow(i) = k%bow(i)*fraction_of(w)
+      end do
+      do i = 1, size(k%edge)
+        w = (damage_weight(disc, layout%edge_place(:, 1, i)) + damage_weight(disc, layout%edge_place(:, 2, i)))/2
+        direction%edge(i) = (k%plate + k%edge(i))*fraction_of(w)
+        direction%arch(i) = k%arch(i)*fraction_of(w)
+      end do
+      direction%has_edges = .true.
+      direction%has_arch = k%has_arch
+      direction%has_twist = k%has_twist
+    end associate
+
+  contains
+
+    pure real(rp) function fraction_of(weight)
+      real(rp), intent(in) :: weight
+      fraction_of = f*weight/(1 + (f - 1)*weight)
+    end function fraction_of
+
+  end subroutine add_damage
+
+  pure subroutine tell_damage(text)
+    type(effect_text_t), intent(out) :: text
+    text%cause = 'damage'
+    text%title = 'a damaged region'
+    text%sentence = 'Veins and membrane of one region are softer, as if torn, or stiffer than the rest.'
+    text%definition = 'factor on all stiffness in the disc `[Wing] damage_disc` = x y radius [m], with a rim of a tenth of '// &
+                      'the radius'
+    text%data = 'loads beyond the disc'
+    text%confused = 'a soft place, neighbouring joints'
+    call word_factor(text%words(1), SCALE_FACTOR, 'Veins and membrane @ are stiffer:', 'Veins and membrane @ are softer:', &
+      'stiffer', 'softer', 'than was assumed', 'as stiff as was assumed', 1.0_rp)
+  end subroutine tell_damage
 end module solid_effect_damage

@@ -4,28 +4,46 @@
 !> their own do not take part.
 module solid_effect_gradient
   use base_kinds, only: rp
-  use solid_wing, only: wing_t
+  use solid_effect, only: effect_parameter_t, effect_t, effect_text_t
+  use solid_junctions, only: hinge_plan_t
+  use solid_wording, only: word_factor, SCALE_EXPONENT
   implicit none
   private
-  public :: stations, gradient_factor
+  public :: gradient_effect
 
 contains
 
-  !> Stations (points) of all points of a wing; without extent along x all are those of the root.
-  pure function stations(wing) result(s)
-    type(wing_t), intent(in) :: wing
-    real(rp) :: s(size(wing%points, 2))
-    real(rp) :: root, extent
-    s = -0.5_rp
-    extent = maxval(wing%points(1, :)) - minval(wing%points(1, :))
-    if (.not. extent > 0) return
-    root = sum(wing%points(1, wing%root))/max(1, size(wing%root))
-    s = (wing%points(1, :) - root)/extent - 0.5_rp
-  end function stations
+  !> The effect `E_gradient`.
+  pure function gradient_effect() result(effect)
+    type(effect_t) :: effect
+    effect%parameters(1) = effect_parameter_t('E_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
+    effect%modulus => gradient_factor
+    effect%modulus_slope => gradient_slope
+    effect%tell => tell_gradient
+  end function gradient_effect
 
-  !> Factor on E at a station; exactly 1 for g = 0.
-  pure real(rp) function gradient_factor(g, station) result(factor)
-    real(rp), intent(in) :: g, station
-    factor = exp(g*station)
+  !> Exactly 1 for a gradient of 0.
+  pure real(rp) function gradient_factor(value, plan) result(factor)
+    real(rp), intent(in) :: value
+    type(hinge_plan_t), intent(in) :: plan
+    factor = exp(value*plan%station)
   end function gradient_factor
+
+  pure real(rp) function gradient_slope(value, plan) result(slope)
+    real(rp), intent(in) :: value
+    type(hinge_plan_t), intent(in) :: plan
+    slope = plan%station + 0*value
+  end function gradient_slope
+
+  pure subroutine tell_gradient(text)
+    type(effect_text_t), intent(out) :: text
+    text%cause = 'E_gradient'
+    text%title = 'stiffness that changes along the span'
+    text%sentence = 'The veins'' material is softer or stiffer toward the tip than at the root.'
+    text%definition = 'E exp(g s), s = (x - x_root)/R - 1/2; joints with a stiffness of their own do not take part'
+    text%data = 'loads along the span'
+    text%confused = 'thinner veins, E of single veins; E and all joints take up most of it'
+    call word_factor(text%words(1), SCALE_EXPONENT, 'E rises toward the tip:', 'E falls toward the tip:', 'higher', 'lower', &
+      'than at the root', 'that at the root', 0.0_rp)
+  end subroutine tell_gradient
 end module solid_effect_gradient

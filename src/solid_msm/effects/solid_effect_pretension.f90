@@ -1,50 +1,56 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins.
-!>
-!> A spring along the edge of length l0 carries the constant tension N = T w, w = l0 (cot a + cot b)/2 with the angles a, b
-!> opposite to the edge in its triangles (one at the outline): the gradient of T times the area of a flat membrane. The
-!> energy is the sum of N (l - l0), so that inner points are in equilibrium where the membrane is flat, and the outline
-!> draws veins together by some T/k_e, less than a millionth.
+!> A membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins, which springs carry by
+!> the width of membrane that each stands for (solid_tension).
 module solid_effect_pretension
   use base_kinds, only: rp
-  use solid_extension, only: extensions_t, SPRING_CROSS
-  use solid_vectors, only: cross
+  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_NO_SLACK, &
+                          NEED_UNSTRESSED_REST, STAGE_LOADS
+  use solid_element_stiffness, only: stiffness_t
+  use solid_wording, only: word_plain
   implicit none
   private
-  public :: tension_widths
+  public :: pretension_effect
 
 contains
 
-  !> w(springs) [m] for points(3, :) [m] and triangles(3, :); 0 for springs that are no edges.
-  pure function tension_widths(points, triangles, springs) result(widths)
-    real(rp), intent(in) :: points(:, :)
-    integer, intent(in) :: triangles(:, :)
-    type(extensions_t), intent(in) :: springs
-    real(rp) :: widths(springs%n)
-    integer :: first(size(points, 2)), next(springs%n) ! chains of the springs of each point
-    integer :: s, t, i
-    first = 0
-    do s = 1, springs%n
-      next(s) = 0
-      if (springs%family(s) == SPRING_CROSS) cycle
-      next(s) = first(minval(springs%nodes(:, s)))
-      first(minval(springs%nodes(:, s))) = s
-    end do
-    widths = 0
-    do t = 1, size(triangles, 2)
-      do i = 1, 3
-        associate (a => triangles(i, t), b => triangles(mod(i, 3) + 1, t), c => triangles(mod(i + 1, 3) + 1, t))
-          s = first(min(a, b))
-          do while (s > 0)
-            if (maxval(springs%nodes(:, s)) == max(a, b)) exit
-            s = next(s)
-          end do
-          if (s == 0) cycle
-          associate (e => points(:, a) - points(:, c), f => points(:, b) - points(:, c))
-            widths(s) = widths(s) + 0.5_rp*springs%l0(s)*dot_product(e, f)/norm2(cross(e, f))
-          end associate
-        end associate
-      end do
-    end do
-  end function tension_widths
+  !> The effect `pretension`.
+  pure function pretension_effect() result(effect)
+    type(effect_t) :: effect
+    effect%parameters(1) = effect_parameter_t('pretension', 'N/m', .false., 0.0_rp, 10.0_rp, 0.1_rp)
+    effect%needs(:3) = [NEED_UNSTRESSED_REST, NEED_NO_SLACK, NEED_MEMBRANE]
+    effect%stage = STAGE_LOADS
+    effect%apply => apply_pretension
+    effect%derive => derive_pretension
+    effect%tell => tell_pretension
+  end function pretension_effect
+
+  pure subroutine apply_pretension(site, stiffness)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(inout) :: stiffness
+    stiffness%has_tension = .true.
+    stiffness%tension = site%values(1)*site%layout%spring_width
+  end subroutine apply_pretension
+
+  pure subroutine derive_pretension(site, stiffness, direction)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(in) :: stiffness
+    type(stiffness_t), intent(inout) :: direction
+    associate (unused => stiffness)
+    end associate
+    direction%tension = site%layout%spring_width
+    direction%has_tension = .true.
+  end subroutine derive_pretension
+
+  pure subroutine tell_pretension(text)
+    type(effect_text_t), intent(out) :: text
+    text%cause = 'pretension'
+    text%title = 'stretched membrane'
+    text%sentence = 'The membrane is stretched between the veins already when nothing pushes, like a drumskin.'
+    text%definition = 'T: isotropic tension of the membrane in the unloaded wing; springs carry T l0 (cot a + cot b)/2, a '// &
+                      'and b opposite to them'
+    text%data = 'a membrane'
+    text%confused = 'D, at small loads'
+    call word_plain(text%words(1), 'N/m', 'The membrane is stretched when nothing pushes, by', &
+      'The membrane is stretched less than was assumed when nothing pushes, by', '', '', '', 0.0_rp)
+  end subroutine tell_pretension
 end module solid_effect_pretension

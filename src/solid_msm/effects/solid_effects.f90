@@ -1,190 +1,286 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing may do beyond the usual model, as parameters with a value at which nothing happens.
+!> The effects of a wing: what it may do beyond the usual model, as parameters with a value at which nothing happens.
 !>
-!> | name | what | unit | null |
-!> |---|---|---|---|
-!> | `E_gradient` | g: E of the veins times exp(g (x/R - 1/2)) | 1 | 0 |
-!> | `damage` | factor on all stiffness inside the disc `disc` | 1 | 1 |
-!> | `soft` | factor on the stiffness of one more hinge | 1 | 1 |
-!> | `orthotropy` | a: springs of the membrane times 1 + a cos 2 phi, phi their angle to the span | 1 | 0 |
-!> | `joint_hardening` | h: moment of all joints k Theta (1 + h Theta^2) | 1/rad^2 | 0 |
-!> | `hardening:<joint>` | what is added to h for one joint | 1/rad^2 | 0 |
-!> | `one_way:<joint>` | factor on the stiffness of one joint when it bends up, toward the normal | 1 | 1 |
-!> | `cuticle` | c: moment of all other hinges EI kappa (1 + c kappa^2) | m^2 | 0 |
-!> | `pretension` | tension of the membrane in the unloaded wing | N/m | 0 |
-!> | `camber_span`, `_chord`, `_twist` | curvature of the wing where it is free of stress: xx, yy, xy | 1/m | 0 |
-!> | `torsion` | GJ/EI of veins and joints, through the turning of the membrane's normal along them | 1 | 0 |
-!> | `root_flap`, `root_twist` | the clamp turns about y and about x by this times the moment | rad/(N m) | 0 |
-!>
-!> The laws are in the modules solid_effect_* and, of the clamp, in solid_bent_wing; where they act is given beside them
-!> and is not sought.
+!> `list_effects` is the list of all; an effect is added by its line there. The order is that of the parameters, so that files of
+!> older runs stay right: parameters of the whole wing first, then those of each joint.
 module solid_effects
+  use base_errors, only: require
   use base_kinds, only: rp
+  use solid_effect, only: effect_site_t, effect_t, effect_text_t, NEED_DISC, NEED_NOTHING, NEED_SIDED_JOINTS, NEED_SIDED_VEINS, &
+                          NEED_SOFT_PLACE
+  use solid_effect_camber, only: camber_effect
+  use solid_effect_damage, only: damage_effect
+  use solid_effect_gradient, only: gradient_effect
+  use solid_effect_hardening, only: cuticle_effect, joint_hardening_effect, own_hardening_effect
+  use solid_effect_one_way, only: one_way_effect
+  use solid_effect_orthotropy, only: orthotropy_effect
+  use solid_effect_pretension, only: pretension_effect
+  use solid_effect_root, only: root_effect
+  use solid_effect_soft, only: soft_effect
+  use solid_effect_torsion, only: torsion_effect
+  use solid_effect_values, only: effects_t
+  use solid_junctions, only: hinge_plan_t
   use solid_parameter, only: define_effect, parameter_t
+  use solid_wording, only: wording_t
   implicit none
   private
-  public :: effects_t, describe_effect
-
-  integer, parameter, public :: EFFECT_GRADIENT = 1, EFFECT_DAMAGE = 2, EFFECT_SOFT = 3, EFFECT_ORTHOTROPY = 4, &
-                                EFFECT_HARDENING = 5, EFFECT_CUTICLE = 6, EFFECT_ROOT_FLAP = 7, EFFECT_ROOT_TWIST = 8, &
-                                EFFECT_PRETENSION = 9, EFFECT_CAMBER = 9, & !< EFFECT_CAMBER + 1 to 3: xx, yy, xy
-                                EFFECT_TORSION = 13
-  integer, parameter, public :: N_EFFECTS = 13 !< of the whole wing; the hardening of single joints follows
-
-  !> Values of the effects, and where they act.
-  type :: effects_t
-    real(rp) :: gradient = 0
-    real(rp) :: damage = 1
-    real(rp) :: disc(3) = 0                   !< [m] x, y and radius of the damage; radius 0: none
-    real(rp) :: soft = 1
-    character(:), allocatable :: soft_vein    !< with one more soft hinge; not allocated: none
-    real(rp) :: soft_share = 0                !< its place, of the vein's length
-    real(rp) :: orthotropy = 0
-    real(rp) :: hardening = 0                 !< [1/rad^2]
-    real(rp) :: cuticle = 0                   !< [m^2]
-    real(rp) :: root_flap = 0                 !< [rad/(N m)]
-    real(rp) :: root_twist = 0                !< [rad/(N m)]
-    real(rp) :: pretension = 0                !< [N/m]
-    real(rp) :: camber(3) = 0                 !< [1/m] xx, yy, xy
-    real(rp) :: torsion = 0
-    logical :: has_sided_veins = .false.      !< veins feel the membrane's normal: needed by `camber` and `torsion`
-    real(rp), allocatable :: joint_hardening(:) !< (joints) [1/rad^2] beside `hardening`
-    logical :: has_sides = .false.              !< joints can tell up from down: needed by `one_way`
-    real(rp), allocatable :: one_way(:)         !< (joints)
-  contains
-    procedure :: count => effects_count
-    procedure :: get => effects_get
-    procedure :: set => effects_set
-    procedure :: has_damage => effects_has_damage
-  end type effects_t
+  public :: effects_t, list_effects, start_effects, describe_effect, find_effect, values_of, is_active, needs_of, lacks, &
+            curves_rest, any_curves_rest, clamp_axis, clamp_compliance, modulus_factors, effect_wording
 
 contains
 
-  !> Number of effects.
-  pure integer function effects_count(self) result(n)
-    class(effects_t), intent(in) :: self
-    n = N_EFFECTS + size(self%joint_hardening) + size(self%one_way)
-  end function effects_count
+  !> All effects.
+  pure function list_effects() result(list)
+    type(effect_t), allocatable :: list(:)
+    list = [gradient_effect(), &
+            damage_effect(), &
+            soft_effect(), &
+            orthotropy_effect(), &
+            joint_hardening_effect(), &
+            cuticle_effect(), &
+            root_effect(), &
+            pretension_effect(), &
+            camber_effect(), &
+            torsion_effect(), &
+            own_hardening_effect(), &
+            one_way_effect()]
+  end function list_effects
 
-  !> Name, unit, scale, bounds and null of effect i; `joint_names` are those of the wing.
+  !> Room for the values of a wing with so many joints; all effects do nothing.
+  subroutine start_effects(n_joints, effects)
+    integer, intent(in) :: n_joints
+    type(effects_t), intent(inout) :: effects
+    type(effect_t), allocatable :: list(:)
+    integer :: e, k, n
+    list = list_effects()
+    effects%n_joints = n_joints
+    n = 0
+    do e = 1, size(list)
+      n = n + count_values(list(e), n_joints)
+    end do
+    if (allocated(effects%value)) deallocate (effects%value)
+    allocate (effects%value(n))
+    n = 0
+    do e = 1, size(list)
+      do k = 1, count_values(list(e), n_joints)
+        n = n + 1
+        effects%value(n) = null_of(list(e), k)
+      end do
+    end do
+  end subroutine start_effects
+
+  !> Number of values of an effect of a wing with so many joints.
+  pure integer function count_values(effect, n_joints) result(n)
+    type(effect_t), intent(in) :: effect
+    integer, intent(in) :: n_joints
+    n = merge(n_joints, effect%n, effect%is_per_joint)
+  end function count_values
+
+  !> Value k of an effect at which nothing happens.
+  pure real(rp) function null_of(effect, k) result(null)
+    type(effect_t), intent(in) :: effect
+    integer, intent(in) :: k
+    null = merge(1.0_rp, 0.0_rp, effect%parameters(merge(1, k, effect%is_per_joint))%is_log)
+  end function null_of
+
+  !> The effect that has parameter i of a wing with so many joints, as its number in `list`, and the number k among its own.
+  pure subroutine find_effect(list, n_joints, i, e, k)
+    type(effect_t), intent(in) :: list(:)
+    integer, intent(in) :: n_joints, i
+    integer, intent(out) :: e, k
+    k = i
+    do e = 1, size(list)
+      if (k <= count_values(list(e), n_joints)) return
+      k = k - count_values(list(e), n_joints)
+    end do
+    e = 0
+  end subroutine find_effect
+
+  !> Values of effect e of `list`.
+  pure function values_of(list, e, effects) result(values)
+    type(effect_t), intent(in) :: list(:)
+    integer, intent(in) :: e
+    type(effects_t), intent(in) :: effects
+    real(rp), allocatable :: values(:)
+    integer :: first, i
+    first = 0
+    do i = 1, e - 1
+      first = first + count_values(list(i), effects%n_joints)
+    end do
+    values = effects%value(first + 1:first + count_values(list(e), effects%n_joints))
+  end function values_of
+
+  !> Whether effect e of `list` does anything. (Parameters of one effect have the same scale.)
+  pure logical function is_active(list, e, effects) result(is_it)
+    type(effect_t), intent(in) :: list(:)
+    integer, intent(in) :: e
+    type(effects_t), intent(in) :: effects
+    is_it = any(abs(values_of(list, e, effects) - null_of(list(e), 1)) > 0)
+  end function is_active
+
+  !> Name, unit, scale, bounds, null and prior of parameter i; `joint_names` are those of the wing.
   function describe_effect(i, joint_names) result(p)
     integer, intent(in) :: i
     character(*), intent(in) :: joint_names(:)
     type(parameter_t) :: p
-    select case (i)
-    case (EFFECT_GRADIENT)
-      call define_effect(p, 'E_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
-    case (EFFECT_DAMAGE)
-      call define_effect(p, 'damage', '1', .true., 1.0e-2_rp, 1.0e2_rp, 1.0_rp)
-    case (EFFECT_SOFT)
-      call define_effect(p, 'soft', '1', .true., 1.0e-4_rp, 1.0e2_rp, 2.0_rp)
-    case (EFFECT_ORTHOTROPY)
-      call define_effect(p, 'orthotropy', '1', .false., -0.9_rp, 0.9_rp, 0.5_rp)
-    case (EFFECT_HARDENING)
-      call define_effect(p, 'joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e5_rp, 10.0_rp)
-    case (EFFECT_CUTICLE)
-      call define_effect(p, 'cuticle', 'm^2', .false., -1.0e-5_rp, 1.0e-3_rp, 1.0e-5_rp)
-    case (EFFECT_ROOT_FLAP)
-      call define_effect(p, 'root_flap', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
-    case (EFFECT_ROOT_TWIST)
-      call define_effect(p, 'root_twist', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp)
-    case (EFFECT_PRETENSION)
-      call define_effect(p, 'pretension', 'N/m', .false., 0.0_rp, 10.0_rp, 0.1_rp)
-    case (EFFECT_CAMBER + 1)
-      call define_effect(p, 'camber_span', '1/m', .false., -20.0_rp, 20.0_rp, 3.0_rp)
-    case (EFFECT_CAMBER + 2)
-      call define_effect(p, 'camber_chord', '1/m', .false., -300.0_rp, 300.0_rp, 30.0_rp)
-    case (EFFECT_CAMBER + 3)
-      call define_effect(p, 'camber_twist', '1/m', .false., -60.0_rp, 60.0_rp, 10.0_rp)
-    case (EFFECT_TORSION)
-      call define_effect(p, 'torsion', '1', .false., 0.0_rp, 10.0_rp, 1.0_rp)
-    case (N_EFFECTS + 1:)
-      if (i <= N_EFFECTS + size(joint_names)) then
-        call define_effect(p, 'hardening:'//trim(joint_names(i - N_EFFECTS)), '1/rad^2', .false., -1.0_rp, 1.0e5_rp, &
-                           10.0_rp)
-      else
-        call define_effect(p, 'one_way:'//trim(joint_names(i - N_EFFECTS - size(joint_names))), '1', .true., 0.1_rp, &
-                           10.0_rp, 0.5_rp)
-      end if
-    end select
+    type(effect_t), allocatable :: list(:)
+    integer :: e, k
+    list = list_effects()
+    call find_effect(list, size(joint_names), i, e, k)
+    call require(e > 0, 'describe_effect: no such parameter')
+    associate (one => list(e)%parameters(merge(1, k, list(e)%is_per_joint)))
+      call define_effect(p, trim(one%name), trim(one%unit), one%is_log, one%lower, one%upper, one%prior_sd)
+      p%strong = one%strong
+      if (list(e)%is_per_joint) p%name = p%name//trim(joint_names(k))
+    end associate
   end function describe_effect
 
-  !> Value of effect i in its unit.
-  pure real(rp) function effects_get(self, i) result(value)
-    class(effects_t), intent(in) :: self
+  !> What the effect of parameter i needs.
+  pure function needs_of(effects, i) result(needs)
+    type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
-    select case (i)
-    case (EFFECT_GRADIENT)
-      value = self%gradient
-    case (EFFECT_DAMAGE)
-      value = self%damage
-    case (EFFECT_SOFT)
-      value = self%soft
-    case (EFFECT_ORTHOTROPY)
-      value = self%orthotropy
-    case (EFFECT_HARDENING)
-      value = self%hardening
-    case (EFFECT_CUTICLE)
-      value = self%cuticle
-    case (EFFECT_ROOT_FLAP)
-      value = self%root_flap
-    case (EFFECT_ROOT_TWIST)
-      value = self%root_twist
-    case (EFFECT_PRETENSION)
-      value = self%pretension
-    case (EFFECT_CAMBER + 1:EFFECT_CAMBER + 3)
-      value = self%camber(i - EFFECT_CAMBER)
-    case (EFFECT_TORSION)
-      value = self%torsion
-    case default
-      if (i <= N_EFFECTS + size(self%one_way)) then
-        value = self%joint_hardening(i - N_EFFECTS)
-      else
-        value = self%one_way(i - N_EFFECTS - size(self%one_way))
-      end if
-    end select
-  end function effects_get
+    integer, allocatable :: needs(:)
+    type(effect_t), allocatable :: list(:)
+    integer :: e, k
+    list = list_effects()
+    call find_effect(list, effects%n_joints, i, e, k)
+    needs = pack(list(e)%needs, list(e)%needs /= NEED_NOTHING)
+  end function needs_of
 
-  !> Sets effect i.
-  pure subroutine effects_set(self, i, value)
-    class(effects_t), intent(inout) :: self
+  !> What [Wing] lacks of a need that its keys fill; '' if nothing.
+  function lacks(effects, need) result(problem)
+    type(effects_t), intent(in) :: effects
+    integer, intent(in) :: need
+    character(:), allocatable :: problem
+    problem = ''
+    select case (need)
+    case (NEED_DISC)
+      if (.not. effects%has_damage()) problem = 'needs a disc: [Wing] damage_disc'
+    case (NEED_SOFT_PLACE)
+      if (.not. allocated(effects%soft_vein)) problem = 'needs a place: [Wing] soft_place'
+    case (NEED_SIDED_JOINTS)
+      if (.not. effects%has_sides) problem = 'needs [Wing] sided_joints = yes'
+    case (NEED_SIDED_VEINS)
+      if (.not. effects%has_sided_veins) problem = 'needs [Wing] sided_veins = yes'
+    end select
+  end function lacks
+
+  !> Whether parameter i bends the wing without a load.
+  pure logical function curves_rest(effects, i) result(does)
+    type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
-    real(rp), intent(in) :: value
-    select case (i)
-    case (EFFECT_GRADIENT)
-      self%gradient = value
-    case (EFFECT_DAMAGE)
-      self%damage = value
-    case (EFFECT_SOFT)
-      self%soft = value
-    case (EFFECT_ORTHOTROPY)
-      self%orthotropy = value
-    case (EFFECT_HARDENING)
-      self%hardening = value
-    case (EFFECT_CUTICLE)
-      self%cuticle = value
-    case (EFFECT_ROOT_FLAP)
-      self%root_flap = value
-    case (EFFECT_ROOT_TWIST)
-      self%root_twist = value
-    case (EFFECT_PRETENSION)
-      self%pretension = value
-    case (EFFECT_CAMBER + 1:EFFECT_CAMBER + 3)
-      self%camber(i - EFFECT_CAMBER) = value
-    case (EFFECT_TORSION)
-      self%torsion = value
-    case default
-      if (i <= N_EFFECTS + size(self%one_way)) then
-        self%joint_hardening(i - N_EFFECTS) = value
-      else
-        self%one_way(i - N_EFFECTS - size(self%one_way)) = value
-      end if
-    end select
-  end subroutine effects_set
+    type(effect_t), allocatable :: list(:)
+    integer :: e, k
+    does = .false.
+    if (i < 1) return
+    list = list_effects()
+    call find_effect(list, effects%n_joints, i, e, k)
+    does = list(e)%curves_rest
+  end function curves_rest
 
-  !> Whether a place of damage is given.
-  pure logical function effects_has_damage(self) result(has)
-    class(effects_t), intent(in) :: self
-    has = self%disc(3) > 0
-  end function effects_has_damage
+  !> Whether the wing is bent without a load.
+  pure logical function any_curves_rest(effects) result(does)
+    type(effects_t), intent(in) :: effects
+    type(effect_t), allocatable :: list(:)
+    integer :: e
+    list = list_effects()
+    does = .false.
+    do e = 1, size(list)
+      if (list(e)%curves_rest) does = does .or. is_active(list, e, effects)
+    end do
+  end function any_curves_rest
+
+  !> The axis, 1: x, 2: y, about which parameter i lets the clamp turn; 0: none.
+  pure integer function clamp_axis(effects, i) result(axis)
+    type(effects_t), intent(in) :: effects
+    integer, intent(in) :: i
+    type(effect_t), allocatable :: list(:)
+    integer :: e, k
+    axis = 0
+    if (i < 1) return
+    list = list_effects()
+    call find_effect(list, effects%n_joints, i, e, k)
+    if (.not. list(e)%is_per_joint) axis = list(e)%parameters(k)%clamp_axis
+  end function clamp_axis
+
+  !> By how much the clamp turns about x and y for a moment [rad/(N m)].
+  pure function clamp_compliance(effects) result(compliance)
+    type(effects_t), intent(in) :: effects
+    real(rp) :: compliance(2)
+    type(effect_t), allocatable :: list(:)
+    real(rp), allocatable :: values(:)
+    integer :: e, k
+    list = list_effects()
+    compliance = 0
+    do e = 1, size(list)
+      if (all(list(e)%parameters%clamp_axis == 0)) cycle
+      values = values_of(list, e, effects)
+      do k = 1, list(e)%n
+        associate (axis => list(e)%parameters(k)%clamp_axis)
+          if (axis > 0) compliance(axis) = compliance(axis) + values(k)
+        end associate
+      end do
+    end do
+  end function clamp_compliance
+
+  !> factor(hinges) on E of the veins; exactly 1 if no effect changes it.
+  pure function modulus_factors(effects, plans) result(factor)
+    type(effects_t), intent(in) :: effects
+    type(hinge_plan_t), intent(in) :: plans(:)
+    real(rp) :: factor(size(plans))
+    type(effect_t), allocatable :: list(:)
+    real(rp), allocatable :: values(:)
+    integer :: e, h
+    list = list_effects()
+    factor = 1
+    do e = 1, size(list)
+      if (.not. associated(list(e)%modulus)) cycle
+      values = values_of(list, e, effects)
+      do h = 1, size(plans)
+        factor(h) = factor(h)*list(e)%modulus(values(1), plans(h))
+      end do
+    end do
+  end function modulus_factors
+
+  !> The words for parameter `name` at `place` with a value of about `best`; `words%is_known` is false if no effect has it.
+  subroutine effect_wording(name, place, best, words)
+    character(*), intent(in) :: name, place
+    real(rp), intent(in) :: best
+    type(wording_t), intent(out) :: words
+    type(effect_t), allocatable :: list(:)
+    type(effect_text_t) :: text
+    character(:), allocatable :: where
+    integer :: e, k, n
+    list = list_effects()
+    do e = 1, size(list)
+      do k = 1, list(e)%n
+        n = len_trim(list(e)%parameters(k)%name)
+        if (list(e)%is_per_joint) then
+          if (index(name, list(e)%parameters(k)%name(:n)) /= 1) cycle
+          where = name(n + 1:)
+        else
+          if (name /= list(e)%parameters(k)%name(:n)) cycle
+          where = place
+        end if
+        call list(e)%tell(text)
+        words = text%words(k)
+        if (abs(best) >= text%far(k)) words = text%beyond(k)
+        words%is_known = allocated(words%up)
+        if (.not. words%is_known) return
+        words%up = put(words%up, where)
+        words%down = put(words%down, where)
+        return
+      end do
+    end do
+  end subroutine effect_wording
+
+  !> `text` with `where` in the place of @.
+  pure function put(text, where) result(filled)
+    character(*), intent(in) :: text, where
+    character(:), allocatable :: filled
+    integer :: at
+    filled = text
+    at = index(text, '@')
+    if (at > 0) filled = text(:at - 1)//where//text(at + 1:)
+  end function put
 end module solid_effects

@@ -3,7 +3,7 @@
 module solid_elements
   use base_kinds, only: rp
   use solid_edges, only: edges_t
-  use solid_effect_torsion, only: twist_t
+  use solid_twist, only: twist_t
   use solid_extension, only: extensions_t, SPRING_VEIN, SPRING_MEMBRANE, SPRING_CROSS
   use solid_hinge, only: hinge_t, HINGE_NODES
   use solid_junctions, only: hinge_plan_t

@@ -7,7 +7,6 @@
 !> parent's straighter arm; hinges named by joints come first.
 module solid_junctions
   use base_kinds, only: rp
-  use solid_effect_gradient, only: stations
   use solid_wing, only: wing_t
   implicit none
   private
@@ -211,4 +210,16 @@ contains
       if (arms(i)%group == from) arms(i)%group = arms(a)%group
     end do
   end subroutine unite
+
+  !> s(points): the station (x - x_root)/R - 1/2 of all points of a wing; without extent along x all are those of the root.
+  pure function stations(wing) result(s)
+    type(wing_t), intent(in) :: wing
+    real(rp) :: s(size(wing%points, 2))
+    real(rp) :: root, extent
+    s = -0.5_rp
+    extent = maxval(wing%points(1, :)) - minval(wing%points(1, :))
+    if (.not. extent > 0) return
+    root = sum(wing%points(1, wing%root))/max(1, size(wing%root))
+    s = (wing%points(1, :) - root)/extent - 0.5_rp
+  end function stations
 end module solid_junctions

@@ -2,8 +2,8 @@
 !> Where the elements of a model lie in the unloaded wing: what laws that depend on the place need.
 module solid_layout
   use base_kinds, only: rp
-  use solid_effect_camber, only: bends_of_curvature, turns_of_curvature
-  use solid_effect_pretension, only: tension_widths
+  use solid_arch, only: bends_of_curvature, turns_of_curvature
+  use solid_tension, only: tension_widths
   use solid_extension, only: extensions_t
   use solid_junctions, only: hinge_plan_t
   use solid_plate, only: plate_t

@@ -9,8 +9,9 @@ module solid_model
   use base_kinds, only: rp
   use base_text, only: number_text
   use solid_edges, only: edges_t, make_edges
-  use solid_effect_camber, only: arch_energy, arch_gradient
-  use solid_effect_torsion, only: bow_evaluate, make_twists, twist_evaluate, twist_t
+  use solid_arch, only: arch_energy, arch_gradient
+  use solid_effect, only: effect_t, NEED_DISC, NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_SIDED_VEINS
+  use solid_effects, only: is_active, list_effects, modulus_factors
   use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, point_weights
   use solid_extension, only: extensions_t, extension_energy, extension_gradient, tension_energy, tension_gradient
   use solid_flatness, only: find_flatness
@@ -22,6 +23,7 @@ module solid_model
   use solid_plate, only: edges_energy, plate_t, plate_energy, plate_gradient
   use solid_stiffness, only: stiffness_t, allocate_stiffness, evaluate_stiffness, differentiate_usual, &
                              bending_stiffness
+  use solid_twist, only: bow_evaluate, make_twists, twist_evaluate, twist_t
   use solid_wing, only: wing_t
   implicit none
   private
@@ -68,7 +70,7 @@ contains
     type(solid_params_t), intent(in) :: params
     type(failure_t), intent(out) :: failure
     type(edges_t) :: edges
-    real(rp), allocatable :: ghosts(:, :)
+    real(rp), allocatable :: ghosts(:, :), modulus(:)
     real(rp) :: normal(3), centre(3)
     integer :: stray, raised, bent, i, n_diameters, n_twists
 
@@ -125,23 +127,42 @@ contains
     self%weights = point_weights(wing, self%movable)
     call make_layout(self%points, self%triangles, self%springs, self%plans, self%plate, self%layout)
     call place_soft_hinge(self, wing, failure)
-    if (any(abs(params%effects%one_way - 1) > 0) .and. .not. params%effects%has_sides) &
-      call failure%raise('one-way joints must have sides')
-    if (abs(params%effects%torsion) + sum(abs(params%effects%camber)) > 0 .and. .not. params%effects%has_sided_veins) &
-      call failure%raise('veins that resist torsion or are curved must have sides')
-    if (abs(params%effects%pretension) > 0 .and. params%slack < 1) &
-      call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
+    call check_needs(params, failure)
     if (failure%failed) return
     call allocate_stiffness(self%springs, self%plans, self%plate%n, self%stiffness)
+    modulus = modulus_factors(self%params%effects, self%plans)
     do i = 1, size(self%plans)
       associate (joint => self%plans(i)%joint)
         if (joint == 0) cycle
         if (self%params%joint(joint) < 0) &
-          self%params%joint(joint) = bending_stiffness(self%params, self%plans(i), self%layout%mean_diameter)
+          self%params%joint(joint) = bending_stiffness(self%params, self%plans(i), self%layout%mean_diameter, modulus(i))
       end associate
     end do
     call self%set_params(self%params)
   end subroutine model_init
+
+  !> Effects that do anything have what they need.
+  subroutine check_needs(params, failure)
+    type(solid_params_t), intent(in) :: params
+    type(failure_t), intent(inout) :: failure
+    type(effect_t), allocatable :: list(:)
+    logical :: has_need(NEED_DISC:NEED_NO_SLACK)
+    integer :: e, need
+    list = list_effects()
+    has_need = .false.
+    do e = 1, size(list)
+      if (.not. is_active(list, e, params%effects)) cycle
+      do need = NEED_DISC, NEED_NO_SLACK
+        has_need(need) = has_need(need) .or. any(list(e)%needs == need)
+      end do
+    end do
+    if (has_need(NEED_SIDED_JOINTS) .and. .not. params%effects%has_sides) &
+      call failure%raise('one-way joints must have sides')
+    if (has_need(NEED_SIDED_VEINS) .and. .not. params%effects%has_sided_veins) &
+      call failure%raise('veins that resist torsion or are curved must have sides')
+    if (has_need(NEED_NO_SLACK) .and. params%slack < 1) &
+      call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
+  end subroutine check_needs
 
   subroutine place_soft_hinge(self, wing, failure)
     class(solid_model_t), intent(inout) :: self

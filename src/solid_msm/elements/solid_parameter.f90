@@ -14,6 +14,7 @@ module solid_parameter
     logical :: is_effect = .false.   !< something that the usual model leaves out
     real(rp) :: null = 0             !< value at which an effect vanishes
     real(rp) :: prior_sd = 0         !< usual sd of the coordinate of an effect about that; 0: not stated
+    real(rp) :: strong = 0           !< value of an effect from which fits begin too; 0: none
   end type parameter_t
 
 contains

@@ -19,7 +19,7 @@
 module solid_params
   use base_errors, only: require
   use base_kinds, only: rp
-  use solid_effects, only: describe_effect, effects_t
+  use solid_effects, only: describe_effect, effects_t, start_effects
   use solid_parameter, only: define => define_parameter, parameter_t
   use solid_wing, only: wing_t
   implicit none
@@ -57,6 +57,9 @@ module solid_params
     procedure :: find => params_find
     procedure :: get => params_get
     procedure :: set => params_set
+    procedure :: get_named => params_get_named
+    procedure :: set_named => params_set_named
+    procedure :: set_each => params_set_each
   end type solid_params_t
 
 contains
@@ -68,8 +71,7 @@ contains
     integer :: i, length
     allocate (self%vein_factor(size(wing%veins)), source=1.0_rp)
     allocate (self%joint(size(wing%joints)), source=-1.0_rp)
-    allocate (self%effects%joint_hardening(size(wing%joints)), source=0.0_rp)
-    allocate (self%effects%one_way(size(wing%joints)), source=1.0_rp)
+    call start_effects(size(wing%joints), self%effects)
     length = 1
     do i = 1, size(wing%veins)
       length = max(length, len(wing%veins(i)%name))
@@ -147,6 +149,44 @@ contains
       if (p%name == name) found = i
     end do
   end function params_find
+
+  !> Value of the parameter called `name`, which the wing must have.
+  real(rp) function params_get_named(self, name) result(value)
+    class(solid_params_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer :: i
+    i = self%find(name)
+    call require(i > 0, 'solid_params_t: no parameter '//name)
+    value = self%get(i)
+  end function params_get_named
+
+  !> Sets the parameter called `name`, which the wing must have.
+  subroutine params_set_named(self, name, value)
+    class(solid_params_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: value
+    integer :: i
+    i = self%find(name)
+    call require(i > 0, 'solid_params_t: no parameter '//name)
+    call self%set(i, value)
+  end subroutine params_set_named
+
+  !> Sets the parameters whose names begin with `beginning`, one after another, to `values`, which must be as many.
+  subroutine params_set_each(self, beginning, values)
+    class(solid_params_t), intent(inout) :: self
+    character(*), intent(in) :: beginning
+    real(rp), intent(in) :: values(:)
+    type(parameter_t) :: p
+    integer :: i, n
+    n = 0
+    do i = 1, self%count()
+      p = self%describe(i)
+      if (index(p%name, beginning) /= 1) cycle
+      n = n + 1
+      if (n <= size(values)) call self%set(i, values(n))
+    end do
+    call require(n == size(values), 'solid_params_t: so many parameters begin with '//beginning)
+  end subroutine params_set_each
 
   !> Value of parameter i in its unit.
   pure real(rp) function params_get(self, i) result(value)

@@ -2,8 +2,8 @@
 !> The tangent stiffness of a wing, assembled in the blocks of the model's pattern.
 module solid_tangent
   use base_kinds, only: rp
-  use solid_effect_camber, only: arch_tangent
-  use solid_effect_torsion, only: bow_evaluate, twist_evaluate
+  use solid_arch, only: arch_tangent
+  use solid_twist, only: bow_evaluate, twist_evaluate
   use solid_extension, only: extension_tangent
   use solid_hinge, only: hinge_evaluate, HINGE_NODES
   use solid_model, only: solid_model_t

@@ -14,7 +14,7 @@
 module solid_bent_wing
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
-  use solid_effects, only: EFFECT_ROOT_FLAP, EFFECT_ROOT_TWIST
+  use solid_effects, only: clamp_axis, clamp_compliance
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
@@ -87,7 +87,7 @@ contains
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
     self%force = force
-    self%compliance = [self%model%params%effects%root_twist, self%model%params%effects%root_flap]
+    self%compliance = clamp_compliance(self%model%params%effects)
     self%is_compliant = any(abs(self%compliance) > 0)
     self%turn = 0
     if (is_warm .and. self%is_compliant) call guess_turn(self, u)
@@ -219,16 +219,15 @@ contains
     integer, intent(in) :: number
     real(rp), intent(out) :: motion(:, :)
     integer :: k
-    select case (number - self%model%params%count_usual())
-    case (EFFECT_ROOT_TWIST, EFFECT_ROOT_FLAP)
-      k = merge(1, 2, number - self%model%params%count_usual() == EFFECT_ROOT_TWIST)
+    k = clamp_axis(self%model%params%effects, number - self%model%params%count_usual())
+    if (k > 0) then
       motion = 0
       if (.not. self%is_compliant) call find_turning(self)
       call let_turn(self, merge(self%moment(:2), 0.0_rp, [k == 1, k == 2]), motion)
-    case default
+    else
       call parameter_direction(self%model, number, self%direction)
       call self%stiffness_motion(self%direction, motion)
-    end select
+    end if
   end subroutine bent_parameter_motion
 
   !> The same when the load changes along force(3, n_all) [N].

@@ -8,7 +8,7 @@ program test_diagnose_words
   use bench_places, only: wing_of_argument
   use diagnose_findings, only: make_finding
   use diagnose_words, only: finding_t, finding_text
-  use diagnose_wordings, only: find_wording, wording_t
+  use diagnose_wordings, only: find_wording
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
@@ -16,6 +16,7 @@ program test_diagnose_words
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
+  use solid_wording, only: wording_t
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: SURE = ' with 90 % confidence'

@@ -51,31 +51,24 @@ contains
     params%effects%has_sides = has_sides
     if (present(has_sided_veins)) params%effects%has_sided_veins = has_sided_veins
     if (.not. is_null) then
-      if (has_sides) params%effects%one_way = [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, &
-                                               0.6_rp] ! some bend up, some down
-      call set(params, 'E_gradient', -0.8_rp)
-      call set(params, 'damage', 0.3_rp)
-      call set(params, 'soft', 0.2_rp)
-      call set(params, 'orthotropy', 0.4_rp)
-      call set(params, 'joint_hardening', 5.0_rp)
-      call set(params, 'hardening:'//trim(params%joint_names(2)), -0.5_rp)
-      call set(params, 'cuticle', 2.0e-6_rp)
-      call set(params, 'pretension', 0.7_rp)
+      if (has_sides) call params%set_each('one_way:', [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, &
+                                                       1.4_rp, 0.6_rp]) ! some bend up, some down
+      call params%set_named('E_gradient', -0.8_rp)
+      call params%set_named('damage', 0.3_rp)
+      call params%set_named('soft', 0.2_rp)
+      call params%set_named('orthotropy', 0.4_rp)
+      call params%set_named('joint_hardening', 5.0_rp)
+      call params%set_named('hardening:'//trim(params%joint_names(2)), -0.5_rp)
+      call params%set_named('cuticle', 2.0e-6_rp)
+      call params%set_named('pretension', 0.7_rp)
       if (params%effects%has_sided_veins) then
-        call set(params, 'camber_span', 2.0_rp)
-        call set(params, 'camber_chord', -80.0_rp)
-        call set(params, 'camber_twist', 15.0_rp)
-        call set(params, 'torsion', 0.8_rp)
+        call params%set_named('camber_span', 2.0_rp)
+        call params%set_named('camber_chord', -80.0_rp)
+        call params%set_named('camber_twist', 15.0_rp)
+        call params%set_named('torsion', 0.8_rp)
       end if
     end if
     call model%init(wing, params, failure)
     if (failure%failed) error stop 'effect_wings: the model cannot be built'
   end function model_of
-
-  subroutine set(params, name, value)
-    type(solid_params_t), intent(inout) :: params
-    character(*), intent(in) :: name
-    real(rp), intent(in) :: value
-    call params%set(params%find(name), value)
-  end subroutine set
 end module effect_wings

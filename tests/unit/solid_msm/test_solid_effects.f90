@@ -6,10 +6,12 @@ program test_solid_effects
   use base_kinds, only: rp
   use effect_wings, only: make_plain, model_of, DISC
   use sample_wings, only: make_beam
+  use solid_effect, only: effect_t, effect_text_t, STAGE_NONE
   use solid_effect_damage, only: damage_weight
+  use solid_effects, only: effect_wording, list_effects
   use solid_edges, only: edges_t, make_edges
-  use solid_effect_camber, only: arch_energy
-  use solid_effect_torsion, only: bow_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
+  use solid_arch, only: arch_energy
+  use solid_twist, only: bow_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
   use solid_extension, only: extension_axial, tension_energy
   use solid_junctions, only: hinge_plan_t
   use solid_plate, only: plate_energy
@@ -19,6 +21,7 @@ program test_solid_effects
   use solid_params, only: default_params, parameter_t, solid_params_t
   use solid_tangent, only: assemble_tangent
   use solid_wing, only: wing_t
+  use solid_wording, only: wording_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: t
@@ -28,6 +31,7 @@ program test_solid_effects
 
   call t%start(parallel=.false.)
   call make_plain(wing, plain, u, along)
+  call test_list()
   call test_null()
   call test_laws()
   call test_cubic_moment()
@@ -39,6 +43,42 @@ program test_solid_effects
   call t%finish()
 
 contains
+
+  !> Every effect of the list has a law with its derivative, and texts and words for each of its parameters.
+  subroutine test_list()
+    type(effect_t), allocatable :: list(:)
+    type(effect_text_t) :: text
+    type(wording_t) :: words
+    character(:), allocatable :: name, causes
+    integer :: e, k
+    list = list_effects()
+    causes = ' '
+    do e = 1, size(list)
+      associate (one => list(e))
+        name = trim(one%parameters(1)%name)
+        call t%check(name//' has a law', (associated(one%apply) .and. one%stage /= STAGE_NONE) .neqv. &
+                     (associated(one%modulus) .or. all(one%parameters(:one%n)%clamp_axis > 0)))
+        call t%check('  and its derivative', (associated(one%apply) .eqv. associated(one%derive)) .and. &
+                     (associated(one%modulus) .eqv. associated(one%modulus_slope)))
+        call t%check('  and texts', associated(one%tell))
+        if (.not. associated(one%tell)) cycle
+        call one%tell(text)
+        call t%check('  all of them', min(len(text%cause), len(text%title), len(text%sentence), len(text%definition), &
+                                          len(text%data), len(text%confused)) > 0)
+        call t%check('  and a cause of its own', index(causes, ' '//text%cause//' ') == 0)
+        causes = causes//text%cause//' '
+        do k = 1, one%n
+          name = trim(one%parameters(k)%name)
+          if (one%is_per_joint) name = name//'knee'
+          call effect_wording(name, 'here', one%parameters(k)%upper, words)
+          call t%check('  and words for '//name, words%is_known .and. index(words%up//words%down, '@') == 0)
+          call t%check('  with its null', abs(words%reference - merge(1, 0, one%parameters(k)%is_log)) <= 0)
+        end do
+      end associate
+    end do
+    call effect_wording('no such effect', 'here', 1.0_rp, words)
+    call t%check('what is no effect has no words',.not. words%is_known)
+  end subroutine test_list
 
   !> At null, effects with a place of their own change no bit of forces and tangent.
   subroutine test_null()
@@ -149,7 +189,7 @@ contains
     beam = make_beam(2, 2*L, D, [1.0_rp, 0.0_rp, 0.0_rp])
     beam%root = [1, 2] ! one hinge at the clamped point 2
     params = default_params(beam)
-    params%effects%cuticle = 3.0e-6_rp
+    call params%set_named('cuticle', 3.0e-6_rp)
     call model%init(beam, params, failure)
     allocate (v(3, model%n_all), g(3, model%n_all), source=0.0_rp)
     v(:, 3) = L*[cos(ANGLE) - 1, 0.0_rp, sin(ANGLE)]
@@ -174,7 +214,7 @@ contains
     real(rp) :: area
     integer :: m
     params = default_params(wing)
-    params%effects%pretension = T0
+    call params%set_named('pretension', T0)
     call model%init(wing, params, failure)
     v = 0
     call model%gradient(v, g)
@@ -203,13 +243,14 @@ contains
     type(solid_params_t) :: params
     type(solid_model_t) :: model
     type(failure_t) :: failure
+    real(rp), parameter :: CURVATURES(3) = [1.5_rp, -40.0_rp, 7.0_rp] ! [1/m] xx, yy, xy
     real(rp) :: v(3, plain%n_all), bent
     params = default_params(wing)
-    params%effects%camber = [1.5_rp, -40.0_rp, 7.0_rp]
+    call params%set_each('camber_', CURVATURES)
     params%effects%has_sided_veins = .true.
     call model%init(wing, params, failure)
     v = 0
-    associate (x => wing%points(1, :), y => wing%points(2, :), k => params%effects%camber)
+    associate (x => wing%points(1, :), y => wing%points(2, :), k => CURVATURES)
       v(3, :model%n_points) = 0.5_rp*(k(1)*x**2 + k(2)*y**2) + k(3)*x*y
     end associate
     bent = model%stiffness%plate*plate_energy(model%plate, v)

@@ -78,7 +78,7 @@ contains
     if (h == 0) return
     params = default_params(wing)
     params%young = 1
-    call t%check_close(what//': its stiffness', bending_stiffness(params, plans(h), 0.25_rp), expected, &
+    call t%check_close(what//': its stiffness', bending_stiffness(params, plans(h), 0.25_rp, 1.0_rp), expected, &
                        rtol=1.0e-13_rp)
   end subroutine check_stiffness
 

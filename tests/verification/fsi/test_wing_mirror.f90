@@ -102,9 +102,10 @@ contains
     type(wing_t) :: turned
     type(solid_params_t) :: params
     params = all_effects
-    params%effects%one_way = 1
+    call params%set_each('one_way:', spread(1.0_rp, 1, size(params%joint)))
     call fly(wing, params, flown)
-    params%effects%camber = -params%effects%camber
+    call params%set_each('camber_', -[params%get_named('camber_span'), params%get_named('camber_chord'), &
+                                      params%get_named('camber_twist')])
     do k = 1, size(Z_SIDES)
       turned = wing
       turned%z_side = Z_SIDES(k)

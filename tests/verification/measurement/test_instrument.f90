@@ -101,13 +101,13 @@ contains
     params%effects%has_sided_veins = .true.
     params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp]
     if (is_null) return
-    params%effects%gradient = -0.7_rp
-    params%effects%damage = 0.4_rp
-    params%effects%hardening = 8
-    params%effects%root_flap = 3000
-    params%effects%root_twist = 9000
-    params%effects%camber = [0.4_rp, 15.0_rp, -3.0_rp]
-    params%effects%pretension = 0.03_rp
+    call params%set_named('E_gradient', -0.7_rp)
+    call params%set_named('damage', 0.4_rp)
+    call params%set_named('joint_hardening', 8.0_rp)
+    call params%set_named('root_flap', 3000.0_rp)
+    call params%set_named('root_twist', 9000.0_rp)
+    call params%set_each('camber_', [0.4_rp, 15.0_rp, -3.0_rp])
+    call params%set_named('pretension', 0.03_rp)
   end function wing_params
 
   !> An instrument that is asked for, but does nothing, changes no bit.
@@ -259,7 +259,7 @@ contains
                        1.0e-9_rp*maxval(abs(damage)))
     call work%damage_tangent(experiment, l, experiment%model%params%effects%disc, damage)
     call work%derivative(experiment, l, 4, column)
-    if (abs(experiment%model%params%effects%damage - 1) <= 0) &
+    if (abs(experiment%model%params%get_named('damage') - 1) <= 0) &
       call t%check_below('damage anywhere '//where, maxval(abs(column - damage)), 1.0e-12_rp*maxval(abs(column)))
     call t%check('  depends on it', maxval(abs(damage)) > 0 .and. size(x) > 0 .and. size(u) > 0)
   end subroutine check_accidents

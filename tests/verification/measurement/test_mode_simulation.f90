@@ -126,7 +126,7 @@ contains
     allocate (column(simulation%n))
     other = params
     other%plate = 1.3_rp*params%plate
-    other%effects%gradient = 0.3_rp
+    call other%set_named('E_gradient', 0.3_rp)
     effects%corner = [1, 1, model%n_points]
     effects%share = [0.0_rp, 0.0_rp, 1.0_rp]
     effects%point = 1.0e-3_rp*(sum(parts%veins) + sum(parts%membrane))

@@ -54,17 +54,17 @@ contains
     params%effects%has_sides = .true.
     params%effects%has_sided_veins = .true.
     if (.not. is_null) then
-      params%effects%gradient = -0.7_rp
-      params%effects%damage = 0.4_rp
-      params%effects%soft = 0.1_rp
-      params%effects%orthotropy = 0.3_rp
-      params%effects%hardening = 8
-      params%effects%joint_hardening(2) = -3
-      params%effects%cuticle = 1.0e-6_rp
-      params%effects%one_way = 1.4_rp
-      params%effects%pretension = 0.05_rp
-      params%effects%camber = [0.5_rp, 20.0_rp, -4.0_rp]
-      params%effects%torsion = 0.8_rp
+      call params%set_named('E_gradient', -0.7_rp)
+      call params%set_named('damage', 0.4_rp)
+      call params%set_named('soft', 0.1_rp)
+      call params%set_named('orthotropy', 0.3_rp)
+      call params%set_named('joint_hardening', 8.0_rp)
+      call params%set_named('hardening:'//trim(params%joint_names(2)), -3.0_rp)
+      call params%set_named('cuticle', 1.0e-6_rp)
+      call params%set_each('one_way:', spread(1.4_rp, 1, size(params%joint)))
+      call params%set_named('pretension', 0.05_rp)
+      call params%set_each('camber_', [0.5_rp, 20.0_rp, -4.0_rp])
+      call params%set_named('torsion', 0.8_rp)
     end if
     call model%init(wing, params, failure)
     call t%check('the wing is valid',.not. failure%failed)
@@ -109,7 +109,7 @@ contains
     params%effects%has_sides = .true.
     do side = 1, 3
       params%joint = merge(RATIO, 1.0_rp, side == 2)*1.0e-6_rp
-      params%effects%one_way = merge(1/RATIO, RATIO, side == 2)
+      call params%set_each('one_way:', spread(merge(1/RATIO, RATIO, side == 2), 1, size(params%joint)))
       call model%init(wing, params, failure)
       if (side == 1) allocate (u(3, model%n_all, 3), source=0.0_rp)
       call work%init(model)
@@ -177,7 +177,7 @@ contains
     call force_sensitivity(work, model, load%force, pushed)
     call damage_direction(model, elsewhere, direction)
     call direction_sensitivity(work, model, u, direction, derivative)
-    if (.not. abs(params%effects%damage - 1) > 0) then
+    if (.not. abs(params%get_named('damage') - 1) > 0) then
       kept = params%effects%disc
       i = params%find('damage')
       model%params%effects%disc = elsewhere

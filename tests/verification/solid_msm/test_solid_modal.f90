@@ -222,13 +222,13 @@ contains
     effects%corner = wing%triangles(:, size(wing%triangles, 2)/2)
     effects%share = [0.5_rp, 0.3_rp, 0.2_rp]
     if (.not. is_null) then
-      params%effects%gradient = -0.7_rp
-      params%effects%damage = 0.4_rp
-      params%effects%soft = 0.1_rp
-      params%effects%orthotropy = 0.3_rp
-      params%effects%torsion = 0.8_rp
-      params%effects%root_flap = 3.0e3_rp
-      params%effects%root_twist = 1.0e3_rp
+      call params%set_named('E_gradient', -0.7_rp)
+      call params%set_named('damage', 0.4_rp)
+      call params%set_named('soft', 0.1_rp)
+      call params%set_named('orthotropy', 0.3_rp)
+      call params%set_named('torsion', 0.8_rp)
+      call params%set_named('root_flap', 3.0e3_rp)
+      call params%set_named('root_twist', 1.0e3_rp)
       effects%veins = 1.3_rp
       effects%membrane = 0.8_rp
       effects%gradient = -0.4_rp

@@ -1,0 +1,57 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One-way joints: a factor on the stiffness of a joint when it bends up, to +z of the unloaded wing (`lift` of solid_hinge).
+module solid_effect_one_way
+  use base_kinds, only: rp
+  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_BOTH_DIRECTIONS, &
+                          NEED_SIDED_JOINTS, STAGE_MOMENTS
+  use solid_element_stiffness, only: stiffness_t
+  use solid_wording, only: word_factor, SCALE_FACTOR
+  implicit none
+  private
+  public :: one_way_effect
+
+contains
+
+  !> The effects `one_way:<joint>`.
+  pure function one_way_effect() result(effect)
+    type(effect_t) :: effect
+    effect%parameters(1) = effect_parameter_t('one_way:', '1', .true., 0.1_rp, 10.0_rp, 0.5_rp)
+    effect%is_per_joint = .true.
+    effect%needs(:2) = [NEED_BOTH_DIRECTIONS, NEED_SIDED_JOINTS]
+    effect%stage = STAGE_MOMENTS
+    effect%apply => apply_one_way
+    effect%derive => derive_one_way
+    effect%tell => tell_one_way
+  end function one_way_effect
+
+  pure subroutine apply_one_way(site, stiffness)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(inout) :: stiffness
+    integer :: h
+    do h = 1, size(site%plans)
+      if (site%effects%has_sides .and. site%plans(h)%joint > 0) &
+        stiffness%lift(h) = stiffness%hinge(h)*(site%values(site%plans(h)%joint) - 1)
+    end do
+  end subroutine apply_one_way
+
+  pure subroutine derive_one_way(site, stiffness, direction)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(in) :: stiffness
+    type(stiffness_t), intent(inout) :: direction
+    where (site%plans%joint == site%k .and. site%effects%has_sides) direction%lift = stiffness%hinge*site%values(site%k)
+  end subroutine derive_one_way
+
+  pure subroutine tell_one_way(text)
+    type(effect_text_t), intent(out) :: text
+    text%cause = 'one_way_joint'
+    text%title = 'a one-way joint'
+    text%sentence = 'One joint bends more easily in one direction, up or down, than in the other.'
+    text%definition = 'factor on the stiffness of one joint when it bends up, to +z of the unloaded wing; `[Wing] '// &
+                      'sided_joints = yes` gives joints their sides'
+    text%data = 'loads up and down'
+    text%confused = 'hardening and rest camber, if all loads are on one side'
+    call word_factor(text%words(1), SCALE_FACTOR, 'Joint @ bends less easily up (+z) than down:', &
+      'Joint @ bends more easily up (+z) than down:', 'stiffer', 'softer', 'upward than downward', &
+      'as stiff upward as downward', 1.0_rp)
+  end subroutine tell_one_way
+end module solid_effect_one_way

@@ -1,0 +1,60 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A membrane that is stiffer in one direction: springs times 1 + a cos 2 phi, phi their angle to x.
+module solid_effect_orthotropy
+  use base_kinds, only: rp
+  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, STAGE_ELEMENTS
+  use solid_element_stiffness, only: stiffness_t
+  use solid_extension, only: SPRING_MEMBRANE
+  use solid_wording, only: word_factor, SCALE_CONTRAST
+  implicit none
+  private
+  public :: orthotropy_effect
+
+contains
+
+  !> The effect `orthotropy`.
+  pure function orthotropy_effect() result(effect)
+    type(effect_t) :: effect
+    effect%parameters(1) = effect_parameter_t('orthotropy', '1', .false., -0.9_rp, 0.9_rp, 0.5_rp)
+    effect%stage = STAGE_ELEMENTS
+    effect%apply => apply_orthotropy
+    effect%derive => derive_orthotropy
+    effect%tell => tell_orthotropy
+  end function orthotropy_effect
+
+  pure subroutine apply_orthotropy(site, stiffness)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(inout) :: stiffness
+    integer :: s
+    do s = 1, site%springs%n
+      if (site%springs%family(s) == SPRING_MEMBRANE) &
+        stiffness%extension(s) = stiffness%extension(s)*(1 + site%values(1)*site%layout%spring_cosine(s))
+    end do
+  end subroutine apply_orthotropy
+
+  pure subroutine derive_orthotropy(site, stiffness, direction)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(in) :: stiffness
+    type(stiffness_t), intent(inout) :: direction
+    real(rp) :: factor
+    integer :: s
+    do s = 1, site%springs%n
+      if (site%springs%family(s) /= SPRING_MEMBRANE) cycle
+      factor = site%layout%spring_cosine(s)
+      direction%extension(s) = stiffness%extension(s)*factor/(1 + site%values(site%k)*factor)
+    end do
+  end subroutine derive_orthotropy
+
+  pure subroutine tell_orthotropy(text)
+    type(effect_text_t), intent(out) :: text
+    text%cause = 'orthotropy'
+    text%title = 'membrane that is stiffer in one direction'
+    text%sentence = 'The membrane stretches less easily along the span than across it, or the other way round.'
+    text%definition = 'springs of the membrane times 1 + a cos 2 phi, phi their angle to x'
+    text%data = 'large deflections'
+    text%confused = 'k_membrane; small in most tests'
+    call word_factor(text%words(1), SCALE_CONTRAST, 'The membrane stretches less easily along the span:', &
+      'The membrane stretches more easily along the span:', 'stiffer', 'softer', 'along it than across it', &
+      'as stiff along it as across it', 0.0_rp)
+  end subroutine tell_orthotropy
+end module solid_effect_orthotropy

@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One more soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a fraction of its
+!> length.
+module solid_effect_soft
+  use base_kinds, only: rp
+  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_SOFT_PLACE, STAGE_ELEMENTS
+  use solid_element_stiffness, only: stiffness_t
+  use solid_wording, only: word_factor, SCALE_FACTOR
+  implicit none
+  private
+  public :: soft_effect, add_hinge
+
+contains
+
+  !> The effect `soft`.
+  pure function soft_effect() result(effect)
+    type(effect_t) :: effect
+    effect%parameters(1) = effect_parameter_t('soft', '1', .true., 1.0e-4_rp, 1.0e2_rp, 2.0_rp)
+    effect%needs(1) = NEED_SOFT_PLACE
+    effect%stage = STAGE_ELEMENTS
+    effect%apply => apply_soft
+    effect%derive => derive_soft
+    effect%tell => tell_soft
+  end function soft_effect
+
+  pure subroutine apply_soft(site, stiffness)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(inout) :: stiffness
+    associate (h => site%layout%soft_hinge)
+      if (h > 0) stiffness%hinge(h) = site%values(1)*stiffness%hinge(h)
+    end associate
+  end subroutine apply_soft
+
+  pure subroutine derive_soft(site, stiffness, direction)
+    type(effect_site_t), intent(in) :: site
+    type(stiffness_t), intent(in) :: stiffness
+    type(stiffness_t), intent(inout) :: direction
+    if (site%layout%soft_hinge > 0) call add_hinge(site%layout%soft_hinge, stiffness, direction)
+  end subroutine derive_soft
+
+  !> The derivative with respect to the logarithm of the stiffness of hinge h.
+  pure subroutine add_hinge(h, stiffness, direction)
+    integer, intent(in) :: h
+    type(stiffness_t), intent(in) :: stiffness
+    type(stiffness_t), intent(inout) :: direction
+    direction%hinge(h) = stiffness%hinge(h)
+    direction%cubic(h) = stiffness%cubic(h)
+    direction%lift(h) = stiffness%lift(h)
+    direction%twist(h) = stiffness%twist(h)
+    direction%bow(h) = stiffness%bow(h)
+    direction%has_arch = stiffness%has_arch
+    direction%has_twist = stiffness%has_twist
+  end subroutine add_hinge
+
+  pure subroutine tell_soft(text)
+    type(effect_text_t), intent(out) :: text
+    text%cause = 'soft_place'
+    text%title = 'a joint that the model does not have'
+    text%sentence = 'One vein is softer (or stiffer) at one place than it looks: an unseen joint, a crack or a repair.'
+    text%definition = 'factor on the stiffness of the hinge at `[Wing] soft_place` = VEIN SHARE: the point inside the vein '// &
+                      'nearest to this share of its length'
+    text%data = 'loads beyond the place'
+    text%confused = 'neighbouring joints, damage'
+    call word_factor(text%words(1), SCALE_FACTOR, 'Vein @ bends less easily:', 'Vein @ bends more easily:', 'stiffer', &
+      'softer', 'there than it looks', 'as stiff there as it looks', 1.0_rp)
+  end subroutine tell_soft
+end module solid_effect_soft

@@ -1,0 +1,53 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How strong the effects of a wing are, and where they act. What each of them is says its module solid_effect_*; the list of all,
+!> which gives the order of the values, is solid_effects.
+module solid_effect_values
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: effects_t
+
+  type :: effects_t
+    integer :: n_joints = 0
+    real(rp), allocatable :: value(:)         !< of all parameters, each in its unit
+    real(rp) :: disc(3) = 0                   !< [m] x, y and radius of the damage; radius 0: none
+    character(:), allocatable :: soft_vein    !< with one more soft hinge; not allocated: none
+    real(rp) :: soft_share = 0                !< its place, of the vein's length
+    logical :: has_sided_veins = .false.      !< veins feel the membrane's normal
+    logical :: has_sides = .false.            !< joints can tell up from down
+  contains
+    procedure :: count => effects_count
+    procedure :: get => effects_get
+    procedure :: set => effects_set
+    procedure :: has_damage => effects_has_damage
+  end type effects_t
+
+contains
+
+  !> Number of parameters.
+  pure integer function effects_count(self) result(n)
+    class(effects_t), intent(in) :: self
+    n = size(self%value)
+  end function effects_count
+
+  !> Value of parameter i in its unit.
+  pure real(rp) function effects_get(self, i) result(value)
+    class(effects_t), intent(in) :: self
+    integer, intent(in) :: i
+    value = self%value(i)
+  end function effects_get
+
+  !> Sets parameter i.
+  pure subroutine effects_set(self, i, value)
+    class(effects_t), intent(inout) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: value
+    self%value(i) = value
+  end subroutine effects_set
+
+  !> Whether a place of damage is given.
+  pure logical function effects_has_damage(self) result(has)
+    class(effects_t), intent(in) :: self
+    has = self%disc(3) > 0
+  end function effects_has_damage
+end module solid_effect_values

@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Words for the value of a parameter: a scale turns it into a number that readers know, and words stand around that.
+!>
+!> Scales, for a value v, what it is when nothing happens r, and a constant c of the wording:
+!>
+!> | scale | what is displayed |
+!> |---|---|
+!> | FACTOR | v/r, as per cent more or less, or as "3.1 times" |
+!> | EXPONENT | the factor exp(v) |
+!> | LINEAR | the factor 1 + c v |
+!> | CONTRAST | the factor (1 + v)/(1 - v) of the stiffness along over that across |
+!> | HALF | the factor 2^(r - v) by which a vein of half the diameter is stiffer |
+!> | PLAIN | c (v - r), with a unit |
+!> | SHARE | v itself |
+!>
+!> Directions are those of the wing file: x points to the tip, z up. The word `up` of a wording stands where the displayed number is
+!> larger than without the cause.
+module solid_wording
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: wording_t, displayed, word_factor, word_share, word_plain
+
+  integer, parameter, public :: SCALE_FACTOR = 1, SCALE_EXPONENT = 2, SCALE_LINEAR = 3, SCALE_CONTRAST = 4, SCALE_HALF = 5, &
+                                SCALE_PLAIN = 6, SCALE_SHARE = 7
+  real(rp), parameter, public :: DEGREES = 57.295779513082323_rp !< of one rad
+
+  type :: wording_t
+    integer :: scale = SCALE_PLAIN
+    real(rp) :: reference = 0            !< value at which nothing happens
+    logical :: is_natural = .false.      !< that value is the law's own, and not what was assumed
+    real(rp) :: factor = 1               !< c
+    character(:), allocatable :: unit    !< of the number, or empty
+    character(:), allocatable :: up, down    !< words before the number
+    character(:), allocatable :: more, less  !< behind it, and then `than`
+    character(:), allocatable :: than
+    character(:), allocatable :: times       !< behind ".. times", in their place
+    logical :: is_known = .false.        !< the parameter has words of its own
+  end type wording_t
+
+contains
+
+  !> What is displayed of a value: a factor, a share, or an amount in the unit of the wording.
+  pure elemental real(rp) function displayed(w, value) result(shown)
+    type(wording_t), intent(in) :: w
+    real(rp), intent(in) :: value
+    real(rp), parameter :: LARGEST = 300.0_rp, ALMOST = 1.0e-12_rp
+    select case (w%scale)
+    case (SCALE_FACTOR)
+      shown = value/w%reference
+    case (SCALE_EXPONENT)
+      shown = exp(min(LARGEST, max(-LARGEST, value)))
+    case (SCALE_LINEAR)
+      shown = 1 + w%factor*value
+    case (SCALE_CONTRAST)
+      shown = (1 + value)/max(ALMOST, 1 - value)
+    case (SCALE_HALF)
+      shown = 2.0_rp**(w%reference - value)
+    case (SCALE_PLAIN)
+      shown = w%factor*(value - w%reference)
+    case default
+      shown = value
+    end select
+  end function displayed
+
+  !> A number that is a factor on one of the scales of factors. `reference`: the value at which nothing happens, if it is the
+  !> law's own.
+  pure subroutine word_factor(w, scale, up, down, more, less, than, times, reference)
+    type(wording_t), intent(inout) :: w
+    integer, intent(in) :: scale
+    character(*), intent(in) :: up, down, more, less, than, times
+    real(rp), intent(in), optional :: reference
+    call word_plain(w, '%', up, down, more, less, than, reference)
+    w%scale = scale
+    w%times = times
+  end subroutine word_factor
+
+  !> A number without a unit that is told as it is.
+  pure subroutine word_share(w, up, down, than, reference)
+    type(wording_t), intent(inout) :: w
+    character(*), intent(in) :: up, down, than
+    real(rp), intent(in), optional :: reference
+    call word_plain(w, '', up, down, '', '', than, reference)
+    w%scale = SCALE_SHARE
+  end subroutine word_share
+
+  !> An amount in a unit.
+  pure subroutine word_plain(w, unit, up, down, more, less, than, reference)
+    type(wording_t), intent(inout) :: w
+    character(*), intent(in) :: unit, up, down, more, less, than
+    real(rp), intent(in), optional :: reference
+    w%unit = trim(unit)
+    w%up = up
+    w%down = down
+    w%more = more
+    w%less = less
+    w%than = than
+    w%times = than
+    w%is_natural = present(reference)
+    if (present(reference)) w%reference = reference
+  end subroutine word_plain
+end module solid_wording
