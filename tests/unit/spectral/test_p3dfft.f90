@@ -45,8 +45,8 @@ contains
     call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
     if (.not. possible) return
     write (name, '(3(i0,1x),a,a,i0)') n, dealias, ', rows ', rows
-    call make_transform(builtin, 'builtin', test%world, grid, dealias, rows, 'estimate', 3, 2, failure)
-    call make_transform(foreign, 'p3dfft', test%world, grid, dealias, rows, 'measure', 3, 2, failure)
+    call make_transform(builtin, 'builtin', test%world, grid, dealias, rows, 'estimate', 5, 2, failure)
+    call make_transform(foreign, 'p3dfft', test%world, grid, dealias, rows, 'measure', 5, 2, failure)
     call test%check(trim(name)//': P3DFFT can be used', .not. failure%failed)
     if (failure%failed) then
       call builtin%free()
