@@ -380,7 +380,8 @@ def test_doubts(case):
             ("Wing", "E", 12.58, "12.58 Pa is too small for veins of insects, which have 1e7 to 1e11 Pa; if it is in GPa, write 12.58e9"),
             ("Wing", "D", 0.01, "0.01 N m is too large"),
             ("Mass", "vein_density", 1.3, "1.3 kg/m^3 is too small for veins of insects"),
-            ("Mass", "membrane_mass", 81.475e-6, "kg/m^2 is too large for membranes of insects")):
+            ("Mass", "membrane_mass", 81.475, "81.475 kg is too large for membranes of this size, which have 3e-9 to 3e-6 kg; if it is in ug, "
+             "write 81.475e-9")):
         notices = told("calliphora_small.h5", **{section: {key: value}})
         check(len(notices) == 1 and f"[{section}] {key}: " in notices[0] and words in notices[0], f"{key}:\n{notices}")
 
