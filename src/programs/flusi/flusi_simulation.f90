@@ -66,7 +66,7 @@ module flusi_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look_ahead, look, bend, push, move_wings, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look_ahead, bend, push, move_wings, fail
   end type simulation_t
 
 contains
@@ -185,7 +185,7 @@ contains
         call self%timers%stop(self%t_step)
         if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
         if (self%failure%failed) exit
-        if (allocated(self%coupler)) call self%look()
+        if (allocated(self%coupler)) call sample_loads(self)
         if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
         if (allocated(self%averages)) call self%averages%add(fluid)
@@ -194,7 +194,7 @@ contains
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
-        call self%stop_rules%look(self%world)
+        call self%stop_rules%poll(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
         if (self%stop_rules%must_stop .or. self%failure%failed) exit
       end do
@@ -232,7 +232,7 @@ contains
     call self%fluid%evaluate(request, self%failure, self%wings)
     if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
     if (self%failure%failed) return
-    if (allocated(self%coupler)) call self%look()
+    if (allocated(self%coupler)) call sample_loads(self)
     if (.not. self%failure%failed) call write_all(self)
     call self%output%flush(self%fluid, self%failure)
     if (self%settings%output%backup) call self%back_up()
@@ -249,15 +249,15 @@ contains
   end subroutine look_ahead
 
   !> Takes the load on the flexible wings where they are.
-  subroutine look(self)
-    class(simulation_t), intent(inout) :: self
+  subroutine sample_loads(self)
+    type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%look(self%fluid, self%wings)
     call check_flight(self%wings, self%settings%fluid%grid, self%failure)
     call self%series%look(self%wings, self%coupler, self%fluid)
     call self%timers%stop(self%t_wings)
     if (self%failure%failed) self%outcome = OUTCOME_COLLISION
-  end subroutine look
+  end subroutine sample_loads
 
   !> Takes wings, and the body that flies freely, over the step that the fluid has made.
   subroutine move_wings(self)
