@@ -6,7 +6,7 @@ module diagnosis_detectability
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_places, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
+  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_calibration, only: calibration_t, find_detectable
   use inference_calibration_store, only: calibrate, calibration_store_t

@@ -11,7 +11,7 @@ module diagnosis_next
   use base_kinds, only: rp
   use base_sort, only: key_of_real, sorting_order
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_places, only: new_load_t, normal_matrix, separation, shared_columns, trial_t
+  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, shared_columns, trial_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_engine, only: diagnosis_t
   implicit none

@@ -32,19 +32,19 @@ contains
       else
         labels%block = labels%surface
       end if
-      allocate (labels%fold(n), labels%twin(n), source=0)
+      allocate (labels%fold(n), labels%replicate(n), source=0)
       labels%level = [(loads(l)%force*sign(1.0_rp, sum(loads(l)%direction)), l=1, n)]
       labels%order = [(real(loads(l)%order, rp), l=1, n)]
       labels%hold = [(loads(l)%hold, l=1, n)]
       labels%moment = [(loads(l)%force*(loads(l)%point(1) - experiment%root(1)), l=1, n)]
       folds = 0
       do l = 1, n
-        labels%twin(l) = l
+        labels%replicate(l) = l
         do k = l - 1, 1, -1
           if (norm2(loads(l)%point - loads(k)%point) > 0.02_rp*experiment%model%size) cycle
           labels%fold(l) = labels%fold(k)
           if (abs(loads(l)%force - loads(k)%force) <= 1.0e-6_rp*loads(k)%force .and. &
-              norm2(loads(l)%direction - loads(k)%direction) < 1.0e-6_rp) labels%twin(l) = labels%twin(k)
+              norm2(loads(l)%direction - loads(k)%direction) < 1.0e-6_rp) labels%replicate(l) = labels%replicate(k)
         end do
         if (labels%fold(l) > 0) cycle
         folds = folds + 1

@@ -296,7 +296,7 @@ contains
       labels%order = [labels%order, 0.0_rp]
       labels%hold = [labels%hold, -1.0_rp]
       labels%moment = [labels%moment, 0.0_rp]
-      labels%twin = [labels%twin, surfaces + k]
+      labels%replicate = [labels%replicate, surfaces + k]
     end do
   end subroutine modes_append_labels
 end module diagnosis_wing_modes

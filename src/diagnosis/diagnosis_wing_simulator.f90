@@ -4,7 +4,7 @@
 !>
 !>     call simulator%init(...)                    collective
 !>     if (world%is_root) then
-!>       ... statistics ...; call simulator%dismiss()
+!>       ... statistics ...; call simulator%shut_down()
 !>     else
 !>       call simulator%serve()
 !>     end if
@@ -17,8 +17,8 @@ module diagnosis_wing_simulator
   use diagnosis_wing_modes, only: wing_modes_t
   use diagnosis_wing_quantities, only: find_quantity, wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_state, only: wing_state_t
-  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
-                                 TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
+  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, TASK_DIRECTIONS, &
+                                 TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use inference_simulator, only: effect_t, quantity_t, simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
@@ -56,7 +56,7 @@ module diagnosis_wing_simulator
     procedure :: init => wing_init
     procedure :: free => wing_free
     procedure :: serve => wing_serve
-    procedure :: dismiss => wing_dismiss
+    procedure :: shut_down => wing_shut_down
     procedure :: set_band => wing_set_band
     procedure :: begin_like => wing_begin_like
     procedure :: pixels => wing_pixels
@@ -136,10 +136,10 @@ contains
   end subroutine wing_serve
 
   !> Ends `serve`. On rank 0.
-  subroutine wing_dismiss(self)
+  subroutine wing_shut_down(self)
     class(wing_simulator_t), intent(inout) :: self
-    call self%farm%dismiss()
-  end subroutine wing_dismiss
+    call self%farm%shut_down()
+  end subroutine wing_shut_down
 
   !> Takes band(n, :) as further directions of errors of unit strength.
   subroutine wing_set_band(self, band)

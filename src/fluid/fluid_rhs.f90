@@ -1,5 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The right-hand side of the Navier-Stokes equations and the time step, as three pipeline kernels.
+!> The right-hand side of the Navier-Stokes equations and the time step, as kernels of a pipeline. With the solids in their
+!> places (`run_pass` of fluid_solver) a pass takes the curl of u (`spectral_in`), multiplies u x omega and penalizes
+!> (`product`), chooses the step (`reduce`), projects and advances (`spectral_out`).
 !>
 !>   du/dt = P[ u x omega - chi/C_eta (u - u_s) ] + F_sponge + nu lap u,   div u = 0,
 !>
@@ -71,7 +73,7 @@ module fluid_rhs
     procedure :: reduce => rhs_reduce
     procedure :: spectral_out => rhs_spectral_out
     procedure :: advance_kept => rhs_advance_kept
-    procedure, private :: penalize_line, add_integrals, advance_stick, finish_stick, choose_step, stage_time
+    procedure, private :: penalize_line, add_integrals, advance_stick, advance, choose_step, stage_time
   end type rhs_t
 
 contains
@@ -196,26 +198,17 @@ contains
                                   self%params%grid%spacing(1), wrap, u, v, w, out1, out2, out3)
   end subroutine penalize_line
 
-  !> -omega/C_sp inside the sponge, outside the solids.
+  !> The sponge on a line, outside the solids.
   subroutine sponge_line(self, y, z, omega, q)
     type(rhs_t), intent(in) :: self
     integer, intent(in) :: y, z
     real(rp), intent(in) :: omega(:, :)
     real(rp), intent(inout) :: q(:, :)
-    integer :: nx, line, i
-    nx = size(omega, 1)
-    if (self%sponge%whole_line(y, z)) then
-      q = -self%sponge%rate*omega
-    else
-      q = 0
-      q(1:self%sponge%low, :) = -self%sponge%rate*omega(1:self%sponge%low, :)
-      q(nx - self%sponge%high + 1:, :) = -self%sponge%rate*omega(nx - self%sponge%high + 1:, :)
-    end if
+    integer :: line
+    call self%sponge%damp(y, z, omega, q)
     if (.not. self%params%penalized) return
     line = y + self%block%count(2)*(z - 1)
-    do i = self%penalty%line_first(line), self%penalty%line_last(line)
-      q(self%penalty%x(i), :) = 0
-    end do
+    q(self%penalty%x(self%penalty%line_first(line):self%penalty%line_last(line)), :) = 0
   end subroutine sponge_line
 
   !> Energies, enstrophies and the divergence on a line.
@@ -296,11 +289,11 @@ contains
     self%pass = PASS_AB2
     call self%choose_step()
     do s = 1, self%sticks%n
-      call self%finish_stick(s, self%kept(:, s, :))
+      call self%advance(s, self%kept(:, s, :))
     end do
   end subroutine rhs_advance_kept
 
-  !> Projection, pressure on request, and the update of the state.
+  !> Projects the right-hand side and advances the state by it; an evaluation keeps it on request.
   subroutine rhs_spectral_out(self, first, count, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -309,24 +302,31 @@ contains
     if (self%failure%failed) return
     do i = 1, count
       s = first + i - 1
-      call project_stick(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
-                         fields(:, i, 1), fields(:, i, 2), fields(:, i, 3), self%pressure_line)
-      if (self%request%pressure) call self%pressure%keep(self%sticks, s, self%pressure_line, fields(:, i, self%n_out))
+      call project(self, s, i, fields)
       if (self%request%flow .and. allocated(self%past)) self%past(:, s, :) = self%state%u(:, s, :)
-      if (self%sponge%is_on) &
-        call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
-                        fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &
-                        fields(:, i, 1), fields(:, i, 2), fields(:, i, 3))
-      if (self%pass == PASS_EVALUATE) then
-        if (self%request%rhs) self%kept(:, s, :) = fields(:, i, 1:3)
-      else
-        call self%finish_stick(s, fields(:, i, 1:3))
+      if (self%pass /= PASS_EVALUATE) then
+        call self%advance(s, fields(:, i, 1:3))
+      else if (self%request%rhs) then
+        self%kept(:, s, :) = fields(:, i, 1:3)
       end if
     end do
   end subroutine rhs_spectral_out
 
-  !> The update on stick `s` by the components of the projected right-hand side.
-  subroutine finish_stick(self, s, n)
+  !> Makes line i of the right-hand side, that of stick `s`, free of divergence, keeps the pressure, and adds the sponge.
+  subroutine project(self, s, i, fields)
+    class(rhs_t), intent(inout) :: self
+    integer, intent(in) :: s, i
+    complex(rp), contiguous, intent(inout) :: fields(:, :, :)
+    call project_stick(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
+                       fields(:, i, 1), fields(:, i, 2), fields(:, i, 3), self%pressure_line)
+    if (self%request%pressure) call self%pressure%keep(self%sticks, s, self%pressure_line, fields(:, i, self%n_out))
+    if (self%sponge%is_on) call add_sponge(self%sticks%nkz, self%sticks%kx(s), self%sticks%ky(s), self%sticks%kz, &
+                                           fields(:, i, 4), fields(:, i, 5), fields(:, i, 6), &
+                                           fields(:, i, 1), fields(:, i, 2), fields(:, i, 3))
+  end subroutine project
+
+  !> Advances the state on stick `s` by the components of the projected right-hand side.
+  subroutine advance(self, s, n)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: s
     complex(rp), intent(inout) :: n(:, :) !< (nkz, 3)
@@ -338,7 +338,7 @@ contains
     end do
     if (s == self%sticks%zero) self%state%u(1, s, :) = imposed_mean_flow(self%params, self%stage_time(), &
                                                                          self%state%u(1, s, :))
-  end subroutine finish_stick
+  end subroutine advance
 
   !> Component `c` of the update on stick `s` by the projected right-hand side `n`.
   subroutine advance_stick(self, s, c, n)

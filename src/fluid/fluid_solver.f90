@@ -187,6 +187,8 @@ contains
     self%accepted = .true.
   end subroutine fluid_accept
 
+  !> One pass of the scheme, which is a whole step of AB2 and Euler: places the solids, then takes the curl, multiplies,
+  !> penalizes, projects and advances, as the kernels of `rhs_t` say.
   subroutine run_pass(self, pass, request, moving)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: pass

@@ -18,9 +18,28 @@ module fluid_sponge
     logical, allocatable :: whole_line(:, :)      !< (ny_local, nz_local) lines that are sponge all along
     integer :: low = 0                            !< sponge at x indices 1 .. low of every other line
     integer :: high = 0                           !< and at the last `high` ones
+  contains
+    procedure :: damp => sponge_damp
   end type sponge_t
 
 contains
+
+  !> q = -chi_sp/C_sp omega on the line (y, z), for omega and q of (nx, 3).
+  pure subroutine sponge_damp(self, y, z, omega, q)
+    class(sponge_t), intent(in) :: self
+    integer, intent(in) :: y, z
+    real(rp), intent(in) :: omega(:, :)
+    real(rp), intent(inout) :: q(:, :)
+    integer :: nx
+    nx = size(omega, 1)
+    if (self%whole_line(y, z)) then
+      q = -self%rate*omega
+    else
+      q = 0
+      q(1:self%low, :) = -self%rate*omega(1:self%low, :)
+      q(nx - self%high + 1:, :) = -self%rate*omega(nx - self%high + 1:, :)
+    end if
+  end subroutine sponge_damp
 
   !> Sponge of `params` on this rank's block.
   function make_sponge(params, block) result(sponge)

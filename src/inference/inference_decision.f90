@@ -19,7 +19,7 @@ module inference_decision
   use inference_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, &
                                   remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   use inference_rejection, only: name_power
-  use inference_together, only: find_together
+  use inference_joint_causes, only: find_joint_causes
   implicit none
   private
   public :: decision_t, decide, rank_effects, reject_catalogue, take_back_name, verdict_word
@@ -112,7 +112,7 @@ contains
     allocate (decision%causes(0), decision%set(0))
     decision%log_p_global = calibration%log_p_global(statistics)
     order = rank_effects(hypotheses)
-    call find_together(design, hypotheses, order, together, log_together)
+    call find_joint_causes(design, hypotheses, order, together, log_together)
     call find_posterior(hypotheses, size(order), log_together, decision)
     if (size(order) == 0 .and. size(design%families) == 0) return
     if (decision%log_p_global > log(LEVEL)) then

@@ -11,7 +11,7 @@ module inference_design
   use base_kinds, only: rp
   use base_lapack, only: decompose, orthogonalise
   use inference_simulator, only: quantity_t, simulator_t
-  use inference_strengths, only: strength, strengths_t
+  use inference_effect_size, only: strength, effect_size_prior_t
   use inference_weights, only: cell_weights
   use inference_whitener, only: whitener_t
   implicit none
@@ -37,7 +37,7 @@ module inference_design
     real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
     real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is -solve*(basis^T z)
     real(rp), allocatable :: beside(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
-    type(strengths_t) :: strengths
+    type(effect_size_prior_t) :: strengths
   end type candidate_t
 
   !> Unknown causes of one kind: smooth fields with a Gaussian prior.
@@ -48,8 +48,8 @@ module inference_design
     real(rp), allocatable :: weights(:, :)  !< (patterns, m) pattern amplitudes of unit strength
     real(rp), allocatable :: alone(:, :)    !< (k, shown) of length 1, those that the baseline does not absorb
     integer, allocatable :: shown(:)        !< which of `patterns` they are
-    type(strengths_t) :: strength_alone
-    type(strengths_t) :: strengths
+    type(effect_size_prior_t) :: strength_alone
+    type(effect_size_prior_t) :: strengths
   contains
     procedure :: map => family_map
   end type family_t

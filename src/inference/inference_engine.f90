@@ -1,22 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds, nonlinear
-!> refits of the leaders, the same once more with nuisances as the best of them has them, verdict, validation on locations
+!> refits of the top candidates, the same once more with nuisances as the best of them has them, verdict, validation on locations
 !> that were left out, intervals.
 module inference_engine
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_calibration, only: find_detectable, find_statistics, statistics_t
   use inference_calibration_store, only: calibrate, calibration_store_t
-  use inference_decision, only: decide, reject_catalogue, take_back_name, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, &
-                                AT_BOUND, VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET
+  use inference_decision, only: decide, reject_catalogue, take_back_name, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, AT_BOUND, &
+                                VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET
   use inference_design, only: build_design, design_t
-  use inference_exchange, only: add_finer
+  use inference_refine_location, only: add_finer
   use inference_intervals, only: find_intervals, find_support, move_to_better
-  use inference_leaders, only: fit_extended, refit_leaders
-  use inference_noise_share, only: find_share
+  use inference_top_candidates, only: fit_extended, refit_top_candidates
+  use inference_noise_fraction, only: find_noise_fraction
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refit, only: fit_baseline
-  use inference_second_look, only: model_error_t, take_leaders_view
+  use inference_relinearisation, only: model_error_t, relinearise
   use inference_simulator, only: simulator_t
   use inference_validation, only: compare_folds, validate
   implicit none
@@ -48,7 +48,7 @@ contains
     call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure, nuisances)
     if (failure%failed) return
     if (.not. options%is_scale_known) then
-      call find_share(simulator, d%baseline%q, is_new)
+      call find_noise_fraction(simulator, d%baseline%q, is_new)
       best = reshape(d%baseline%q, [size(d%baseline%q), 1])
       if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure, nuisances)
       if (failure%failed) return
@@ -83,16 +83,16 @@ contains
       if (.not. failure%failed) call judge(simulator, options, is_scale_known, d, failure)
       if (failure%failed) return
     end if
-    call refit_leaders(simulator, options, d)
+    call refit_top_candidates(simulator, options, d)
     call d%stand_at_baseline(simulator)
     if (options%validates) &
       call validate(simulator, d%plain%active, d%plain%q, d%design%nuisances, options%fit, d%validated)
-    call take_leaders_view(simulator, options, d, is_new, model_error)
+    call relinearise(simulator, options, d, is_new, model_error)
     if (is_new) then
       call judge(simulator, options, is_scale_known, d, failure)
       if (failure%failed) return
       call move_alloc(d%refits, before)
-      call refit_leaders(simulator, options, d, before)
+      call refit_top_candidates(simulator, options, d, before)
     end if
     call confirm(simulator, options, d)
     call d%stand_at_extended(simulator)

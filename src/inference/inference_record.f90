@@ -24,7 +24,7 @@ module inference_record
     type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=1.0e-5_rp, most_rejections=4)
     integer :: n_draws = 4000            !< of the bootstrap
     integer(i8) :: seed = 1
-    integer :: most_refits = 5           !< leaders that are fitted in full
+    integer :: most_refits = 5           !< top candidates that are fitted in full
     logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
     logical :: validates = .true.
     logical :: finds_intervals = .true.

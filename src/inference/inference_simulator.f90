@@ -60,7 +60,7 @@ module inference_simulator
     real(rp), allocatable :: order(:)         !< (surfaces) in the sequence of measurements, 0: not stated
     real(rp), allocatable :: hold(:)          !< (surfaces) [s], negative: not stated
     real(rp), allocatable :: moment(:)        !< (surfaces) of the load about the root
-    integer, allocatable :: twin(:)           !< (surfaces) first surface under the same load, itself if none
+    integer, allocatable :: replicate(:)           !< (surfaces) first surface under the same load, itself if none
   end type labels_t
 
   type, abstract :: simulator_t

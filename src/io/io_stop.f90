@@ -30,7 +30,7 @@ module io_stop
   contains
     procedure :: init => stop_init
     procedure, nopass :: listen => stop_listen
-    procedure :: look => stop_look
+    procedure :: poll => stop_poll
     procedure :: is_time_over => stop_is_time_over
     procedure :: backup_done => stop_backup_done
   end type stop_rules_t
@@ -69,7 +69,7 @@ contains
   end subroutine stop_listen
 
   !> Looks whether to stop or to back up; all ranks decide the same. Collective.
-  subroutine stop_look(self, world)
+  subroutine stop_poll(self, world)
     class(stop_rules_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(message_list_t) :: messages
@@ -103,7 +103,7 @@ contains
     case default
       self%must_stop = .false.
     end select
-  end subroutine stop_look
+  end subroutine stop_poll
 
   !> Whether the wall time is used up or the job ends soon, by this rank's clock. Not collective: for rank 0, within work
   !> that lasts long, before all ranks look.

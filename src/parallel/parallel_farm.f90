@@ -10,7 +10,7 @@
 !>     if (world%is_root) then
 !>       call farm%share(runner, context)            as often as needed
 !>       call farm%run(runner, order, inputs, outputs, statuses, seconds)
-!>       call farm%dismiss()                         once; ends `serve` of the others
+!>       call farm%shut_down()                         once; ends `serve` of the others
 !>     else
 !>       call farm%serve(runner)
 !>     end if
@@ -26,7 +26,7 @@ module parallel_farm
 
   integer, parameter :: NOT_RUN = -1 !< status of a task that was not begun because a stop was wanted
   integer, parameter :: FEW_RANKS = 8     ! up to here rank 0 works: idle it would cost more than a tenth
-  integer, parameter :: DISMISS = 0, BATCH = 1, SHARING = 2 ! commands to workers
+  integer, parameter :: SHUT_DOWN = 0, BATCH = 1, SHARING = 2 ! commands to workers
   integer, parameter :: TASK_TAG = 71, RESULT_TAG = 72
   integer, parameter :: DEPTH = 2 ! tasks that a worker may hold
 
@@ -71,7 +71,7 @@ module parallel_farm
     procedure :: share => farm_share
     procedure :: run => farm_run
     procedure :: serve => farm_serve
-    procedure :: dismiss => farm_dismiss
+    procedure :: shut_down => farm_shut_down
   end type farm_t
 
 contains
@@ -143,11 +143,11 @@ contains
   end subroutine send_command
 
   !> Ends `serve` on the other ranks. On rank 0.
-  subroutine farm_dismiss(self)
+  subroutine farm_shut_down(self)
     class(farm_t), intent(inout) :: self
-    call require(self%world%is_root, 'farm_dismiss: rank 0')
-    call send_command(self, DISMISS, 0)
-  end subroutine farm_dismiss
+    call require(self%world%is_root, 'farm_shut_down: rank 0')
+    call send_command(self, SHUT_DOWN, 0)
+  end subroutine farm_shut_down
 
   !> Does the tasks 1 .. size(order), begun in that order: inputs(n_input, :), outputs(n, :) with n up to n_output, which is
   !> all that is sent. The output of a task that was not run is 0, and its status NOT_RUN; that of a failed one is what the

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The costs of a generation of candidates, as tasks (candidate, load) for the crew, longest first.
+!> The costs of a generation of candidates, as tasks (candidate, load) for the pool, longest first.
 !>
 !> Candidates are solved warm from the solution of the optimiser's mean under the same load, which is solved first,
 !> itself warm from the mean before: a candidate's cost depends on the sequence of means alone, not on who computes it.
@@ -8,9 +8,9 @@ module training_objective
   use base_sort, only: sorting_order
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
-  use training_crew, only: train_crew_t
-  use training_task, only: full_size, task_input, COST_CHI2, COST_FACTORISATIONS, COST_MEAN_SQUARE, COST_REDONE, &
-                           COST_SIZE, COST_VIOLATION
+  use training_pool, only: worker_pool_t
+  use training_task, only: full_size, task_input, COST_CHI2, COST_FACTORISATIONS, COST_MEAN_SQUARE, COST_REDONE, COST_SIZE, &
+                           COST_VIOLATION
   implicit none
   private
   public :: train_objective_t, candidate_costs_t, full_results
@@ -24,7 +24,7 @@ module training_objective
 
   type :: train_objective_t
     type(experiment_t), pointer :: experiment => null()
-    type(train_crew_t), pointer :: crew => null()
+    type(worker_pool_t), pointer :: pool => null()
     logical :: use_chi2 = .false.
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m] of the last mean
     logical, allocatable :: is_start(:)      !< (loads) `shapes` is a start of warm solutions
@@ -40,16 +40,16 @@ module training_objective
 
 contains
 
-  !> Experiment and crew must live as long as the objective.
-  subroutine objective_init(self, experiment, crew, use_chi2)
+  !> Experiment and pool must live as long as the objective.
+  subroutine objective_init(self, experiment, pool, use_chi2)
     class(train_objective_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: experiment
-    type(train_crew_t), intent(in), target :: crew
+    type(worker_pool_t), intent(in), target :: pool
     logical, intent(in) :: use_chi2
     integer :: n_loads
     n_loads = size(experiment%loads)
     self%experiment => experiment
-    self%crew => crew
+    self%pool => pool
     self%use_chi2 = use_chi2
     allocate (self%shapes(3, experiment%model%n_all, n_loads), source=0.0_rp)
     allocate (self%is_start(n_loads), source=.false.)
@@ -63,15 +63,15 @@ contains
     self%shapes = 0
   end subroutine objective_forget
 
-  !> Solves all loads at the mean. If the crew is stopped afterwards nothing has changed.
+  !> Solves all loads at the mean. If the pool is stopped afterwards nothing has changed.
   subroutine objective_solve_mean(self, coordinates)
     class(train_objective_t), intent(inout) :: self
     real(rp), intent(in) :: coordinates(:)
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
     integer :: l
-    call full_results(self%experiment, self%crew, coordinates, self%is_start, self%shapes, evaluations, shapes)
-    if (self%crew%is_stopped) return
+    call full_results(self%experiment, self%pool, coordinates, self%is_start, self%shapes, evaluations, shapes)
+    if (self%pool%is_stopped) return
     do l = 1, size(evaluations)
       self%is_start(l) = evaluations(l)%is_start
       if (self%is_start(l)) self%shapes(:, :, l) = shapes(:, :, l)
@@ -79,7 +79,7 @@ contains
     end do
   end subroutine objective_solve_mean
 
-  !> Costs of the candidates coordinates(n, lambda). If the crew is stopped afterwards they are not complete.
+  !> Costs of the candidates coordinates(n, lambda). If the pool is stopped afterwards they are not complete.
   subroutine objective_evaluate(self, coordinates, costs)
     class(train_objective_t), intent(inout) :: self
     real(rp), intent(in) :: coordinates(:, :)
@@ -96,11 +96,11 @@ contains
         inputs(:, (k - 1)*n_loads + l) = task_input(coordinates(:, k), l, self%is_start(l), .false.)
       end do
     end do
-    call self%crew%run_costs(reshape(self%shapes, [size(self%shapes)]), longest_first(self, coordinates), inputs, &
+    call self%pool%run_costs(reshape(self%shapes, [size(self%shapes)]), longest_first(self, coordinates), inputs, &
                              outputs, statuses, seconds)
     allocate (costs%f(lambda), costs%violation(lambda), source=0.0_rp)
     allocate (costs%has_failed(lambda), source=.false.)
-    if (self%crew%is_stopped) return
+    if (self%pool%is_stopped) return
     do k = 1, lambda
       do l = 1, n_loads
         task = (k - 1)*n_loads + l
@@ -146,12 +146,12 @@ contains
   end function longest_first
 
   !> All loads at one point with derivatives and shapes(3, n_all, loads) [m], warm from `starts` where `is_start`. Those
-  !> that are left out are not solved; their shapes are `starts`. If the crew is stopped afterwards they are not
+  !> that are left out are not solved; their shapes are `starts`. If the pool is stopped afterwards they are not
   !> complete, and not solved. On rank 0.
-  subroutine full_results(experiment, crew, coordinates, is_start, starts, evaluations, shapes, &
+  subroutine full_results(experiment, pool, coordinates, is_start, starts, evaluations, shapes, &
                           is_left_out)
     type(experiment_t), intent(in) :: experiment
-    type(train_crew_t), intent(inout) :: crew
+    type(worker_pool_t), intent(inout) :: pool
     real(rp), intent(in) :: coordinates(:), starts(:, :, :)
     logical, intent(in) :: is_start(:)
     logical, intent(in), optional :: is_left_out(:)
@@ -174,7 +174,7 @@ contains
     do k = 1, size(loads)
       inputs(:, k) = task_input(coordinates, loads(k), is_start(loads(k)), .true.)
     end do
-    call crew%run_full(reshape(starts, [size(starts)]), [(k, k=1, n)], inputs, outputs, statuses, seconds)
+    call pool%run_full(reshape(starts, [size(starts)]), [(k, k=1, n)], inputs, outputs, statuses, seconds)
     n = size(shapes, 1)*size(shapes, 2)
     do k = 1, size(loads)
       l = loads(k)

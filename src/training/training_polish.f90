@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Behind the search: least squares with exact derivatives, what the data say about every parameter, and the cold
-!> solution of the final point. On rank 0; the others serve the crew.
+!> solution of the final point. On rank 0; the others serve the pool.
 module training_polish
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -16,20 +16,20 @@ module training_polish
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
   use training_case, only: training_case_t
-  use training_crew, only: train_crew_t
-  use training_ends, only: end_lines, END_LENGTH
+  use training_pool, only: worker_pool_t
+  use training_agreement, only: agreement_lines, END_LENGTH
   use training_listener, only: training_listener_t
   use training_objective, only: full_results, train_objective_t
   use training_space, only: search_space_t
   implicit none
   private
-  public :: crew_problem_t, trained_t, polish_points, make_unknowns, interval_sentence, left_out_names
+  public :: pool_problem_t, trained_t, polish_points, make_unknowns, interval_sentence, left_out_names
 
   real(rp), parameter :: AT_BOUND = 1.0e-3_rp !< of the box's side: nearer to a bound is at it
 
-  !> The problem of least squares whose loads are solved by the crew. With a log it tells how far it is.
-  type, extends(wing_problem_t) :: crew_problem_t
-    type(train_crew_t), pointer :: crew => null()
+  !> The problem of least squares whose loads are solved by the pool. With a log it tells how far it is.
+  type, extends(wing_problem_t) :: pool_problem_t
+    type(worker_pool_t), pointer :: pool => null()
     class(training_listener_t), pointer :: log => null()
     integer :: part = 0, n_parts = 0         !< the present start or interval, of so many
     character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
@@ -38,7 +38,7 @@ module training_polish
     real(rp), private :: begun = 0           !< [s] wall time of the first start or interval
   contains
     procedure :: run => problem_run
-  end type crew_problem_t
+  end type pool_problem_t
 
   !> The outcome of a training.
   type :: trained_t
@@ -101,12 +101,12 @@ contains
 
   !> See `wing_problem_t`.
   subroutine problem_run(self, p)
-    class(crew_problem_t), intent(inout) :: self
+    class(pool_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
-    call self%crew%look()
-    call full_results(self%experiment, self%crew, p, self%is_start .and. .not. self%is_cold, self%shapes, &
+    call self%pool%poll()
+    call full_results(self%experiment, self%pool, p, self%is_start .and. .not. self%is_cold, self%shapes, &
                       evaluations, shapes, self%is_left_out)
     call move_alloc(evaluations, self%evaluations)
     call move_alloc(shapes, self%tried)
@@ -114,7 +114,7 @@ contains
   end subroutine problem_run
 
   subroutine tell_progress(self)
-    type(crew_problem_t), intent(inout) :: self
+    type(pool_problem_t), intent(inout) :: self
     real(rp) :: chi2
     integer :: l
     self%n_solved = self%n_solved + 1
@@ -153,24 +153,24 @@ contains
   !> From points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome.
   !> The first is polished by continuation, which leads to one point from nearly all starts. Others are tried as long as
   !> what was found does not fit within the errors, and while polishing has cost fewer evaluations than the search;
-  !> with the declared errors at once, so that they may end elsewhere, which is told. If the crew is stopped afterwards
+  !> with the declared errors at once, so that they may end elsewhere, which is told. If the pool is stopped afterwards
   !> the outcome is not complete.
-  subroutine polish_points(settings, crew, space, objective, starts, log, trained)
+  subroutine polish_points(settings, pool, space, objective, starts, log, trained)
     class(training_case_t), intent(in), target :: settings
-    type(train_crew_t), intent(inout), target :: crew
+    type(worker_pool_t), intent(inout), target :: pool
     type(search_space_t), intent(in) :: space
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: starts(:, :)
     class(training_listener_t), intent(inout), target :: log
     type(trained_t), intent(out) :: trained
-    type(crew_problem_t) :: problem
+    type(pool_problem_t) :: problem
     type(unknowns_t) :: unknowns
     type(trained_t) :: one
     real(rp), allocatable :: ends(:, :)
     real(rp) :: n_residuals
     integer :: i, n_evaluations
     call problem%init(settings%experiment)
-    problem%crew => crew
+    problem%pool => pool
     if (settings%polish) problem%log => log
     problem%n_parts = size(starts, 2)
     problem%begun = wall_seconds()
@@ -182,7 +182,7 @@ contains
       problem%part = i
       problem%lowest = huge(1.0_rp)
       call reach_outcome(settings, problem, unknowns, objective, starts(:, i), i == 1, trained%fits, log, one)
-      if (crew%is_stopped) return
+      if (pool%is_stopped) return
       n_evaluations = n_evaluations + one%n_evaluations
       if (i == 1 .or. is_better(one, trained)) trained = one
       if (one%is_solved) ends = reshape([ends, one%chi2, one%coordinates], [size(ends, 1), size(ends, 2) + 1])
@@ -200,7 +200,7 @@ contains
       problem%is_start = .false.
       call problem%solve(trained%coordinates)
       call problem%accept()
-      call find_intervals(settings, crew, problem, unknowns, space, log, trained)
+      call find_intervals(settings, pool, problem, unknowns, space, log, trained)
     end if
     call problem%free()
   end subroutine polish_points
@@ -212,7 +212,7 @@ contains
     class(training_listener_t), intent(inout) :: log
     character(END_LENGTH), allocatable :: lines(:)
     integer :: i
-    lines = end_lines(space%names, trained%coordinates, trained%chi2, trained%posterior%sd, trained%ends)
+    lines = agreement_lines(space%names, trained%coordinates, trained%chi2, trained%posterior%sd, trained%ends)
     do i = 1, size(lines)
       call log%say(trim(lines(i)))
     end do
@@ -228,7 +228,7 @@ contains
   !> that ends in the same way, it is repeated with every solution cold. Not so a start that `is_check` only.
   subroutine reach_outcome(settings, problem, unknowns, objective, start, has_stages, is_check, log, trained)
     class(training_case_t), intent(in) :: settings
-    type(crew_problem_t), intent(inout) :: problem
+    type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: start(:)
@@ -250,7 +250,7 @@ contains
       trained%coordinates = from
       if (settings%polish) call polish_once(settings, problem, unknowns, from, has_stages .and. attempt /= 2, log, &
                                             trained)
-      if (problem%crew%is_stopped) return
+      if (problem%pool%is_stopped) return
       if (.not. trained%is_polished) then ! the search's own solution, warm from its mean
         problem%shapes = objective%shapes
         problem%is_start = objective%is_start
@@ -258,7 +258,7 @@ contains
         call problem%accept()
       end if
       call solve_cold(problem, trained)
-      if (problem%crew%is_stopped) return
+      if (problem%pool%is_stopped) return
       n_evaluations = n_evaluations + trained%n_evaluations + 1
       if (is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
@@ -271,7 +271,7 @@ contains
   !> One fit from a point, and what it tells, in `trained`.
   subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained)
     class(training_case_t), intent(in) :: settings
-    type(crew_problem_t), intent(inout) :: problem
+    type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: from(:)
     logical, intent(in) :: has_stages
@@ -280,7 +280,7 @@ contains
     type(fit_report_t) :: report
     real(rp), allocatable :: path(:, :)
     call fit_by_continuation(problem, unknowns, from, settings%fit, has_stages, report, path)
-    if (problem%crew%is_stopped) return
+    if (problem%pool%is_stopped) return
     trained%n_evaluations = report%n_evaluations
     trained%reason = report%reason
     trained%path = path
@@ -313,7 +313,7 @@ contains
 
   !> The final point without any warm start.
   subroutine solve_cold(problem, trained)
-    type(crew_problem_t), intent(inout) :: problem
+    type(pool_problem_t), intent(inout) :: problem
     type(trained_t), intent(inout) :: trained
     real(rp), allocatable :: residuals(:)
     integer :: l
@@ -332,10 +332,10 @@ contains
   end subroutine solve_cold
 
   !> 90 % intervals of all unknowns, each from all loads but those that jump between its ends.
-  subroutine find_intervals(settings, crew, problem, unknowns, space, log, trained)
+  subroutine find_intervals(settings, pool, problem, unknowns, space, log, trained)
     class(training_case_t), intent(in) :: settings
-    type(train_crew_t), intent(in) :: crew
-    type(crew_problem_t), intent(inout) :: problem
+    type(worker_pool_t), intent(in) :: pool
+    type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     type(search_space_t), intent(in) :: space
     class(training_listener_t), intent(inout) :: log
@@ -354,7 +354,7 @@ contains
       problem%name = trim(space%names(i))
       call profile_interval(problem, unknowns, trained%coordinates, i, trained%posterior%sd(i), THRESHOLD_90, &
                             settings%fit, trained%intervals(i))
-      if (crew%is_stopped) return
+      if (pool%is_stopped) return
       trained%n_evaluations = trained%n_evaluations + trained%intervals(i)%n_evaluations
       trained%is_left_out(:, i) = problem%is_left_out
       call log%say('          '//interval_sentence(settings%experiment, space, trained, i))

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The global search of a training: CMA-ES generation by generation, with a checkpoint and a row of the history for
-!> each; in two stages if wanted, the second with E fixed. On rank 0; the others serve the crew.
+!> each; in two stages if wanted, the second with E fixed. On rank 0; the others serve the pool.
 module training_search
   use base_errors, only: failure_t
   use base_files, only: folder_of, join_path, name_of
@@ -19,10 +19,10 @@ module training_search
   use solid_params, only: PARAM_YOUNG
   use training_budget, only: find_budget
   use training_case, only: training_case_t
-  use training_crew, only: train_crew_t
+  use training_pool, only: worker_pool_t
   use training_history, only: train_history_t
   use training_listener, only: training_listener_t
-  use training_mark, only: mark_of
+  use training_fingerprint, only: fingerprint_of
   use training_objective, only: candidate_costs_t, full_results, train_objective_t
   use training_space, only: search_space_t
   implicit none
@@ -45,7 +45,7 @@ module training_search
     type(failure_t) :: failure             !< of files
     type(identity_t) :: identity           !< of the run, for checkpoints
     type(checkpoint_slots_t), private :: slots
-    integer(i8), private :: mark = 0       !< what a checkpoint must belong to
+    integer(i8), private :: fingerprint = 0       !< what a checkpoint must belong to
     integer, private :: since_checkpoint = 0
   contains
     procedure :: init => search_init
@@ -61,27 +61,27 @@ module training_search
 
 contains
 
-  !> The first generation of the first stage. Settings and crew must live as long as the search.
-  subroutine search_init(self, settings, crew)
+  !> The first generation of the first stage. Settings and pool must live as long as the search.
+  subroutine search_init(self, settings, pool)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in), target :: settings
-    type(train_crew_t), intent(in), target :: crew
+    type(worker_pool_t), intent(in), target :: pool
     type(world_t) :: alone
     call self%space%init(settings%experiment, settings%sought)
-    call self%objective%init(settings%experiment, crew, settings%use_chi2)
+    call self%objective%init(settings%experiment, pool, settings%use_chi2)
     call self%history%init(settings%experiment%count())
     call alone%isolate()
     call self%slots%scan(alone, folder_of(settings%name), name_of(settings%name)//'_backup')
-    self%mark = mark_of(settings)
+    self%fingerprint = fingerprint_of(settings)
     call begin_stage(self, settings)
   end subroutine search_init
 
   !> Begins at a random point of the box where the wing can bear all loads: elsewhere every candidate may fail, at great
   !> cost. After MOST_DRAWS draws any point will do. A search that has begun, or begins at [Wing], stays as it is.
-  subroutine search_choose_start(self, settings, crew, log)
+  subroutine search_choose_start(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
-    type(train_crew_t), intent(inout) :: crew
+    type(worker_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
@@ -95,9 +95,9 @@ contains
         pair = random_uniforms(settings%search%seed, DRAWS, int(draw, i8)*1000000_i8 + i)
         u(i) = pair(1)
       end do
-      call full_results(settings%experiment, crew, self%space%coordinates(u), is_start, self%objective%shapes, &
+      call full_results(settings%experiment, pool, self%space%coordinates(u), is_start, self%objective%shapes, &
                         evaluations, shapes)
-      if (crew%is_stopped) return
+      if (pool%is_stopped) return
       is_feasible = .true.
       do l = 1, size(evaluations)
         is_feasible = is_feasible .and. evaluations(l)%is_feasible()
@@ -171,7 +171,7 @@ contains
     if (text /= SCHEMA) call failure%raise(name//': is not a checkpoint of msm_train')
     call was%load(reader, failure)
     call reader%get_integer('mark', number, failure)
-    if (.not. failure%failed .and. number /= self%mark) &
+    if (.not. failure%failed .and. number /= self%fingerprint) &
       call failure%raise(name//': belongs to another wing, measurement, box, seed or kind of search')
     if (.not. failure%failed) call load_state(self, settings, reader, failure)
     call reader%close(failure)
@@ -228,16 +228,16 @@ contains
     self%is_done = self%search%state%stop_code /= RUNNING .and. self%stage == settings%n_stages
   end subroutine load_state
 
-  !> Generations until the search ends or the crew is stopped; then writes a checkpoint.
-  subroutine search_run(self, settings, crew, log)
+  !> Generations until the search ends or the pool is stopped; then writes a checkpoint.
+  subroutine search_run(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
-    type(train_crew_t), intent(inout) :: crew
+    type(worker_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     do while (.not. self%is_done)
-      call crew%look()
-      if (.not. crew%is_stopped) call make_generation(self, settings%n_stages - self%stage, crew, log)
-      if (crew%is_stopped) exit
+      call pool%poll()
+      if (.not. pool%is_stopped) call make_generation(self, settings%n_stages - self%stage, pool, log)
+      if (pool%is_stopped) exit
       self%since_checkpoint = self%since_checkpoint + 1
       if (self%search%state%stop_code /= RUNNING) call finish_stage(self, settings, log)
       if (self%since_checkpoint >= settings%checkpoint_every .or. self%is_done) call self%back_up()
@@ -246,11 +246,11 @@ contains
     if (self%since_checkpoint > 0 .or. self%history%n_generations == 0) call self%back_up()
   end subroutine search_run
 
-  !> One generation; if the crew is stopped on the way, everything is as before.
-  subroutine make_generation(self, n_coming, crew, log)
+  !> One generation; if the pool is stopped on the way, everything is as before.
+  subroutine make_generation(self, n_coming, pool, log)
     class(train_search_t), intent(inout) :: self
     integer, intent(in) :: n_coming !< stages behind this one
-    type(train_crew_t), intent(inout) :: crew
+    type(worker_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     type(train_objective_t) :: before
     type(candidate_costs_t) :: costs
@@ -275,8 +275,8 @@ contains
       counts = [self%stage, run, state%generation + 1, size(x, 2), 0]
       call self%objective%solve_mean(self%space%coordinates(state%mean))
     end associate
-    if (.not. crew%is_stopped) call self%objective%evaluate(coordinates, costs)
-    if (crew%is_stopped) then
+    if (.not. pool%is_stopped) call self%objective%evaluate(coordinates, costs)
+    if (pool%is_stopped) then
       self%objective = before
       return
     end if
@@ -373,7 +373,7 @@ contains
     call self%slots%begin(writer, self%failure)
     call self%identity%save(writer)
     call writer%put_text('schema', SCHEMA)
-    call writer%put_integer('mark', self%mark)
+    call writer%put_integer('mark', self%fingerprint)
     call writer%put_integer('stage', int(self%stage, i8))
     call writer%put_integer('spent', self%spent)
     call writer%put_reals('fixed', self%space%fixed)

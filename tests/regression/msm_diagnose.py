@@ -82,7 +82,7 @@ def test_refine(case):
     check("_extended.ini" not in done.out and "diagnosis_extended.ini" not in case.files(), "nothing is left of another")
 
 
-def test_second_look(case):
+def test_relinearisation(case):
     """A membrane of four times the stiffness that is assumed, in a wing of a finer mesh: its fit takes the difference of the
     meshes anew, for which all ranks go to the other mesh and come back. The same on one and on two ranks; D is what it is
     on that mesh but for the 10 % that meshes change."""

@@ -38,6 +38,9 @@ module flusi_simulation
   character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
+  !> The velocity is no longer one; wings touch or leave the box; flexible wings could not be advanced.
+  integer, parameter :: OUTCOME_SOUND = 0, OUTCOME_DIVERGED = 1, OUTCOME_COLLISION = 2, OUTCOME_STUCK_WINGS = 3
+
   type :: simulation_t
     type(world_t) :: world
     type(settings_t) :: settings
@@ -57,15 +60,13 @@ module flusi_simulation
     integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_wings = 0, t_output = 0, t_backup = 0
     character(:), allocatable, private :: name
     type(failure_t) :: failure
-    logical, private :: cannot_bend = .false. !< `failure` is numerical: a flexible wing could not be advanced
-    logical, private :: misplaced = .false. !< for the reason that they touch each other or leave the box
-    logical, private :: blown_up = .false. !< `failure` is numerical: the velocity is no longer one
+    integer, private :: outcome = OUTCOME_SOUND  !< says what kind of numerical failure `failure` is
     integer :: exit_code = EXIT_OK
   contains
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look_ahead, look, bend, push, move_wings, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look_ahead, bend, push, move_wings, fail
   end type simulation_t
 
 contains
@@ -182,9 +183,9 @@ contains
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
-        self%blown_up = self%failure%failed
+        if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
         if (self%failure%failed) exit
-        if (allocated(self%coupler)) call self%look()
+        if (allocated(self%coupler)) call sample_loads(self)
         if (.not. self%failure%failed) call write_all(self)
         if (self%failure%failed) exit
         if (allocated(self%averages)) call self%averages%add(fluid)
@@ -193,7 +194,7 @@ contains
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
-        call self%stop_rules%look(self%world)
+        call self%stop_rules%poll(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
         if (self%stop_rules%must_stop .or. self%failure%failed) exit
       end do
@@ -208,15 +209,18 @@ contains
             trim(self%stop_rules%reason)//'; the backup is written, go on with --restart'
         end if
       end if
-      if (self%cannot_bend) then
+      select case (self%outcome)
+      case (OUTCOME_STUCK_WINGS) ! other parameters may bring them on; a collision would be the same
         call self%back_up_failed()
         call self%fail(EXIT_NUMERICAL)
-      else if (self%blown_up) then
+      case (OUTCOME_COLLISION)
+        call self%fail(EXIT_NUMERICAL)
+      case (OUTCOME_DIVERGED)
         call self%output%write_failed(fluid, self%failure)
         call self%fail(EXIT_NUMERICAL)
-      else if (self%failure%failed) then
-        call self%fail(EXIT_UNWRITABLE)
-      end if
+      case default
+        if (self%failure%failed) call self%fail(EXIT_UNWRITABLE)
+      end select
     end associate
   end subroutine simulation_run
 
@@ -226,9 +230,9 @@ contains
     type(request_t), intent(out) :: request
     call self%look_ahead(.true., request)
     call self%fluid%evaluate(request, self%failure, self%wings)
-    self%blown_up = self%failure%failed
+    if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
     if (self%failure%failed) return
-    if (allocated(self%coupler)) call self%look()
+    if (allocated(self%coupler)) call sample_loads(self)
     if (.not. self%failure%failed) call write_all(self)
     call self%output%flush(self%fluid, self%failure)
     if (self%settings%output%backup) call self%back_up()
@@ -245,16 +249,15 @@ contains
   end subroutine look_ahead
 
   !> Takes the load on the flexible wings where they are.
-  subroutine look(self)
-    class(simulation_t), intent(inout) :: self
+  subroutine sample_loads(self)
+    type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%look(self%fluid, self%wings)
     call check_flight(self%wings, self%settings%fluid%grid, self%failure)
     call self%series%look(self%wings, self%coupler, self%fluid)
     call self%timers%stop(self%t_wings)
-    self%misplaced = self%failure%failed
-    self%cannot_bend = self%misplaced
-  end subroutine look
+    if (self%failure%failed) self%outcome = OUTCOME_COLLISION
+  end subroutine sample_loads
 
   !> Takes wings, and the body that flies freely, over the step that the fluid has made.
   subroutine move_wings(self)
@@ -275,8 +278,7 @@ contains
     call self%timers%start(self%t_wings)
     call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
     call self%timers%stop(self%t_wings)
-    self%blown_up = self%fluid%rhs%failure%failed
-    self%cannot_bend = self%failure%failed .and. .not. self%blown_up
+    if (self%failure%failed) self%outcome = merge(OUTCOME_DIVERGED, OUTCOME_STUCK_WINGS, self%fluid%rhs%failure%failed)
   end subroutine bend
 
   !> Lets rigid wings without thickness act on the step that the fluid has made.
@@ -345,8 +347,7 @@ contains
     call self%slots%came_from(path)
   end subroutine restart
 
-  !> Writes the next of the two alternating checkpoints. A step shows only when the next one begins whether
-  !> it was sound; here it is evaluated first, so that a velocity that has blown up never replaces a good one.
+  !> Writes the next of the two alternating checkpoints, if an evaluation shows that the last step was sound.
   subroutine back_up(self)
     class(simulation_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
@@ -355,9 +356,9 @@ contains
     if (self%failure%failed .or. self%fluid%rhs%state%step == 0) return
     call self%timers%start(self%t_backup)
     call self%fluid%evaluate(nothing, self%failure, self%wings)
-    self%blown_up = self%failure%failed
+    if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
     call self%output%flush(self%fluid, self%failure)
-    if (.not. self%blown_up) then
+    if (self%outcome /= OUTCOME_DIVERGED) then
       call self%slots%begin(writer, self%failure)
       call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin, self%averages)
       call self%slots%commit(writer, self%failure)
@@ -374,7 +375,6 @@ contains
     class(simulation_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
     type(failure_t) :: writing
-    if (self%misplaced) return ! which no parameter of the mechanics changes
     call self%coupler%rewind(self%fluid%rhs%state%time, self%wings)
     call writer%begin(self%world, '.', FAILED_NAME, writing)
     call writer%put_integer('generation', 0_i8)
@@ -394,7 +394,7 @@ contains
     class(simulation_t), intent(inout) :: self
     integer, intent(in) :: code
     self%exit_code = code
-    if (self%world%is_root) call print_failure(self%failure%reason, self%blown_up, code == EXIT_NUMERICAL .and. &
+    if (self%world%is_root) call print_failure(self%failure%reason, self%outcome == OUTCOME_DIVERGED, code == EXIT_NUMERICAL .and. &
                                                self%slots%newest_generation() > 0)
   end subroutine fail
 end module flusi_simulation

@@ -16,14 +16,14 @@ module diagnose_job
   use diagnose_plan_report, only: print_plan
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use diagnose_summary, only: print_verdict
-  use diagnosis_band, only: mesh_band_t
+  use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_mode_report, only: describe_modes
   use diagnosis_next, only: next_t, rank_loads
   use diagnosis_noise, only: judge_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_zeros, only: compare_zeros, zeros_t
-  use inference_battery, only: question_t, question_residuals
+  use inference_residual_checks, only: residual_check_t, check_residuals
   use inference_engine, only: diagnosis_t, run_diagnosis
   use io_aside, only: put_aside, ASIDE
   use io_journal, only: journal_t
@@ -41,7 +41,7 @@ module diagnose_job
     type(diagnose_settings_t) :: settings
     type(wing_simulator_t) :: simulator
     type(diagnosis_t) :: diagnosis
-    type(mesh_band_t) :: band
+    type(discretisation_error_t) :: band
     logical :: has_band = .false. !< the band can be sought
     type(failure_t) :: failure
     type(lock_t), private :: lock !< of the files, on rank 0
@@ -52,7 +52,7 @@ module diagnose_job
     procedure :: begin => diagnose_begin
     procedure :: lead => diagnose_lead
     procedure :: serve => diagnose_serve
-    procedure :: dismiss => diagnose_dismiss
+    procedure :: shut_down => diagnose_shut_down
     procedure :: finish => diagnose_finish
   end type diagnose_t
 
@@ -104,7 +104,7 @@ contains
     type(next_t) :: next
     type(zeros_t) :: zeros
     type(unknown_t) :: unknown
-    type(question_t), allocatable :: questions(:)
+    type(residual_check_t), allocatable :: questions(:)
     type(draws_file_t) :: store
     character(:), allocatable :: warning
     store%path = self%settings%draws_path
@@ -199,19 +199,19 @@ contains
   end subroutine diagnose_serve
 
   !> Ends `serve`. On rank 0.
-  subroutine diagnose_dismiss(self)
+  subroutine diagnose_shut_down(self)
     class(diagnose_t), intent(inout) :: self
     if (self%has_band) then
-      call self%band%dismiss(self%simulator)
+      call self%band%shut_down(self%simulator)
     else
-      call self%simulator%dismiss()
+      call self%simulator%shut_down()
     end if
-  end subroutine diagnose_dismiss
+  end subroutine diagnose_shut_down
 
   !> Puts the plain questions to the residuals of the baseline.
   subroutine ask(self, questions)
     class(diagnose_t), intent(inout) :: self
-    type(question_t), allocatable, intent(out) :: questions(:)
+    type(residual_check_t), allocatable, intent(out) :: questions(:)
     real(rp) :: residuals(self%simulator%n_observations), jacobian(self%simulator%n_observations, 0)
     real(rp) :: both(self%simulator%n_observations, 2)
     logical :: is_valid
@@ -222,7 +222,7 @@ contains
     both(:, 2) = self%simulator%labels%observed
     call self%diagnosis%whitener%apply(both)
     if (is_valid) then
-      call question_residuals(self%simulator%labels, both(:, 1), both(:, 2), self%settings%catalogue%n_baseline, &
+      call check_residuals(self%simulator%labels, both(:, 1), both(:, 2), self%settings%catalogue%n_baseline, &
                               self%diagnosis%scale, questions)
     else
       allocate (questions(0))

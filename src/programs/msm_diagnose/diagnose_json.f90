@@ -11,15 +11,15 @@ module diagnose_json
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnose_unknown, only: put_unknown
-  use diagnosis_band, only: mesh_band_t
+  use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_battery, only: question_t
+  use inference_residual_checks, only: residual_check_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
-  use inference_stated, only: grade_of, stated_probability, PROVENANCE
+  use inference_probability, only: grade_of, calibrated_probability, PROVENANCE
   use inference_validation, only: validation_t
   use io_json, only: json_t
   implicit none
@@ -34,9 +34,9 @@ contains
   subroutine write_diagnosis_json(s, d, band, next, questions, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    type(mesh_band_t), intent(in) :: band
+    type(discretisation_error_t), intent(in) :: band
     type(next_t), intent(in) :: next
-    type(question_t), intent(in) :: questions(:)
+    type(residual_check_t), intent(in) :: questions(:)
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
@@ -141,7 +141,7 @@ contains
       call json%put('exit_code', v%verdict)
       call json%put('sentence', verdict_sentence(s, d))
       call json%put('grade', trim(grade_of(verdict_word(v%verdict))))
-      call json%put('probability', stated_probability(v%verdict, v%probability))
+      call json%put('probability', calibrated_probability(v%verdict, v%probability))
       call json%put('probability_raw', v%probability)
       call json%put('probability_map', PROVENANCE)
       call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))

@@ -20,7 +20,7 @@ module diagnose_settings
   use io_shared_text, only: read_shared_text
   use measurement_data, only: measurement_t
   use measurement_outliers, only: outliers_t
-  use measurement_share, only: load_measurement
+  use measurement_broadcast, only: load_measurement
   use parallel_world, only: world_t
   use solid_effect, only: effect_t, NEED_UNSTRESSED_REST
   use solid_effects, only: is_active, list_effects

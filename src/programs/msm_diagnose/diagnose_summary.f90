@@ -8,14 +8,14 @@ module diagnose_summary
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_unknown, only: print_unknown
   use diagnose_words, only: fixed
-  use diagnosis_band, only: mesh_band_t
+  use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: candidate_name, unknown_t
   use diagnosis_zeros, only: zeros_t
   use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, VERDICT_ADEQUATE, &
                                 VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_engine, only: diagnosis_t
-  use inference_stated, only: stated_probability
+  use inference_probability, only: calibrated_probability
   implicit none
   private
   public :: print_verdict, verdict_sentence, cause_name, probability_text
@@ -27,7 +27,7 @@ contains
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    type(mesh_band_t), intent(in) :: band
+    type(discretisation_error_t), intent(in) :: band
     type(next_t), intent(in) :: next
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
@@ -184,7 +184,7 @@ contains
     character(:), allocatable :: text
     character(8) :: percent
     integer :: i
-    write (percent, '(f0.0)') 100*stated_probability(d%decision%verdict, d%decision%probability)
+    write (percent, '(f0.0)') 100*calibrated_probability(d%decision%verdict, d%decision%probability)
     percent = percent(:len_trim(percent) - 1)
     select case (d%decision%verdict)
     case (VERDICT_ADEQUATE)

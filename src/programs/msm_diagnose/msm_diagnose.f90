@@ -43,7 +43,7 @@ program msm_diagnose
     call diagnose%begin(command)
     if (world%is_root) then
       call diagnose%lead(command)
-      call diagnose%dismiss()
+      call diagnose%shut_down()
     else
       call diagnose%serve()
     end if

@@ -123,9 +123,9 @@ contains
     if (world%is_root) then
       if (command%action == TRAIN_RUN) call training%lead(command)
       if (command%action /= TRAIN_RUN) call training%evaluate(command)
-      call training%crew%dismiss()
+      call training%pool%shut_down()
     else
-      call training%crew%serve()
+      call training%pool%serve()
     end if
     call training%finish()
     code = training%code

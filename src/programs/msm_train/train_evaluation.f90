@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> `msm_train --evaluate`: the cost of the wing as [Wing] has it, load by load, all solved cold. On rank 0; the others
-!> serve the crew.
+!> serve the pool.
 module train_evaluation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
   use train_settings, only: train_settings_t
-  use training_crew, only: train_crew_t
+  use training_pool, only: worker_pool_t
   use training_objective, only: full_results
   implicit none
   private
@@ -15,17 +15,17 @@ module train_evaluation
 
 contains
 
-  !> Prints the table and h; `ok` if every shape was found. Nothing is printed if the crew is stopped on the way.
-  subroutine evaluate_wing(settings, crew, ok)
+  !> Prints the table and h; `ok` if every shape was found. Nothing is printed if the pool is stopped on the way.
+  subroutine evaluate_wing(settings, pool, ok)
     type(train_settings_t), intent(in) :: settings
-    type(train_crew_t), intent(inout) :: crew
+    type(worker_pool_t), intent(inout) :: pool
     logical, intent(out) :: ok
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: residuals(:)
     integer :: l
     ok = .false.
-    call solve_all_cold(settings%experiment, crew, settings%experiment%start(), evaluations)
-    if (crew%is_stopped) return
+    call solve_all_cold(settings%experiment, pool, settings%experiment%start(), evaluations)
+    if (pool%is_stopped) return
     call fit_offsets(settings%experiment, evaluations)
     call print_loads(output_unit, settings%experiment, evaluations)
     allocate (residuals(0))
@@ -64,17 +64,17 @@ contains
     end do
   end subroutine fit_offsets
 
-  !> All loads at these coordinates, without warm starts. If the crew is stopped afterwards some are missing.
-  subroutine solve_all_cold(experiment, crew, coordinates, evaluations)
+  !> All loads at these coordinates, without warm starts. If the pool is stopped afterwards some are missing.
+  subroutine solve_all_cold(experiment, pool, coordinates, evaluations)
     type(experiment_t), intent(in) :: experiment
-    type(train_crew_t), intent(inout) :: crew
+    type(worker_pool_t), intent(inout) :: pool
     real(rp), intent(in) :: coordinates(:)
     type(evaluation_t), allocatable, intent(out) :: evaluations(:)
     real(rp), allocatable :: starts(:, :, :), shapes(:, :, :)
     logical :: is_start(size(experiment%loads))
     allocate (starts(3, experiment%model%n_all, size(experiment%loads)), source=0.0_rp)
     is_start = .false.
-    call full_results(experiment, crew, coordinates, is_start, starts, evaluations, shapes)
+    call full_results(experiment, pool, coordinates, is_start, starts, evaluations, shapes)
   end subroutine solve_all_cold
 
   !> A row for every load.

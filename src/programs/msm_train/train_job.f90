@@ -17,7 +17,7 @@ module train_job
   use train_output, only: outcome_lines, write_fragment, write_history
   use train_screening, only: prepare_screen, screen_wing
   use train_settings, only: load_train_settings, train_settings_t
-  use training_crew, only: train_crew_t
+  use training_pool, only: worker_pool_t
   use training_polish, only: polish_points, trained_t
   use training_search, only: train_search_t
   use training_task, only: train_runner_t
@@ -29,7 +29,7 @@ module train_job
     type(world_t) :: world
     type(train_settings_t) :: settings
     type(train_runner_t) :: runner
-    type(train_crew_t) :: crew
+    type(worker_pool_t) :: pool
     type(train_search_t) :: search
     type(train_log_t) :: log
     type(run_t) :: files        !< that rank 0 writes, and no other run's
@@ -70,7 +70,7 @@ contains
     if (command%action == TRAIN_SCREEN) call prepare_screen(self%settings, failure)
     call require(.not. failure%failed, 'training_begin: the model of the settings')
     call self%runner%init(self%settings%experiment)
-    call self%crew%init(self%world, self%settings%experiment, self%runner, self%settings%limits)
+    call self%pool%init(self%world, self%settings%experiment, self%runner, self%settings%limits)
     if (self%world%is_root) &
       call print_wing(output_unit, what(), self%settings%setup)
 
@@ -94,13 +94,13 @@ contains
     logical :: has_best
     call open_files(self, command)
     if (self%failure%failed) return
-    call self%crew%stop_rules%listen(self%world)
+    call self%pool%stop_rules%listen(self%world)
     call tell_what(self)
-    if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%crew, self%log)
-    call self%search%run(self%settings, self%crew, self%log)
+    if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%pool, self%log)
+    call self%search%run(self%settings, self%pool, self%log)
     if (take_failure(self)) return
     call write_history(self%settings, self%search%space, self%search%history, self%failure)
-    if (.not. self%crew%is_stopped) then
+    if (.not. self%pool%is_stopped) then
       call tell_effort(self)
       call self%search%best(has_best, cost, u)
       if (.not. has_best) then
@@ -110,13 +110,13 @@ contains
       end if
       call self%log%say('search    best cost '//number_text(cost))
       call self%search%starts(self%settings, u, starts)
-      call polish_points(self%settings, self%crew, self%search%space, self%search%objective, starts, self%log, &
+      call polish_points(self%settings, self%pool, self%search%space, self%search%objective, starts, self%log, &
                          self%trained)
     end if
-    if (self%crew%is_stopped) then
+    if (self%pool%is_stopped) then
       self%code = EXIT_STOPPED
-      call self%crew%look()
-      call self%log%say('stopped early: '//trim(self%crew%stop_rules%reason)// &
+      call self%pool%poll()
+      call self%log%say('stopped early: '//trim(self%pool%stop_rules%reason)// &
                         '; the backup is written, go on with --restart')
       return
     end if
@@ -146,7 +146,7 @@ contains
         call self%failure%raise(s%name//'.log: cannot be written: is the folder missing or the disk full?')
         return
       end if
-      call self%search%init(s, self%crew)
+      call self%search%init(s, self%pool)
       if (command%restart .and. s%n_individuals > 1 .and. .not. self%search%has_backup()) then
         call self%log%say('restart   there is no backup of '//s%individual//': it begins anew')
       else if (command%restart) then
@@ -207,10 +207,10 @@ contains
   subroutine tell_effort(self)
     class(training_t), intent(inout) :: self
     character(200) :: line
-    associate (o => self%search%objective, crew => self%crew)
+    associate (o => self%search%objective, pool => self%pool)
       write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', &
         o%n_redone, ' again cold and ', o%n_unsolved, ' without success; ', o%n_factorisations, ' factorisations; ', &
-        crew%busy_seconds, ' s of all ranks in this run'
+        pool%busy_seconds, ' s of all ranks in this run'
       call self%log%say(trim(line))
     end associate
   end subroutine tell_effort
@@ -261,14 +261,14 @@ contains
     type(train_command_t), intent(in) :: command
     logical :: ok
     if (command%action == TRAIN_SCREEN) then
-      call screen_wing(self%settings, self%crew, ok)
+      call screen_wing(self%settings, self%pool, ok)
     else
-      call evaluate_wing(self%settings, self%crew, ok)
+      call evaluate_wing(self%settings, self%pool, ok)
     end if
-    if (self%crew%is_stopped) then
+    if (self%pool%is_stopped) then
       self%code = EXIT_STOPPED
-      call self%crew%look()
-      write (output_unit, '(a)') 'stopped early: '//trim(self%crew%stop_rules%reason)//'; not all loads were solved'
+      call self%pool%poll()
+      write (output_unit, '(a)') 'stopped early: '//trim(self%pool%stop_rules%reason)//'; not all loads were solved'
       flush (output_unit)
     else if (.not. ok) then
       self%code = EXIT_NUMERICAL

@@ -14,7 +14,7 @@ module train_screening
   use solid_params, only: parameter_t, N_COMMON, PARAM_YOUNG
   use train_evaluation, only: print_loads, solve_all_cold
   use train_settings, only: masses_of, train_settings_t
-  use training_crew, only: train_crew_t
+  use training_pool, only: worker_pool_t
   implicit none
   private
   public :: prepare_screen, screen_wing, pivot_columns
@@ -36,11 +36,11 @@ contains
     end associate
   end subroutine prepare_screen
 
-  !> Prints the ranking and a proposal; `ok` if every shape was found. Nothing is printed if the crew is stopped on the
+  !> Prints the ranking and a proposal; `ok` if every shape was found. Nothing is printed if the pool is stopped on the
   !> way.
-  subroutine screen_wing(settings, crew, ok)
+  subroutine screen_wing(settings, pool, ok)
     type(train_settings_t), intent(in) :: settings
-    type(train_crew_t), intent(inout) :: crew
+    type(worker_pool_t), intent(inout) :: pool
     logical, intent(out) :: ok
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: rows(:, :), effect(:), remaining(:), moved(:)
@@ -48,8 +48,8 @@ contains
     integer :: n, l, k, first, points
     associate (e => settings%experiment)
       ok = .false.
-      call solve_all_cold(e, crew, e%start(), evaluations)
-      if (crew%is_stopped) return
+      call solve_all_cold(e, pool, e%start(), evaluations)
+      if (pool%is_stopped) return
       call print_loads(output_unit, e, evaluations)
       ok = all(evaluations%is_solved)
       if (.not. ok) return

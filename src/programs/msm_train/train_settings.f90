@@ -19,7 +19,7 @@ module train_settings
   use measurement_data, only: measurement_t
   use measurement_instrument, only: instrument_t
   use measurement_outliers, only: outliers_t
-  use measurement_share, only: load_measurement
+  use measurement_broadcast, only: load_measurement
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use solid_statics, only: static_options_t

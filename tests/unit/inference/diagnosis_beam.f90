@@ -52,7 +52,7 @@ contains
     beam%n_nuisances = 3*n
     beam%n_patterns = 4*N_BUMPS
     allocate (beam%load(4, n), beam%labels%fold(n), beam%labels%level(n), beam%labels%order(n), beam%labels%hold(n), &
-              beam%labels%moment(n), beam%labels%twin(n), beam%hidden(STATIONS), &
+              beam%labels%moment(n), beam%labels%replicate(n), beam%hidden(STATIONS), &
               beam%hidden_twist(STATIONS))
     beam%hidden = 0
     beam%hidden_twist = 0
@@ -67,7 +67,7 @@ contains
         beam%labels%level(s) = beam%load(3, s)
         beam%labels%moment(s) = beam%load(3, s)*beam%load(1, s)
         beam%labels%order(s) = beam%load(4, s)
-        beam%labels%twin(s) = s
+        beam%labels%replicate(s) = s
       end do
     end do
     beam%labels%hold = -1

@@ -29,7 +29,7 @@ program test_decision
   call calibration%init(design, N_EFFECTS, .true., 500, SEED)
   call test_unknown()
   call test_further()
-  call test_together()
+  call test_joint_causes()
   call test%finish()
 
 contains
@@ -84,7 +84,7 @@ contains
 
   !> Two causes that are six times as probable as drift alone are the answer, together. Unknown causes that are more probable
   !> than these, but not than everything in the catalogue, do not take their place.
-  subroutine test_together()
+  subroutine test_joint_causes()
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: one
     real(rp) :: z(design%k), left, drift_alone
@@ -101,7 +101,7 @@ contains
     call verdict_on(z, hypotheses, one)
     call test%check('unknown where they have more than one half', one%verdict == VERDICT_UNKNOWN .and. &
                     one%posterior_unknown > 0.5_rp .and. size(one%set) == 0)
-  end subroutine test_together
+  end subroutine test_joint_causes
 
   !> Drift of 15 sd and so much of an offset that two causes have these odds against drift alone; unknown causes have none.
   subroutine make_pair(title, wanted, z, hypotheses, one)

@@ -7,13 +7,12 @@
 program test_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
-  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_GAIN, E_HARD, E_MEMBRANE, E_OFFSET, E_ONE_WAY, E_ROOT, &
-                     E_SCALE, E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, &
-                            P_SOFT, P_SPAN, P_TORSION
-  use inference_battery, only: question_residuals, question_t
+  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_GAIN, E_HARD, E_MEMBRANE, E_OFFSET, E_ONE_WAY, E_ROOT, E_SCALE, &
+                            E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, P_SOFT, &
+                            P_SPAN, P_TORSION
+  use inference_residual_checks, only: check_residuals, residual_check_t
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
-  use inference_decision, only: decide, decision_t, AT_BOUND, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, &
-                                VERDICT_UNKNOWN
+  use inference_decision, only: decide, decision_t, AT_BOUND, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
   use inference_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use inference_hypotheses, only: hypotheses_t
@@ -266,7 +265,7 @@ contains
   subroutine test_whole_run()
     type(diagnosis_t), target :: d
     type(diagnosis_options_t) :: options
-    type(question_t), allocatable :: questions(:)
+    type(residual_check_t), allocatable :: questions(:)
     real(rp) :: q(size(q0)), residuals(beam%n_observations), jacobian(beam%n_observations, 0)
     logical :: is_valid
     integer :: i
@@ -286,7 +285,7 @@ contains
     call d%whitener%apply_one(residuals)
     beam%labels%observed = beam%data
     call d%whitener%apply_one(beam%labels%observed)
-    call question_residuals(beam%labels, residuals, beam%labels%observed, N_BASE, 1.0_rp, questions)
+    call check_residuals(beam%labels, residuals, beam%labels%observed, N_BASE, 1.0_rp, questions)
     do i = 1, size(questions)
       if (questions(i)%name == 'sign') exit
     end do

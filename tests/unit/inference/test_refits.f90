@@ -10,7 +10,7 @@ program test_refits
   use diagnosis_beam, only: make_beam, E_ONE_WAY, E_SPAN, E_TORSION, N_ALL, N_BASE, P_BOTH, P_ONE_WAY, P_TORSION
   use inference_decision, only: VERDICT_NAMED
   use inference_engine, only: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
-  use inference_leaders, only: refit_leaders
+  use inference_top_candidates, only: refit_top_candidates
   use inference_refit, only: fit_nested
   use snapping_beam, only: place_t, snapping_t
   use stubborn_beams, only: curled_t, fickle_t
@@ -107,7 +107,7 @@ contains
     call t%check('but goes the other way', d%refits(max(1, i))%found%q(P_TORSION) < 0)
     whole%candidate = findloc(d%design%candidates%effect, E_TORSION, 1)
     call fit_nested(beam, d%whitener, [d%baseline%active, P_TORSION, P_BOTH], q, options%fit, whole(1)%found)
-    call refit_leaders(beam, options, d, whole)
+    call refit_top_candidates(beam, options, d, whole)
     i = findloc(d%design%candidates(d%refits%candidate)%effect, E_SPAN, 1)
     call t%check_close('beside a fit of which it is a part it is', d%refits(i)%found%q(P_TORSION), TRUTH, &
                        atol=4*sqrt(whole(1)%found%covariance(N_BASE + 1, N_BASE + 1)))

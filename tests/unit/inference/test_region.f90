@@ -10,7 +10,7 @@ program test_region
   use inference_decision, only: VERDICT_NAMED
   use inference_design, only: build_design, design_t
   use inference_region, only: find_region, find_related, region_t, related_t
-  use inference_stated, only: follow_knots, grade_of, stated_probability
+  use inference_probability, only: follow_knots, grade_of, calibrated_probability
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_EFFECTS = 12
@@ -182,7 +182,7 @@ contains
     call test%check_close('without knots', follow_knots(X(:0), Y(:0), 0.37_rp), 0.37_rp, 0.0_rp, 0.0_rp)
     before = 0
     do i = 0, 100
-      p = stated_probability(VERDICT_NAMED, i/100.0_rp)
+      p = calibrated_probability(VERDICT_NAMED, i/100.0_rp)
       call test%check('what is stated for names is a probability and never falls', p >= before .and. p <= 1)
       before = p
     end do

@@ -3,7 +3,7 @@
 module turning_error
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, P_ONE_WAY
-  use inference_second_look, only: model_error_t
+  use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
   use least_squares_state, only: solver_state_t
   implicit none

@@ -6,7 +6,7 @@ program test_measurement_file
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
-  use measurement_share, only: load_measurement
+  use measurement_broadcast, only: load_measurement
   use measurement_write, only: write_measurement
   use measurement_writer, only: measurement_writer_t, loaded_heights, unloaded_heights, MM, NX, NY, X, Y
   use solid_wing, only: wing_t

@@ -7,7 +7,7 @@ program test_measurement_modes
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
   use measurement_modes, only: AIR_DENSITY, MEDIUM_AIR, MEDIUM_VACUUM
-  use measurement_share, only: load_measurement
+  use measurement_broadcast, only: load_measurement
   use measurement_write, only: write_measurement
   use measurement_writer, only: measurement_writer_t, MM
   use solid_wing, only: wing_t

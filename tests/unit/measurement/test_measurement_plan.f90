@@ -5,7 +5,7 @@ program test_measurement_plan
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
-  use measurement_share, only: load_measurement
+  use measurement_broadcast, only: load_measurement
   use measurement_write, only: write_measurement
   use measurement_writer, only: measurement_writer_t, MM, NX, NY
   use solid_wing, only: wing_t

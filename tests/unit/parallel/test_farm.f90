@@ -22,7 +22,7 @@ program test_farm
     root_works = i == 1
     call test_batches()
     call test_stop()
-    call test_dismissed()
+    call test_shut_down()
   end do
   call test_order()
   call t%finish()
@@ -60,7 +60,7 @@ contains
         end do
         deallocate (inputs, outputs, seconds, statuses, want)
       end do
-      call farm%dismiss()
+      call farm%shut_down()
     else
       call farm%serve(runner)
     end if
@@ -97,7 +97,7 @@ contains
       runner%questions_left = huge(1)
       call farm%run(runner, [(k, k=1, N)], inputs, outputs, statuses, seconds)
       is_right = is_right .and. all(statuses /= NOT_RUN)
-      call farm%dismiss()
+      call farm%shut_down()
     else
       call farm%serve(runner)
     end if
@@ -105,16 +105,16 @@ contains
   end subroutine test_stop
 
   !> Workers that never get a task go home.
-  subroutine test_dismissed()
+  subroutine test_shut_down()
     type(farm_t) :: farm
     call farm%start(t%world, N_INPUT, N_OUTPUT, root_works)
     if (t%world%is_root) then
-      call farm%dismiss()
+      call farm%shut_down()
     else
       call farm%serve(runner)
     end if
     call t%check('a farm can close without work', .true.)
-  end subroutine test_dismissed
+  end subroutine test_shut_down
 
   !> With one rank tasks are begun in the order that was asked for.
   subroutine test_order()
@@ -131,7 +131,7 @@ contains
       runner%n_done = 0
       call farm%run(runner, [2, 3, 1], inputs, outputs, statuses, seconds)
       if (t%world%size == 1) in_order = all(runner%done(:3) == [2, 3, 1])
-      call farm%dismiss()
+      call farm%shut_down()
     else
       call farm%serve(runner)
     end if

@@ -4,7 +4,7 @@
 module failing_runner
   use base_checksum, only: checksum_reals
   use base_kinds, only: i8, rp
-  use training_polish, only: crew_problem_t
+  use training_polish, only: pool_problem_t
   use training_task, only: train_runner_t, NOT_SOLVED
   implicit none
   private
@@ -17,7 +17,7 @@ module failing_runner
   end type failing_runner_t
 
   !> Counts its points, and those where a load has no feasible shape.
-  type, extends(crew_problem_t) :: counting_problem_t
+  type, extends(pool_problem_t) :: counting_problem_t
     integer :: n_points = 0, n_failed = 0
   contains
     procedure :: run => counting_run
@@ -49,7 +49,7 @@ contains
     real(rp), intent(in) :: p(:)
     logical :: is_feasible
     integer :: l
-    call self%crew_problem_t%run(p)
+    call self%pool_problem_t%run(p)
     is_feasible = .true.
     do l = 1, size(self%evaluations)
       is_feasible = is_feasible .and. self%evaluations(l)%is_feasible()

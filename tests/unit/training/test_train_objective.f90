@@ -25,9 +25,9 @@ program test_train_objective
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
   use training_case, only: training_case_t
-  use training_crew, only: train_crew_t
+  use training_pool, only: worker_pool_t
   use training_history, only: train_history_t
-  use training_mark, only: mark_of
+  use training_fingerprint, only: fingerprint_of
   use training_objective, only: candidate_costs_t, train_objective_t
   use training_task, only: task_input, train_runner_t
   implicit none
@@ -41,7 +41,7 @@ program test_train_objective
   type(wing_t) :: wing
   type(experiment_t), target :: experiment
   type(failing_runner_t), target :: runner, runner_alone
-  type(train_crew_t), target :: crew, alone
+  type(worker_pool_t), target :: pool, alone
   type(world_t) :: world_alone
   type(job_limits_t) :: limits
   real(rp), allocatable :: truth(:)
@@ -57,7 +57,7 @@ program test_train_objective
   limits%stop_seconds = 1.0e6_rp
   call runner%init(experiment)
   runner%one_of = ONE_OF
-  call crew%init(t%world, experiment, runner, limits)
+  call pool%init(t%world, experiment, runner, limits)
   if (t%world%is_root) then
     call world_alone%isolate()
     call runner_alone%init(experiment)
@@ -69,9 +69,9 @@ program test_train_objective
       call test_search()
       call test_polish()
     end if
-    call crew%dismiss()
+    call pool%shut_down()
   else
-    call crew%serve()
+    call pool%serve()
   end if
   call t%check('all ranks compute what one computes, to the bit', is_same)
   call t%check('candidates fail whose tasks fail', is_right)
@@ -177,7 +177,7 @@ contains
     real(rp) :: x(2, LAMBDA)
     integer :: k, l, pass
     logical :: has_failure
-    call together%init(experiment, crew, .false.)
+    call together%init(experiment, pool, .false.)
     call single%init(experiment, alone, .false.)
     do pass = 1, 2
       do k = 1, LAMBDA
@@ -206,7 +206,7 @@ contains
     type(train_objective_t) :: objective
     type(candidate_costs_t) :: costs
     type(train_runner_t), target :: runner_late
-    type(train_crew_t), target :: late
+    type(worker_pool_t), target :: late
     type(job_limits_t) :: soon
     soon%stop_seconds = 1.0e-6_rp
     call runner_late%init(experiment)
@@ -220,7 +220,7 @@ contains
   !> A checkpoint belongs to one geometry of the scalar readings.
   subroutine test_marks()
     type(training_case_t) :: settings
-    integer(i8) :: mark
+    integer(i8) :: fingerprint
     settings%experiment = experiment
     settings%restarts = 'none'
     settings%sought%numbers = [1]
@@ -234,24 +234,24 @@ contains
       one%load = 1
       one%point = [1.0e-3_rp, 2.0e-3_rp]
       one%axis = [0.0_rp, 0.0_rp, 1.0_rp]
-      mark = mark_of(settings)
-      call t%check('the mark is that of the input', mark == mark_of(settings))
+      fingerprint = fingerprint_of(settings)
+      call t%check('the mark is that of the input', fingerprint == fingerprint_of(settings))
       one%point(2) = 2.1e-3_rp
-      call t%check('a reading at another point is another measurement', mark /= mark_of(settings))
+      call t%check('a reading at another point is another measurement', fingerprint /= fingerprint_of(settings))
       one%point(2) = 2.0e-3_rp
       one%axis = [0.0_rp, 1.0_rp, 0.0_rp]
-      call t%check('as is one along another axis', mark /= mark_of(settings))
+      call t%check('as is one along another axis', fingerprint /= fingerprint_of(settings))
       one%axis = [0.0_rp, 0.0_rp, 1.0_rp]
       one%quantity = QUANTITY_ROTATION
-      call t%check('of another quantity', mark /= mark_of(settings))
+      call t%check('of another quantity', fingerprint /= fingerprint_of(settings))
       one%quantity = QUANTITY_DISPLACEMENT
       one%load = 2
-      call t%check('under another load', mark /= mark_of(settings))
+      call t%check('under another load', fingerprint /= fingerprint_of(settings))
       one%load = 1
       one%zero = 1
-      call t%check('or with an offset', mark /= mark_of(settings))
+      call t%check('or with an offset', fingerprint /= fingerprint_of(settings))
       one%zero = 0
-      call t%check('back at the first it is the same', mark == mark_of(settings))
+      call t%check('back at the first it is the same', fingerprint == fingerprint_of(settings))
     end associate
   end subroutine test_marks
 
@@ -267,7 +267,7 @@ contains
     integer(i8) :: number
     integer :: k, n_failed
     logical :: has_best
-    call objective%init(experiment, crew, .false.)
+    call objective%init(experiment, pool, .false.)
     allocate (region%lower(2), region%upper(2))
     region%lower = 0
     region%upper = 1
@@ -303,7 +303,7 @@ contains
     real(rp) :: start(2)
     integer :: i, n_begun
     call problem%init(experiment)
-    problem%crew => crew
+    problem%pool => pool
     unknowns = wing_unknowns(experiment, truth, 1.0_rp)
     n_begun = 0
     do i = 1, N_STARTS

@@ -43,7 +43,7 @@ def learn(cases):
 
 
 def apply(maps, case):
-    """The probability to state: straight lines between knots, as in inference_stated.f90."""
+    """The probability to state: straight lines between knots, as in inference_probability.f90."""
     if case.verdict not in maps:
         return case.raw
     return float(np.interp(case.raw, *zip(*maps[case.verdict])))
@@ -67,7 +67,7 @@ def table_of(tried):
 
 
 def fortran_of(tried, facts):
-    """Source of src/inference/inference_stated_table.f90. facts: {"seed": .., "program": .., "cases": ..}."""
+    """Source of src/inference/inference_probability_table.f90. facts: {"seed": .., "program": .., "cases": ..}."""
     rows = [(CODES[word], p, value) for word, knots in tried["maps"].items() for p, value in knots]
 
     def array(values):
@@ -82,7 +82,7 @@ def fortran_of(tried, facts):
             "this map." if rows else " No study: every probability stays as the odds give it."
     return f"""! SPDX-License-Identifier: GPL-3.0-or-later
 !> Made by bench/diagnosis/run --write-map; do not edit.{error}
-module inference_stated_table
+module inference_probability_table
   use base_kinds, only: rp
   implicit none
   private
@@ -93,5 +93,5 @@ module inference_stated_table
   real(rp), parameter :: RAW(KNOTS) = {raw}   !< probability by the odds, ascending for each verdict
   real(rp), parameter :: RIGHT(KNOTS) = {right} !< share of right verdicts
   character(*), parameter :: PROVENANCE = '{origin}'
-end module inference_stated_table
+end module inference_probability_table
 """

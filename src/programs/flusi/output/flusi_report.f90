@@ -242,12 +242,12 @@ contains
   end subroutine print_time_table
 
   !> Why a run has failed, on standard error.
-  subroutine print_failure(reason, blown_up, has_backup)
+  subroutine print_failure(reason, has_diverged, has_backup)
     character(*), intent(in) :: reason
-    logical, intent(in) :: blown_up   !< the velocity is no longer one
+    logical, intent(in) :: has_diverged   !< the velocity is no longer one
     logical, intent(in) :: has_backup !< there is one to go on from
     write (error_unit, '(a)') 'flusi: '//reason
-    if (blown_up) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
+    if (has_diverged) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
     if (has_backup) write (error_unit, '(a)') 'flusi: the last valid backup is kept'
     flush (error_unit)
   end subroutine print_failure

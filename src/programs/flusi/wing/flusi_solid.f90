@@ -258,7 +258,7 @@ contains
         has_moved = .true.
         call run%progress%step_done(run%step, state%time, s%dt, run%output%largest/s%setup%model%size, s%t_max, &
                                     huge(1), seconds)
-        call run%stop_rules%look(run%world)
+        call run%stop_rules%poll(run%world)
         if (run%stop_rules%backup_due .and. s%output%backup .and. .not. run%is_done()) call run%back_up()
         if (run%stop_rules%must_stop .or. run%failure%failed) exit
       end do

@@ -6,7 +6,7 @@
 !> the moment at the root is one that the wing has borne. The scan is that of this load.
 !>
 !> What all loads share, the gain of forces and D, known by their sd, are columns behind those of the baseline.
-module diagnosis_places
+module diagnosis_load_sites
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_lower
@@ -292,4 +292,4 @@ contains
     if (ok) length = length - sum(h**2)
     length = sqrt(max(0.0_rp, length))
   end function separation
-end module diagnosis_places
+end module diagnosis_load_sites

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Where the starts of a polish ended, in sentences: at the same point, in a higher minimum, or at another point that
 !> fits as well.
-module training_ends
+module training_agreement
   use base_kinds, only: rp
   use base_text, only: number_text
   use least_squares_profile, only: THRESHOLD_90
   implicit none
   private
-  public :: end_lines
+  public :: agreement_lines
 
   integer, parameter, public :: END_LENGTH = 160
   real(rp), parameter :: APART = 0.5_rp !< of an sd: farther ends are two ends
@@ -17,7 +17,7 @@ contains
   !> A line for every end that is not the best one, and one for how many are if there are several. The best has
   !> coordinates best(n) and the sum of squares chi2; sd(n) are those of its parameters `names`; ends(1 + n, starts) are
   !> chi^2 and coordinates. An end fits as well if it lies within the 90 % interval by its chi^2.
-  function end_lines(names, best, chi2, sd, ends) result(lines)
+  function agreement_lines(names, best, chi2, sd, ends) result(lines)
     character(*), intent(in) :: names(:)
     real(rp), intent(in) :: best(:), chi2, sd(:), ends(:, :)
     character(END_LENGTH), allocatable :: lines(:)
@@ -45,5 +45,5 @@ contains
     if (n_same < 2) return
     line = 'polish    '//number_text(n_same)//' of '//number_text(size(ends, 2))//' starts end at this point'
     lines = [lines, line]
-  end function end_lines
-end module training_ends
+  end function agreement_lines
+end module training_agreement

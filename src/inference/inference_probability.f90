@@ -1,22 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> From the probability that the odds give to a verdict to the share of such verdicts that were right in a study of blind
 !> cases: isotonic regression (Zadrozny and Elkan 2002, DOI 10.1145/775047.775151), one map for each kind of verdict.
-!> bench/diagnosis/run learns the map and writes inference_stated_table.
-module inference_stated
+!> bench/diagnosis/run learns the map and writes inference_probability_table.
+module inference_probability
   use base_kinds, only: rp
-  use inference_stated_table, only: KNOTS, RAW, RIGHT, VERDICT, PROVENANCE
+  use inference_probability_table, only: KNOTS, RAW, RIGHT, VERDICT, PROVENANCE
   implicit none
   private
-  public :: grade_of, stated_probability, follow_knots, PROVENANCE
+  public :: grade_of, calibrated_probability, follow_knots, PROVENANCE
 
 contains
 
   !> The probability to print for a verdict (its exit code) of probability `p`, from 0 to 1. Kinds without a map keep p.
-  pure real(rp) function stated_probability(code, p) result(stated)
+  pure real(rp) function calibrated_probability(code, p) result(stated)
     integer, intent(in) :: code
     real(rp), intent(in) :: p
     stated = follow_knots(pack(RAW, VERDICT == code), pack(RIGHT, VERDICT == code), p)
-  end function stated_probability
+  end function calibrated_probability
 
   !> Straight lines between the points (x, y), x ascending, and beyond them the last value; p itself without points.
   pure real(rp) function follow_knots(x, y, p) result(value)
@@ -42,4 +42,4 @@ contains
     if (word == 'named') grade = 'A'
     if (word == 'consistent_with_set') grade = 'B'
   end function grade_of
-end module inference_stated
+end module inference_probability

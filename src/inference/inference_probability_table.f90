@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Made by bench/diagnosis/run --write-map; do not edit.
 !> Calibration error of its 380 even cases: 0.071 without, 0.046 with this map.
-module inference_stated_table
+module inference_probability_table
   use base_kinds, only: rp
   implicit none
   private
@@ -69,4 +69,4 @@ module inference_stated_table
              0.928571429_rp, &
              0.979166667_rp] !< share of right verdicts
   character(*), parameter :: PROVENANCE = 'study of seed 23112026, 381 odd of 762 cases, program dc0c3f3f111e'
-end module inference_stated_table
+end module inference_probability_table

@@ -3,11 +3,11 @@
 !> everything, whose results are long; and the decision to stop, which all ranks make together.
 !>
 !>     if (world%is_root) then
-!>       ... call crew%run_costs / run_full / look as often as needed, then call crew%dismiss()
+!>       ... call pool%run_costs / run_full / look as often as needed, then call pool%shut_down()
 !>     else
-!>       call crew%serve()
+!>       call pool%serve()
 !>     end if
-module training_crew
+module training_pool
   use base_kinds, only: i8, rp
   use io_stop, only: job_limits_t, stop_rules_t
   use measurement_experiment, only: experiment_t
@@ -16,11 +16,11 @@ module training_crew
   use training_task, only: full_size, train_runner_t, COST_SIZE
   implicit none
   private
-  public :: train_crew_t
+  public :: worker_pool_t
 
-  integer, parameter :: DISMISS = 0, COSTS = 1, FULL = 2, LOOK = 3 ! commands to the other ranks
+  integer, parameter :: SHUT_DOWN = 0, COSTS = 1, FULL = 2, POLL = 3 ! commands to the other ranks
 
-  type :: train_crew_t
+  type :: worker_pool_t
     type(world_t) :: world
     class(train_runner_t), pointer :: runner => null()
     type(stop_rules_t) :: stop_rules
@@ -29,19 +29,19 @@ module training_crew
     real(rp) :: busy_seconds = 0            !< sum over tasks
     type(farm_t), private :: cost_farm, full_farm
   contains
-    procedure :: init => crew_init
-    procedure :: run_costs => crew_run_costs
-    procedure :: run_full => crew_run_full
-    procedure :: look => crew_look
-    procedure :: serve => crew_serve
-    procedure :: dismiss => crew_dismiss
-  end type train_crew_t
+    procedure :: init => pool_init
+    procedure :: run_costs => pool_run_costs
+    procedure :: run_full => pool_run_full
+    procedure :: poll => pool_poll
+    procedure :: serve => pool_serve
+    procedure :: shut_down => pool_shut_down
+  end type worker_pool_t
 
 contains
 
-  !> The runner, made for the experiment, must live as long as the crew, which it asks for the time. Collective.
-  subroutine crew_init(self, world, experiment, runner, limits)
-    class(train_crew_t), intent(inout), target :: self
+  !> The runner, made for the experiment, must live as long as the pool, which it asks for the time. Collective.
+  subroutine pool_init(self, world, experiment, runner, limits)
+    class(worker_pool_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in) :: experiment
     class(train_runner_t), intent(inout), target :: runner
@@ -54,31 +54,31 @@ contains
     call self%full_farm%start(world, n_input, full_size(experiment))
     call self%stop_rules%init(limits)
     runner%stop_rules => self%stop_rules
-  end subroutine crew_init
+  end subroutine pool_init
 
   !> Tasks for costs, with `starts` (flat) as what warm solutions start from. On rank 0. If `is_stopped` is set
   !> afterwards results are missing.
-  subroutine crew_run_costs(self, starts, order, inputs, outputs, statuses, seconds)
-    class(train_crew_t), intent(inout) :: self
+  subroutine pool_run_costs(self, starts, order, inputs, outputs, statuses, seconds)
+    class(worker_pool_t), intent(inout) :: self
     real(rp), intent(in) :: starts(:), inputs(:, :)
     integer, intent(in) :: order(:)
     real(rp), intent(out) :: outputs(:, :), seconds(:)
     integer, intent(out) :: statuses(:)
     call run_batch(self, COSTS, self%cost_farm, starts, order, inputs, outputs, statuses, seconds)
-  end subroutine crew_run_costs
+  end subroutine pool_run_costs
 
   !> The same for tasks with everything.
-  subroutine crew_run_full(self, starts, order, inputs, outputs, statuses, seconds)
-    class(train_crew_t), intent(inout) :: self
+  subroutine pool_run_full(self, starts, order, inputs, outputs, statuses, seconds)
+    class(worker_pool_t), intent(inout) :: self
     real(rp), intent(in) :: starts(:), inputs(:, :)
     integer, intent(in) :: order(:)
     real(rp), intent(out) :: outputs(:, :), seconds(:)
     integer, intent(out) :: statuses(:)
     call run_batch(self, FULL, self%full_farm, starts, order, inputs, outputs, statuses, seconds)
-  end subroutine crew_run_full
+  end subroutine pool_run_full
 
   subroutine run_batch(self, command, farm, starts, order, inputs, outputs, statuses, seconds)
-    class(train_crew_t), intent(inout) :: self
+    class(worker_pool_t), intent(inout) :: self
     integer, intent(in) :: command
     type(farm_t), intent(inout) :: farm
     real(rp), intent(in) :: starts(:), inputs(:, :)
@@ -88,53 +88,53 @@ contains
     call send(self, command)
     call farm%share(self%runner, starts)
     call farm%run(self%runner, order, inputs, outputs, statuses, seconds)
-    call farm%dismiss()
+    call farm%shut_down()
     self%n_tasks = self%n_tasks + count(statuses >= 0)
     self%busy_seconds = self%busy_seconds + sum(seconds)
     if (any(statuses < 0)) self%is_stopped = .true.
   end subroutine run_batch
 
   !> Looks whether to stop: sets `is_stopped` and stop_rules%reason. On rank 0.
-  subroutine crew_look(self)
-    class(train_crew_t), intent(inout) :: self
-    call send(self, LOOK)
-    call self%stop_rules%look(self%world)
+  subroutine pool_poll(self)
+    class(worker_pool_t), intent(inout) :: self
+    call send(self, POLL)
+    call self%stop_rules%poll(self%world)
     if (.not. self%stop_rules%must_stop) return
     self%is_stopped = .true.
     self%runner%is_stopping = .true.
-  end subroutine crew_look
+  end subroutine pool_poll
 
   !> Does what rank 0 asks for until it dismisses. On the other ranks.
-  subroutine crew_serve(self)
-    class(train_crew_t), intent(inout) :: self
+  subroutine pool_serve(self)
+    class(worker_pool_t), intent(inout) :: self
     integer :: command
     do
-      command = DISMISS
+      command = SHUT_DOWN
       call self%world%broadcast_integer(command)
       select case (command)
       case (COSTS)
         call self%cost_farm%serve(self%runner)
       case (FULL)
         call self%full_farm%serve(self%runner)
-      case (LOOK)
-        call self%stop_rules%look(self%world)
+      case (POLL)
+        call self%stop_rules%poll(self%world)
       case default
         exit
       end select
     end do
-  end subroutine crew_serve
+  end subroutine pool_serve
 
   !> Ends `serve`. On rank 0.
-  subroutine crew_dismiss(self)
-    class(train_crew_t), intent(inout) :: self
-    call send(self, DISMISS)
-  end subroutine crew_dismiss
+  subroutine pool_shut_down(self)
+    class(worker_pool_t), intent(inout) :: self
+    call send(self, SHUT_DOWN)
+  end subroutine pool_shut_down
 
   subroutine send(self, command)
-    class(train_crew_t), intent(in) :: self
+    class(worker_pool_t), intent(in) :: self
     integer, intent(in) :: command
     integer :: word
     word = command
     call self%world%broadcast_integer(word)
   end subroutine send
-end module training_crew
+end module training_pool

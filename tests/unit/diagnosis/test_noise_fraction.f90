@@ -4,10 +4,10 @@
 !>
 !> Means over draws, with four standard errors from their scatter, and the resolution of nine steps of golden section
 !> on (0, 0.9): 0.9 x 0.618^7/2 = 0.016.
-program test_noise_share
+program test_noise_fraction
   use base_kinds, only: i8, rp
   use diagnosis_noise, only: judge_variance, noise_estimate_t
-  use inference_noise_share, only: find_share
+  use inference_noise_fraction, only: find_noise_fraction
   use noise_scans, only: make_scans, scans_t
   use testkit, only: testkit_t
   implicit none
@@ -36,7 +36,7 @@ contains
     do k = 1, DRAWS
       call make_scans(scans, truth, wave, int(k, i8))
       scans%share = before
-      call find_share(scans, [3.0_rp], is_new)
+      call find_noise_fraction(scans, [3.0_rp], is_new)
       found(k) = scans%share
     end do
     mean = sum(found)/DRAWS
@@ -51,7 +51,7 @@ contains
     logical :: is_new
     call make_scans(scans, 0.0_rp, 0.0_rp, 99_i8)
     scans%share = 0.5_rp
-    call find_share(scans, [3.0_rp], is_new)
+    call find_noise_fraction(scans, [3.0_rp], is_new)
     call t%check('none are found where there are none', scans%share < 0.1_rp .and. is_new)
   end subroutine find_none
 
@@ -77,4 +77,4 @@ contains
     call judge_variance(estimate, 0.5_rp)
     call t%check('and not where neighbours share nothing', estimate%warning == '')
   end subroutine judge
-end program test_noise_share
+end program test_noise_fraction

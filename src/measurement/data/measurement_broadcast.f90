@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The measurement of a file on all ranks.
-module measurement_share
+module measurement_broadcast
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use io_hdf5, only: NAME_LENGTH
@@ -181,4 +181,4 @@ contains
     if (present(c)) c = values(3)
     if (present(d)) d = values(4)
   end subroutine share_reals
-end module measurement_share
+end module measurement_broadcast

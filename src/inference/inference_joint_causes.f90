@@ -2,24 +2,24 @@
 !> Two or three effects that explain the data together.
 !>
 !> What is chosen first is chosen without the others, and may stand for several of them at once. So all pairs with one of the
-!> leaders are tried, not those with the first alone, then every third effect beside the best pair; and then every effect in
+!> top candidates are tried, not those with the first alone, then every third effect beside the best pair; and then every effect in
 !> the place of each of the three, until no exchange is better.
-module inference_together
+module inference_joint_causes
   use base_kinds, only: rp
   use inference_design, only: design_t
   use inference_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, IMPOSSIBLE
   implicit none
   private
-  public :: find_together
+  public :: find_joint_causes
 
-  integer, parameter :: MOST_TOGETHER = 3, MOST_LEADERS = 8, MOST_EXCHANGES = 10
+  integer, parameter :: MOST_JOINT = 3, MOST_CANDIDATES = 8, MOST_REFINEMENTS = 10
 
 contains
 
   !> The best two or three of the effects `order`, the most probable one first; log_together is the logarithm of their odds.
   !> What the nonlinear fit of the first has left is what the others have to explain. No members, and IMPOSSIBLE, where
   !> there are no two.
-  subroutine find_together(design, hypotheses, order, together, log_together)
+  subroutine find_joint_causes(design, hypotheses, order, together, log_together)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: order(:)
@@ -31,11 +31,11 @@ contains
     log_together = IMPOSSIBLE
     if (size(order) < 2) return
     together%log_evidence = IMPOSSIBLE
-    do i = 1, min(size(order), MOST_LEADERS)
+    do i = 1, min(size(order), MOST_CANDIDATES)
       call add_best(design, chain(design, hypotheses, order(i:i)), order(i + 1:), together)
     end do
     if (.not. together%log_evidence > IMPOSSIBLE) return
-    do while (size(together%members) < min(MOST_TOGETHER, size(order)))
+    do while (size(together%members) < min(MOST_JOINT, size(order)))
       next%log_evidence = IMPOSSIBLE
       call add_best(design, together, order, next)
       if (.not. next%log_evidence > IMPOSSIBLE) exit
@@ -52,7 +52,7 @@ contains
       log_odds = causes%log_evidence + log_prior(size(causes%members), size(order))
     end function log_odds
 
-  end subroutine find_together
+  end subroutine find_joint_causes
 
   !> Puts other effects in the place of members, one at a time, as long as that is better.
   subroutine exchange(design, hypotheses, order, together)
@@ -63,7 +63,7 @@ contains
     type(explained_t) :: one, best
     logical :: is_in(size(order)), is_other(size(order))
     integer :: m, j, n
-    do n = 1, MOST_EXCHANGES
+    do n = 1, MOST_REFINEMENTS
       is_in = [(any(design%candidates(together%members)%effect == order(j)), j=1, size(order))]
       best = together
       do m = 1, size(order)
@@ -111,4 +111,4 @@ contains
       if (one%log_evidence > best%log_evidence) best = one
     end do
   end subroutine add_best
-end module inference_together
+end module inference_joint_causes

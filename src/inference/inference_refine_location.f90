@@ -4,7 +4,7 @@
 !> A scan by tangents at the baseline finds the place roughly, as strong effects are not linear. At the fit with strength a0
 !> in one place, a strength a in another one has the residuals r - S0 a0 + S a, S and S0 the tangents there, up to the
 !> second order of the difference of both, which is small for places that overlap.
-module inference_exchange
+module inference_refine_location
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise
   use inference_design, only: design_t
@@ -13,14 +13,14 @@ module inference_exchange
   use inference_whitener, only: whitener_t
   implicit none
   private
-  public :: add_finer, find_exchange
+  public :: add_finer, refine_location
 
 contains
 
   !> The candidate `next` of the same effect that promises the smallest sum of squares if it takes the place of candidate
   !> `c`, whose fit is `found`, and by how much it is then smaller;
   !> 0 if there is none. Effects of one parameter only.
-  subroutine find_exchange(simulator, design, whitener, c, found, next, gain)
+  subroutine refine_location(simulator, design, whitener, c, found, next, gain)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design
     type(whitener_t), intent(in) :: whitener
@@ -71,7 +71,7 @@ contains
         next = rivals(i)
       end do
     end associate
-  end subroutine find_exchange
+  end subroutine refine_location
 
   !> Releases the finer variants about the best candidate best_of(effects) of each scan, 0: none, for the next design. The
   !> calibration stays that of the scan: they sharpen what was found, and find nothing themselves.
@@ -97,4 +97,4 @@ contains
       end associate
     end do
   end subroutine add_finer
-end module inference_exchange
+end module inference_refine_location

@@ -1,29 +1,29 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Evidence for a signal of unknown strength: an average over strengths whose variances are uniform in their logarithm.
-module inference_strengths
+module inference_effect_size
   use base_kinds, only: rp
   implicit none
   private
-  public :: strengths_t, strength
+  public :: effect_size_prior_t, strength
 
   integer, parameter :: N_SCALES = 13
   real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
 
   !> Strengths over which unknown ones are averaged, uniform in their logarithm.
-  type :: strengths_t
+  type :: effect_size_prior_t
     real(rp), allocatable :: gain(:, :)   !< (m, N_SCALES) half of tau s^2/(1 + tau s^2)
     real(rp), allocatable :: offset(:)    !< (N_SCALES) half of the sum of log(1 + tau s^2)
   contains
     procedure :: init => strengths_init
     procedure :: log_evidence => strengths_log_evidence
     procedure :: log_likelihood => strengths_log_likelihood
-  end type strengths_t
+  end type effect_size_prior_t
 
 contains
 
   !> s(m): sd of the directions for unit strength.
   subroutine strengths_init(self, s)
-    class(strengths_t), intent(out) :: self
+    class(effect_size_prior_t), intent(out) :: self
     real(rp), intent(in) :: s(:)
     real(rp) :: tau
     integer :: i
@@ -38,7 +38,7 @@ contains
   !> Logarithm of the probability density of projections w(m) on the directions, over that without a signal, averaged
   !> over strengths.
   pure real(rp) function strengths_log_evidence(self, w) result(log_evidence)
-    class(strengths_t), intent(in) :: self
+    class(effect_size_prior_t), intent(in) :: self
     real(rp), intent(in) :: w(:)
     real(rp) :: terms(N_SCALES), most
     terms = matmul(w**2, self%gain) - self%offset
@@ -48,7 +48,7 @@ contains
 
   !> The same at the most likely strength, at least 0.
   pure real(rp) function strengths_log_likelihood(self, w) result(log_likelihood)
-    class(strengths_t), intent(in) :: self
+    class(effect_size_prior_t), intent(in) :: self
     real(rp), intent(in) :: w(:)
     log_likelihood = max(0.0_rp, maxval(matmul(w**2, self%gain) - self%offset))
   end function strengths_log_likelihood
@@ -58,4 +58,4 @@ contains
     integer, intent(in) :: i
     strength = LARGEST_SCALE**(real(i - 1, rp)/(N_SCALES - 1))
   end function strength
-end module inference_strengths
+end module inference_effect_size

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What is said about ends of a polish: equal ones, higher minima, and others that fit as well; about intervals that are
 !> from some of the loads only; and about an outcome: what does not fit, and what the data do not determine.
-program test_train_ends
+program test_start_agreement
   use base_kinds, only: i8, rp
   use cmaes_box, only: make_box
   use measurement_experiment, only: experiment_t
   use testkit, only: testkit_t
   use train_output, only: free_note, outcome_lines
   use train_settings, only: train_settings_t
-  use training_ends, only: end_lines, END_LENGTH
+  use training_agreement, only: agreement_lines, END_LENGTH
   use training_history, only: train_history_t
   use training_objective, only: candidate_costs_t
   use training_polish, only: interval_sentence, trained_t
@@ -197,14 +197,14 @@ contains
 
   subroutine test_alone()
     character(END_LENGTH), allocatable :: lines(:)
-    lines = end_lines(NAMES, BEST, CHI2, SD, reshape([CHI2, BEST], [3, 1]))
+    lines = agreement_lines(NAMES, BEST, CHI2, SD, reshape([CHI2, BEST], [3, 1]))
     call t%check('about a single start nothing is said', size(lines) == 0)
   end subroutine test_alone
 
   !> Distances count in sd of each parameter: 0.4 and 0.45 of them are the same end.
   subroutine test_equal()
     character(END_LENGTH), allocatable :: lines(:)
-    lines = end_lines(NAMES, BEST, CHI2, SD, &
+    lines = agreement_lines(NAMES, BEST, CHI2, SD, &
                       reshape([CHI2, BEST, CHI2 + 50, 23.04_rp, -9.0_rp, CHI2, 23.0_rp, -9.9_rp], [3, 3]))
     call t%check('equal ends are counted, and nothing else is said', size(lines) == 1 .and. &
                  has(lines, 'polish    3 of 3 starts end at this point'))
@@ -213,7 +213,7 @@ contains
   !> The threshold of chi^2 is 2.7; 0.06 is 0.6 sd of the first parameter, 3 are 1.5 sd of the second.
   subroutine test_others()
     character(END_LENGTH), allocatable :: lines(:)
-    lines = end_lines(NAMES, BEST, CHI2, SD, &
+    lines = agreement_lines(NAMES, BEST, CHI2, SD, &
                       reshape([CHI2, BEST, CHI2 + 2.6_rp, 23.06_rp, -12.0_rp, CHI2 + 2.8_rp, 23.06_rp, -9.0_rp, &
                                CHI2, BEST], [3, 4]))
     call t%check('every other end has its line', size(lines) == 3)
@@ -232,4 +232,4 @@ contains
       has = has .or. index(lines(i), sentence) > 0
     end do
   end function has
-end program test_train_ends
+end program test_start_agreement

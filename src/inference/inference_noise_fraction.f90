@@ -3,14 +3,14 @@
 !> sd less that tells the rest only where the declared sd is right. So the rest is what makes the data most probable,
 !> under normal priors of the baseline's parameters and of unknown causes of unit strength everywhere, which therefore
 !> are no errors.
-module inference_noise_share
+module inference_noise_fraction
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   implicit none
   private
-  public :: find_share
+  public :: find_noise_fraction
 
   integer, parameter :: MOST_EVALUATIONS = 9
   real(rp), parameter :: LARGEST = 0.9_rp !< share of the variance
@@ -19,7 +19,7 @@ contains
 
   !> Sets the share at the baseline q by golden section over it. is_new: it is another one than before by more than a
   !> thousandth. Where something fails the share stays.
-  subroutine find_share(simulator, q, is_new)
+  subroutine find_noise_fraction(simulator, q, is_new)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     logical, intent(out) :: is_new
@@ -76,5 +76,5 @@ contains
       call whitener%apply_one(left)
       value = -0.5_rp*(whitener%log_determinant + sum(left**2))
     end function log_likelihood
-  end subroutine find_share
-end module inference_noise_share
+  end subroutine find_noise_fraction
+end module inference_noise_fraction

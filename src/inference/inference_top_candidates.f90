@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Full nonlinear fits of the effects that lead, which correct what tangents say of them.
-module inference_leaders
+module inference_top_candidates
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_decision, only: decide, rank_effects, VERDICT_UNKNOWN
   use inference_design, only: design_t, is_part_of
-  use inference_exchange, only: find_exchange
+  use inference_refine_location, only: refine_location
   use inference_hypotheses, only: explain, explained_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refit, only: fit_nested, nested_fit_t, roughly
@@ -16,16 +16,16 @@ module inference_leaders
 
   real(rp), parameter :: DISAPPOINTING = 20.0_rp !< of the sum of squares, in units of the noise
 
-  public :: fit_extended, refit_leaders
+  public :: fit_extended, refit_top_candidates
 
 contains
 
-  !> Fits the leaders in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
+  !> Fits the top candidates in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
   !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much; a part of
   !> a fitted one is; and if most of the misfit is left, all are until one leaves less. An unknown cause, or several together,
   !> are the answer only after all were fitted that the tangents prefer to nothing: some effects change their shape with
   !> their strength. `before`, where given, are refits with other nuisances, from which those of the same effects begin.
-  subroutine refit_leaders(simulator, options, d, before)
+  subroutine refit_top_candidates(simulator, options, d, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
@@ -119,7 +119,7 @@ contains
       is_behind = d%hypotheses%effect(e) < maxval(d%hypotheses%effect) - FAR
     end function is_behind
 
-  end subroutine refit_leaders
+  end subroutine refit_top_candidates
 
   !> Puts `one` behind the others.
   subroutine append(refits, one)
@@ -207,7 +207,7 @@ contains
     integer :: n
     other = one
     do n = 1, MOST
-      call find_exchange(simulator, d%design, d%whitener, one%candidate, one%found, other%candidate, gain)
+      call refine_location(simulator, d%design, d%whitener, one%candidate, one%found, other%candidate, gain)
       if (other%candidate == 0 .or. gain < WORTH*d%scale) return
       call fit_extended(simulator, options, d, [other%candidate], other%found, one)
       call take_better(simulator, d, other, one, WORTH*d%scale, is_better)
@@ -274,4 +274,4 @@ contains
     if (found%is_found .and. .not. other%cost() < found%cost()) return
     found = other
   end subroutine fit_extended
-end module inference_leaders
+end module inference_top_candidates

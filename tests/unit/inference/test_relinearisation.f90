@@ -6,7 +6,7 @@
 !> joint. Seen from the fit of the joint there is no second one, and the joint is as strong as if its error were known.
 !>
 !> An error that grows with every look makes any cause fit better. That is no evidence: what it grows by counts against it.
-program test_second_look
+program test_relinearisation
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_beam, only: make_beam, E_ONE_WAY, E_TORSION, N_ALL, N_BASE, P_ONE_WAY
@@ -78,4 +78,4 @@ contains
     type(diagnosis_t), intent(in) :: d
     deviation = sqrt(d%extended%covariance(N_BASE + 1, N_BASE + 1))
   end function deviation
-end program test_second_look
+end program test_relinearisation

@@ -4,7 +4,7 @@
 !> What an error of a force, of a place or of the mesh does depends on the wing. Seen from a baseline that is wrong, as one
 !> cause is missing, it is wrong too: the rest then looks like a second cause, and intervals are too narrow. So where a
 !> cause is clear the nuisances are taken anew at its fit, and all hypotheses are compared once more with these.
-module inference_second_look
+module inference_relinearisation
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_design, only: build_design, design_t
@@ -14,7 +14,7 @@ module inference_second_look
   use inference_whitener, only: whitener_t
   implicit none
   private
-  public :: model_error_t, take_leaders_view
+  public :: model_error_t, relinearise
 
   !> Directions of errors of a simulator that only fits of other models tell, such as one on another mesh.
   type, abstract :: model_error_t
@@ -41,7 +41,7 @@ contains
   !> Takes all nuisances at the best of the refits: errors that settle, directions, the whitener, the fit of the baseline and
   !> the design are then new, and so is this refit. `is_new` false: nothing has changed, as no cause is clear or something
   !> has no result.
-  subroutine take_leaders_view(simulator, options, d, is_new, model_error)
+  subroutine relinearise(simulator, options, d, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout), target :: d
@@ -78,7 +78,7 @@ contains
     d%baseline = baseline
     d%refits(i)%found = leader
     call simulator%get_state(d%baseline%state)
-  end subroutine take_leaders_view
+  end subroutine relinearise
 
   !> The fit of the leader and the nuisances at it, in turn, until it stays or becomes less probable: the larger the errors
   !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. The simulator
@@ -138,4 +138,4 @@ contains
     real(rp), intent(in) :: scale
     improbability = found%cost()/scale + whitener%log_determinant
   end function improbability
-end module inference_second_look
+end module inference_relinearisation

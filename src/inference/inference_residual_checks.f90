@@ -5,30 +5,30 @@
 !> Residuals are whitened. With g the whitened response to each load, a = g r/(g g) is by how much of itself a
 !> response is too large, with the sd 1/|g|; its slopes against the level, the order and so on are tested by weighted
 !> regression. The fitted parameters are not accounted for, which makes p a little too large.
-module inference_battery
+module inference_residual_checks
   use base_kinds, only: rp
   use base_text, only: number_text
   use inference_distributions, only: log_chi2_tail
   use inference_simulator, only: labels_t
   implicit none
   private
-  public :: question_t, question_residuals
+  public :: residual_check_t, check_residuals
 
-  type :: question_t
+  type :: residual_check_t
     character(:), allocatable :: name
     real(rp) :: statistic = 0
     real(rp) :: p = 1
     character(:), allocatable :: sentence
-  end type question_t
+  end type residual_check_t
 
 contains
 
   !> residuals(n) and responses(n), whitened with a noise of which `scale` is the estimated over the declared variance.
-  subroutine question_residuals(labels, residuals, responses, n_fitted, scale, questions)
+  subroutine check_residuals(labels, residuals, responses, n_fitted, scale, questions)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), responses(:), scale
     integer, intent(in) :: n_fitted
-    type(question_t), allocatable, intent(out) :: questions(:)
+    type(residual_check_t), allocatable, intent(out) :: questions(:)
     real(rp), allocatable :: excess(:), weight(:)
     integer :: l, n
     n = size(labels%fold)
@@ -68,14 +68,14 @@ contains
                   'deflections do not depart from the model '//words)
     end subroutine ask_slope
 
-  end subroutine question_residuals
+  end subroutine check_residuals
 
   !> Adds a question; the sentence is `yes` if p < 0.01.
   subroutine append(questions, name, statistic, p, yes, no)
-    type(question_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: questions(:)
     character(*), intent(in) :: name, yes, no
     real(rp), intent(in) :: statistic, p
-    type(question_t), allocatable :: longer(:)
+    type(residual_check_t), allocatable :: longer(:)
     integer :: i
     allocate (longer(size(questions) + 1))
     do i = 1, size(questions)
@@ -92,7 +92,7 @@ contains
   subroutine ask_chi2(residuals, n_fitted, questions)
     real(rp), intent(in) :: residuals(:)
     integer, intent(in) :: n_fitted
-    type(question_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: questions(:)
     real(rp) :: square, p
     integer :: dof
     dof = max(1, size(residuals) - n_fitted)
@@ -107,7 +107,7 @@ contains
   subroutine ask_neighbours(labels, residuals, questions)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:)
-    type(question_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: questions(:)
     real(rp) :: product, square, z, distance, nearest
     integer :: i, k, at, n
     product = 0
@@ -139,7 +139,7 @@ contains
   subroutine ask_influence(labels, residuals, scale, questions)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), scale
-    type(question_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: questions(:)
     real(rp) :: log_p, least
     integer :: l, n, worst
     least = 1
@@ -158,7 +158,7 @@ contains
   !> Heavy tails: more residuals beyond three sd than normal errors have, as a Poisson number.
   subroutine ask_outliers(residuals, questions)
     real(rp), intent(in) :: residuals(:)
-    type(question_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: questions(:)
     real(rp), parameter :: BEYOND_THREE = 2.6997960632601866e-3_rp
     integer :: n
     n = count(abs(residuals) > 3)
@@ -174,16 +174,16 @@ contains
   subroutine ask_twins(labels, residuals, scale, questions)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), scale
-    type(question_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: questions(:)
     real(rp), allocatable :: one(:), other(:)
     real(rp) :: square
     integer :: l, n
     square = 0
     n = 0
     do l = 1, size(labels%fold)
-      if (labels%twin(l) == l) cycle
+      if (labels%replicate(l) == l) cycle
       one = pack(residuals, labels%surface == l)
-      other = pack(residuals, labels%surface == labels%twin(l))
+      other = pack(residuals, labels%surface == labels%replicate(l))
       if (size(one) /= size(other)) cycle
       square = square + sum((one - other)**2)/(2*scale)
       n = n + size(one)
@@ -193,4 +193,4 @@ contains
                 'repeats of the same load differ more than their errors: something changed between them', &
                 'repeats of the same load agree within their errors')
   end subroutine ask_twins
-end module inference_battery
+end module inference_residual_checks

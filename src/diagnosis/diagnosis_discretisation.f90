@@ -12,7 +12,7 @@
 !> models, as strong as it was found on the mesh of the diagnosis.
 !>
 !> Both fits are rough: what they lack lies along the unknowns of the baseline, which are fitted anew in all that follows.
-module diagnosis_band
+module diagnosis_discretisation
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise
@@ -23,7 +23,7 @@ module diagnosis_band
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
-  use inference_second_look, only: model_error_t
+  use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
   use io_journal, only: journal_t
   use least_squares_fit, only: fit_options_t
@@ -36,12 +36,12 @@ module diagnosis_band
   use solid_wing_refine, only: refine_params, refine_wing
   implicit none
   private
-  public :: mesh_band_t
+  public :: discretisation_error_t
 
   !> Half of what lies between the errors of first order and those of second, d/(2^p - 1) with p = 1 and 2.
   real(rp), parameter :: LOADS_DIFFER = 1.0_rp/3
 
-  type, extends(model_error_t) :: mesh_band_t
+  type, extends(model_error_t) :: discretisation_error_t
     logical :: is_found = .false.
     integer :: n_points = 0               !< of the finer mesh
     real(rp) :: rms = 0                   !< [m] of the difference that remains after both fits
@@ -62,15 +62,15 @@ module diagnosis_band
     procedure :: use_journal => band_use_journal
     procedure :: renew => band_renew
     procedure :: serve => band_serve
-    procedure :: dismiss => band_dismiss
+    procedure :: shut_down => error_shut_down
     procedure :: free => band_free
-  end type mesh_band_t
+  end type discretisation_error_t
 
 contains
 
   !> Makes the other wing on all ranks. Collective. `failure` says why there is none.
   subroutine band_init(self, world, s, failure)
-    class(mesh_band_t), intent(inout), target :: self
+    class(discretisation_error_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
     class(diagnosis_case_t), intent(in) :: s
     type(failure_t), intent(out) :: failure
@@ -118,14 +118,14 @@ contains
 
   !> What the farm of the other mesh answers goes into `journal`, too. On rank 0.
   subroutine band_use_journal(self, journal)
-    class(mesh_band_t), intent(inout) :: self
+    class(discretisation_error_t), intent(inout) :: self
     type(journal_t), pointer, intent(in) :: journal
     self%simulator%journal => journal
   end subroutine band_use_journal
 
   !> Rank 0: fits both and gives the band to the simulator of the diagnosis. The others are in `serve`.
   subroutine band_find(self, s, simulator)
-    class(mesh_band_t), intent(inout), target :: self
+    class(discretisation_error_t), intent(inout), target :: self
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout), target :: simulator
     type(whitener_t), target :: whitener
@@ -164,7 +164,7 @@ contains
 
   !> Takes the difference of both meshes at q. On rank 0, within `run_diagnosis`; the others are in `serve`.
   subroutine band_renew(self, whitener, q)
-    class(mesh_band_t), intent(inout) :: self
+    class(discretisation_error_t), intent(inout) :: self
     type(whitener_t), intent(in), target :: whitener
     real(rp), intent(in) :: q(:)
     type(nested_fit_t) :: fitted
@@ -177,13 +177,13 @@ contains
     if (.not. allocated(on_other)) return
     call self%own%evaluate(q, [integer ::], own, nothing, is_valid)
     if (.not. is_valid) return
-    call self%own%dismiss()
+    call self%own%shut_down()
     more = self%world%max_integer(1)
     call self%simulator%begin_like(self%own, self%parents)
     call fit_nested(self%simulator, whitener, [(i, i=1, self%own%n_baseline)], on_other, self%options, fitted)
     is_valid = fitted%is_found
     if (is_valid) call self%simulator%evaluate(fitted%q, [integer ::], other, nothing, is_valid)
-    call self%simulator%dismiss()
+    call self%simulator%shut_down()
     if (is_valid) call set_band(self%own, other - own)
   end subroutine band_renew
 
@@ -191,7 +191,7 @@ contains
   !> place stands for a piece of vein as long as its edges are: what counts is by how much it turns more, and a piece of
   !> half the length is twice as stiff.
   subroutine find_on_other(self, q, on_other)
-    class(mesh_band_t), intent(in) :: self
+    class(discretisation_error_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
     real(rp), allocatable, intent(out) :: on_other(:)
     real(rp), allocatable :: values(:)
@@ -234,7 +234,7 @@ contains
   !> Fits the coarser wing, then, from there and with the same weights, the finer one: residuals(n) of both, derivatives of
   !> the first, and where the diagnosis begins. Everyone who serves is dismissed in this order.
   subroutine fit_both(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
-    class(mesh_band_t), intent(inout) :: self
+    class(discretisation_error_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout), target :: coarse, fine
     type(whitener_t), intent(inout), target :: whitener
@@ -247,7 +247,7 @@ contains
     if (.not. failure%failed) call fit_roughly(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
     self%is_found = .not. failure%failed
     if (self%is_found) call coarse%evaluate(one%q, one%active, r_coarse, jacobian, self%is_found)
-    call coarse%dismiss()
+    call coarse%shut_down()
     if (self%is_found) then
       call fine%begin_like(coarse, self%parents)
       q = fine%null_point()
@@ -256,7 +256,7 @@ contains
       self%is_found = two%is_found
     end if
     if (self%is_found) call fine%evaluate(two%q, [integer ::], r_fine, nothing, self%is_found)
-    call fine%dismiss()
+    call fine%shut_down()
     if (.not. self%is_found) return
     if (self%is_coarser) self%start = two%q
     if (.not. self%is_coarser) self%start = one%q
@@ -270,9 +270,9 @@ contains
     length = norm2(a - matmul(q, matmul(a, q)))
   end function length_beside
 
-  !> The counterpart of `find`, of the diagnosis and of `renew` on the other ranks, until `dismiss`.
+  !> The counterpart of `find`, of the diagnosis and of `renew` on the other ranks, until `shut down`.
   subroutine band_serve(self, simulator)
-    class(mesh_band_t), intent(inout) :: self
+    class(discretisation_error_t), intent(inout) :: self
     type(wing_simulator_t), intent(inout) :: simulator
     if (self%is_coarser) then
       call self%simulator%serve()
@@ -289,17 +289,17 @@ contains
   end subroutine band_serve
 
   !> Ends `serve`. On rank 0.
-  subroutine band_dismiss(self, simulator)
-    class(mesh_band_t), intent(in) :: self
+  subroutine error_shut_down(self, simulator)
+    class(discretisation_error_t), intent(in) :: self
     type(wing_simulator_t), intent(inout) :: simulator
     integer :: none
-    call simulator%dismiss()
+    call simulator%shut_down()
     none = self%world%max_integer(0)
-  end subroutine band_dismiss
+  end subroutine error_shut_down
 
   !> Releases everything.
   subroutine band_free(self)
-    class(mesh_band_t), intent(inout) :: self
+    class(discretisation_error_t), intent(inout) :: self
     call self%simulator%free()
   end subroutine band_free
-end module diagnosis_band
+end module diagnosis_discretisation

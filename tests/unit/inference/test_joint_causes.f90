@@ -2,12 +2,12 @@
 !> Causes together, in a space where they are vectors: three of them, right-angled and equally strong, and a fourth effect that
 !> lies nearly along their sum. It explains more than any of them, and any pair with it more than any pair without; the first
 !> three explain everything.
-program test_together
+program test_joint_causes
   use base_kinds, only: rp
   use inference_decision, only: rank_effects
   use inference_design, only: design_t
   use inference_hypotheses, only: explained_t, hypotheses_t, IMPOSSIBLE
-  use inference_together, only: find_together
+  use inference_joint_causes, only: find_joint_causes
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: K = 6, SUM_OF_ALL = 4
@@ -25,15 +25,15 @@ program test_together
   call hypotheses%init(design, size(design%candidates), z)
   order = rank_effects(hypotheses)
   call t%check('the sum leads', order(1) == SUM_OF_ALL)
-  call find_together(design, hypotheses, order, found, log_odds)
+  call find_joint_causes(design, hypotheses, order, found, log_odds)
   call t%check('it is exchanged for what it stood for', size(found%members) == 3 .and. .not. &
                any(found%members == SUM_OF_ALL))
   call t%check_close('which leaves nothing', sum(found%left**2), 0.0_rp, atol=1.0e-9_rp)
   z = [STRENGTH, STRENGTH, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp]
   call hypotheses%init(design, size(design%candidates), z)
-  call find_together(design, hypotheses, rank_effects(hypotheses), found, log_odds)
+  call find_joint_causes(design, hypotheses, rank_effects(hypotheses), found, log_odds)
   call t%check('two are two', size(found%members) == 2 .and. all([1, 2] == sorted(found%members)))
-  call find_together(design, hypotheses, [1], found, log_odds)
+  call find_joint_causes(design, hypotheses, [1], found, log_odds)
   call t%check('one is none together', size(found%members) == 0 .and. log_odds <= IMPOSSIBLE)
   call t%finish()
 
@@ -64,4 +64,4 @@ contains
     integer :: sorted(2)
     sorted = [minval(pair), maxval(pair)]
   end function sorted
-end program test_together
+end program test_joint_causes
