@@ -114,7 +114,7 @@ contains
     call stop_watch(t(FLOW))
     t(MASK) = t(MASK) + wings%seconds
     call start_watch(t(LOOK))
-    call coupler%look(fluid, wings)
+    call coupler%sample_load(fluid, wings)
     call stop_watch(t(LOOK))
     call start_watch(t(CHECKS))
     call check_flight(wings, settings%fluid%grid, failure)

@@ -74,7 +74,7 @@ module fsi_coupler
     real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
     procedure :: init => coupler_init
-    procedure :: look => coupler_look
+    procedure :: sample_load => coupler_sample_load
     procedure :: advance => coupler_advance
     procedure :: add_request => coupler_add_request
     procedure :: rewind => coupler_rewind
@@ -146,7 +146,7 @@ contains
 
   !> Takes the load of the fluid's last pass, which must have kept what `add_request` asks for, on the wings, which must
   !> still be where they were in that pass. Without thickness it is that under which they came there. Collective.
-  subroutine coupler_look(self, fluid, wings)
+  subroutine coupler_sample_load(self, fluid, wings)
     class(coupler_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
@@ -156,7 +156,7 @@ contains
       call self%sample(fluid, wings)
     end if
     self%is_fresh = .false.
-  end subroutine coupler_look
+  end subroutine coupler_sample_load
 
   !> Sets `loads` and `surfaces` to what the markers of wings without thickness felt in the last step.
   subroutine recall_loads(self, wings)
@@ -190,7 +190,7 @@ contains
     call fluid%pressure_field(self%pressure, self%lines)
     do i = 1, size(self%wings)
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
-        call load%look(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
+        call load%sample(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
         if (self%params%friction) call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, &
                                                          self%params%distance, wings%params%half_thickness)
         self%loads(i) = total_load(load%force, surface%points, surface%velocities, pose%hinge)

@@ -33,7 +33,7 @@ module fsi_pressure_load
   contains
     procedure :: init => load_init
     procedure :: mark => load_mark
-    procedure :: look => load_look
+    procedure :: sample => load_sample
     procedure :: show => load_show
     procedure :: add_friction => load_add_friction
   end type pressure_load_t
@@ -72,7 +72,7 @@ contains
 
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
   !> looked at from the surface. Collective.
-  subroutine load_look(self, surface, sampler, pressure, distance, extrapolates)
+  subroutine load_sample(self, surface, sampler, pressure, distance, extrapolates)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
     type(sampler_t), intent(in) :: sampler
@@ -104,7 +104,7 @@ contains
       call look_at(surface, i, centre, twice_area)
       call share(surface, i, -self%jump(i)/2*twice_area, self%force)
     end do
-  end subroutine load_look
+  end subroutine load_sample
 
   !> Sets `force` to what is known otherwise, (3, n) on the points of the surface where it is now, and `jump` to the part
   !> of it that is normal to the triangles: each has the mean of its corners' forces per area. No friction.

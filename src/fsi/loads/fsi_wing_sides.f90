@@ -37,7 +37,7 @@ module fsi_wing_sides
     logical, allocatable, private :: lines(:, :)
   contains
     procedure :: init => sides_init
-    procedure :: look => sides_look
+    procedure :: sample => sides_sample
     procedure :: memory_bytes => sides_memory_bytes
   end type wing_sides_t
 
@@ -71,7 +71,7 @@ contains
 
   !> Takes the flow of the last pass of `fluid`, which must have kept pressure and flow, beside `wings`, which must
   !> still be where they were in it. Costs four inverse transforms of what leads there. Collective.
-  subroutine sides_look(self, fluid, wings)
+  subroutine sides_sample(self, fluid, wings)
     class(wing_sides_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
@@ -104,7 +104,7 @@ contains
     do i = 1, size(self%wings)
       call shear(self, wings%surfaces(i), fluid%rhs%params%nu, self%wings(i)%traction)
     end do
-  end subroutine sides_look
+  end subroutine sides_sample
 
   !> Makes tractions of the velocities beside the triangles.
   pure subroutine shear(self, surface, nu, traction)

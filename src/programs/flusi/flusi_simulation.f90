@@ -252,9 +252,9 @@ contains
   subroutine sample_loads(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
-    call self%coupler%look(self%fluid, self%wings)
+    call self%coupler%sample_load(self%fluid, self%wings)
     call check_flight(self%wings, self%settings%fluid%grid, self%failure)
-    call self%series%look(self%wings, self%coupler, self%fluid)
+    call self%series%record(self%wings, self%coupler, self%fluid)
     call self%timers%stop(self%t_wings)
     if (self%failure%failed) self%outcome = OUTCOME_COLLISION
   end subroutine sample_loads

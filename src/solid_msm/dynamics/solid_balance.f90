@@ -35,7 +35,7 @@ module solid_balance
     real(rp), dimension(:, :), allocatable :: u, g, force, weight, apparent, new_weight, new_apparent
   contains
     procedure :: init => balance_init
-    procedure :: look => balance_look
+    procedure :: record => balance_record
     procedure :: add_step => balance_add_step
   end type balance_t
 
@@ -59,7 +59,7 @@ contains
   end subroutine balance_init
 
   !> Remembers displacements u, elastic forces g and external forces, all (3, n_all), before a step.
-  subroutine balance_look(self, model, inertia, frame, u, g, force)
+  subroutine balance_record(self, model, inertia, frame, u, g, force)
     class(balance_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -69,7 +69,7 @@ contains
     self%g = g
     self%force = force
     call evaluate(model, inertia, frame, u, self%weight, self%apparent)
-  end subroutine balance_look
+  end subroutine balance_record
 
   !> Adds what happened in the step of size h [s] since `look` to `work`; the arguments are those after it.
   subroutine balance_add_step(self, model, inertia, frame, u, g, force, h, work)

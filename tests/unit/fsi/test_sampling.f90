@@ -124,7 +124,7 @@ contains
     call surface%init(reshape([0.8_rp, 0.8_rp, 1.0_rp, 1.6_rp, 0.9_rp, 1.1_rp, 1.0_rp, 1.5_rp, 1.3_rp, &
                                1.7_rp, 1.6_rp, 1.2_rp], [3, 4]), reshape([1, 2, 3, 2, 4, 3], [3, 2]), 2)
     call load%init(surface)
-    call load%look(surface, sampler, field, D)
+    call load%sample(surface, sampler, field, D)
     expected = 0
     do i = 1, 2
       associate (p => surface%points, c => surface%triangles(:, i))

@@ -50,7 +50,7 @@ module support_coupling
   contains
     procedure :: start => flight_start
     procedure :: step => flight_step
-    procedure :: look => flight_look
+    procedure :: sample => flight_sample
     procedure :: free => flight_free
   end type flight_t
 
@@ -118,21 +118,21 @@ contains
     do while (self%fluid%rhs%state%time < t_end - 0.5_rp*self%dt)
       call self%fluid%step(request, self%failure, self%wings)
       if (self%failure%failed) return
-      call self%coupler%look(self%fluid, self%wings)
+      call self%coupler%sample_load(self%fluid, self%wings)
       call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
       if (self%failure%failed) return
     end do
   end subroutine flight_step
 
   !> Evaluates the flow where it is, with the load of the wing. Collective.
-  subroutine flight_look(self)
+  subroutine flight_sample(self)
     class(flight_t), intent(inout) :: self
     type(request_t) :: request
     call self%coupler%add_request(request)
     request%integrals = .true.
     call self%fluid%evaluate(request, self%failure, self%wings)
-    call self%coupler%look(self%fluid, self%wings)
-  end subroutine flight_look
+    call self%coupler%sample_load(self%fluid, self%wings)
+  end subroutine flight_sample
 
   !> Releases everything.
   subroutine flight_free(self)

@@ -64,7 +64,7 @@ contains
     call coupler%init(t%world, params, fluid%rhs%params%grid, fluid%transform%block, 0.0_rp, wings)
     request%pressure = .true.
     call fluid%evaluate(request, failure, wings)
-    call coupler%look(fluid, wings)
+    call coupler%sample_load(fluid, wings)
     call exact_force(wings%surfaces(1)%points, wings%surfaces(1)%triangles, force)
     total = sum(force, 2)
     error = norm2(coupler%surface_load(1) - total)/norm2(total)

@@ -113,7 +113,7 @@ contains
     do i = 1, 5
       call free%step(nothing, failure)
       call coupled%step(request, failure, wings)
-      call coupler%look(coupled, wings)
+      call coupler%sample_load(coupled, wings)
       call coupler%advance(coupled%dt, wings, failure, coupled)
     end do
     call t%check('steps without wings succeed',.not. failure%failed)
@@ -153,7 +153,7 @@ contains
     f%shift = shift
     call f%start(t%world)
     call f%step(0.2_rp)
-    call f%look()
+    call f%sample()
     call t%check('the flight succeeds',.not. f%failure%failed)
     force = [f%coupler%loads(1)%force, f%fluid%sums%force(:, f%wings%surfaces(1)%color)]
     call f%free()
@@ -275,16 +275,16 @@ contains
       end do
       call sampler%init(t%world, grid, block)
       call load%init(surface)
-      call load%look(surface, sampler, 0*velocity(:, :, :, 1), DISTANCE)
+      call load%sample(surface, sampler, 0*velocity(:, :, :, 1), DISTANCE)
       call load%add_friction(surface, sampler, velocity, NU, DISTANCE, HALF)
       expected = NU*(ABOVE + BELOW)*surface%area()*along
       call t%check('the wing turns', norm2(pose%omega) > 1)
       call t%check_below('friction of a linear flow', norm2(sum(load%friction, 2) - expected), &
                          1.0e-11_rp*norm2(expected))
       call t%check('it is the force without pressure', all(abs(load%force - load%friction) <= 0))
-      call load%look(surface, sampler, pressure, NEAR)
+      call load%sample(surface, sampler, pressure, NEAR)
       call t%check_below('a pressure difference that falls off', maxval(abs(load%jump - 2*(5 - 2*NEAR))), 1.0e-12_rp)
-      call load%look(surface, sampler, pressure, NEAR, extrapolates=.true.)
+      call load%sample(surface, sampler, pressure, NEAR, extrapolates=.true.)
       call t%check_below('the same at the mid surface', maxval(abs(load%jump - 10)), 1.0e-12_rp)
     end associate
     call f%free()

@@ -161,7 +161,7 @@ contains
     before = mean_flow(f)
     do step = 1, 30
       call f%fluid%step(nothing, f%failure, f%wings)
-      call f%coupler%look(f%fluid, f%wings)
+      call f%coupler%sample_load(f%fluid, f%wings)
       call f%coupler%advance(f%fluid%dt, f%wings, f%failure, f%fluid, f%thin)
       after = mean_flow(f)
       associate (load => f%wings%marker_loads(1))

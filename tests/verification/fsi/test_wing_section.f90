@@ -123,7 +123,7 @@ contains
     end do
     call sampler%init(t%world, grid, block)
     call load%init(surface)
-    call load%look(surface, sampler, pressure, D)
+    call load%sample(surface, sampler, pressure, D)
     normal = [-sin(TILT), cos(TILT)]
     force = sum(load%force, 2)
     call t%check_close('the force per depth along y', force(2), -2*D*dot_product(G, normal)*LENGTH*normal(1), &

@@ -62,7 +62,7 @@ contains
       do p = 1, size(surface%points, 2)
         surface%velocities(:, p) = cross(turn, surface%points(:, p) - wings%poses(1)%hinge)
       end do
-      call sides%look(fluid, wings)
+      call sides%sample(fluid, wings)
       errors = 0
       largest = 0
       do i = 1, size(surface%triangles, 2)

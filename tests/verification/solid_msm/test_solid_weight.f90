@@ -115,7 +115,7 @@ contains
     scale = 0
     do i = 1, n
       force(3, 6) = sin(TWO_PI*(i - 1)/n)
-      call balance%look(model, inertia, motion%at(state%time), state%u, state%g, force)
+      call balance%record(model, inertia, motion%at(state%time), state%u, state%g, force)
       force(3, 6) = sin(TWO_PI*i/n)
       call stepper%step(model, inertia, motion, force, 1.0_rp/n, options, state, report)
       if (.not. report%converged) call t%check('the step converges', .false.)

@@ -25,7 +25,7 @@ module flusi_coupling_series
     real(rp), allocatable :: loads(:, :) !< (N_LOADS, wings) of the step that is being made
   contains
     procedure :: open => series_open
-    procedure :: look => series_look
+    procedure :: record => series_record
     procedure :: write => series_write
     procedure :: close => series_close
   end type coupling_series_t
@@ -66,7 +66,7 @@ contains
   end subroutine series_open
 
   !> Remembers the loads that `coupler` has just looked at, beside those of the same pass' penalization.
-  subroutine series_look(self, wings, coupler, fluid)
+  subroutine series_record(self, wings, coupler, fluid)
     class(coupling_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(in) :: coupler
@@ -80,7 +80,7 @@ contains
                             load%power - penalty%power]
       end associate
     end do
-  end subroutine series_look
+  end subroutine series_record
 
   !> Writes the records of the step that `coupler` has just made.
   subroutine series_write(self, coupler)

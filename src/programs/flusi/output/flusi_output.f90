@@ -144,7 +144,7 @@ contains
         end do
         if (present(averages)) call save_averages(averages)
         if (present(wings) .and. p%wing_sides) then
-          call self%sides%look(fluid, wings)
+          call self%sides%sample(fluid, wings)
           call self%wings%write(wings, label, self%note, failure, coupler, self%sides)
         else if (present(wings)) then
           call self%wings%write(wings, label, self%note, failure, coupler)

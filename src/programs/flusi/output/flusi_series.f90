@@ -36,7 +36,7 @@ module flusi_series
     logical :: solids = .false., compute_forces = .false., has_wings = .false.
   contains
     procedure :: open => series_open
-    procedure :: look => series_look
+    procedure :: record => series_record
     procedure :: write_flight => series_write_flight
     procedure :: look_at_spectra => series_look_at_spectra
     procedure :: write_step => series_write_step
@@ -166,13 +166,13 @@ contains
   end function power_columns
 
   !> Remembers for the records of a step what `coupler` has looked at where it begins.
-  subroutine series_look(self, wings, coupler, fluid)
+  subroutine series_record(self, wings, coupler, fluid)
     class(run_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(in) :: coupler
     type(fluid_t), intent(in) :: fluid
-    call self%coupling%look(wings, coupler, fluid)
-  end subroutine series_look
+    call self%coupling%record(wings, coupler, fluid)
+  end subroutine series_record
 
   !> The record of a free flyer, if there is one, where it is, for which the fluid's last pass was.
   subroutine series_write_flight(self, wings)
@@ -187,7 +187,7 @@ contains
   subroutine series_look_at_spectra(self, fluid)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
-    call self%spectra%look(fluid)
+    call self%spectra%record(fluid)
   end subroutine series_look_at_spectra
 
   !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler

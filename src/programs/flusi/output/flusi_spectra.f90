@@ -21,7 +21,7 @@ module flusi_spectra
     real(rp), allocatable :: energies(:, :) !< (0:shells-1, 3) of the last look, L^2/T^2; not allocated: no spectra
   contains
     procedure :: open => spectra_open
-    procedure :: look => spectra_look
+    procedure :: record => spectra_record
     procedure :: write => spectra_write
     procedure :: close => spectra_close
   end type spectra_t
@@ -66,12 +66,12 @@ contains
   end subroutine spectra_open
 
   !> Remembers the spectra of the present state, which a step changes. Collective.
-  subroutine spectra_look(self, fluid)
+  subroutine spectra_record(self, fluid)
     class(spectra_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     if (.not. allocated(self%energies)) return
     call shell_energies(fluid%rhs%world, fluid%rhs%params%grid, fluid%transform%sticks, fluid%rhs%state%u, self%energies)
-  end subroutine spectra_look
+  end subroutine spectra_record
 
   !> Writes what the last `look` has seen, which was at `time`.
   subroutine spectra_write(self, time)

@@ -298,7 +298,7 @@ contains
       if (s%t_max - state%time < (1 - PART)*s%dt) h = s%t_max - state%time
       before = state%time
       call s%law%at(before, self%force)
-      call self%balance%look(model, s%inertia, s%motion%at(before), state%u, state%g, self%force)
+      call self%balance%record(model, s%inertia, s%motion%at(before), state%u, state%g, self%force)
       call s%law%at(before + h, self%force)
       call self%stepper%step(model, s%inertia, s%motion, self%force, h, s%options, state, self%report)
       if (.not. self%report%converged) return
