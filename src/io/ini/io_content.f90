@@ -31,7 +31,7 @@ contains
     else if (begins(text(first:), '<?xml') .or. begins(text(first:), '<svg')) then
       what = 'is XML and no input; make_wing makes a wing file of a drawing'
     else if (begins(text(first:), '{')) then
-      what = 'is JSON and no input; make_measurement reads descriptions of bending tests'
+      what = 'is JSON and no input; the tools read descriptions of bending tests'
     end if
   end function foreign_content
 

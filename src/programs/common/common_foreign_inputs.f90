@@ -33,7 +33,7 @@ contains
     if (all(own /= [INPUT_OF_STATIC, INPUT_OF_SOLID])) call registry%foreign%add('Loads', whose(INPUT_OF_STATIC))
     call registry%foreign%add('kinematics', 'this is a motion of wings and no input; name it in the input of a flight: '// &
                               '[Insects] FlappingMotion_left = from_file::*')
-    if (own /= INPUT_OF_STATIC) call registry%foreign%set_fragment('include|Wing|Mass|Instrument', &
+    if (own /= INPUT_OF_STATIC) call registry%foreign%set_fragment('Wing|Mass|Instrument', &
       'this describes a wing and is no input of its own; name it in an input of '//name//': [include] file = *')
 
   contains
