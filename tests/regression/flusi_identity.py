@@ -57,7 +57,7 @@ def refused(case, *arguments, says, ini=None, name="run.ini"):
 
 def kill(case):
     """kill -9 after some steps and before the first backup."""
-    check(case.wait_for("earlier_1"), f"the old run moves aside:\n{case.err.read_text()}")
+    check(case.wait_for("earlier_1/runtime_identity.txt"), f"the old run moves aside:\n{case.err.read_text()}")  # the last file
     case.wait_for_steps(5)
     case.process.send_signal(signal.SIGKILL)
     case.wait()

@@ -249,8 +249,11 @@ contains
     type(message_list_t) :: patterns, found
     character(:), allocatable :: folder
     integer :: i
-    patterns = self%patterns
+    ! Backups go first: whatever ends the program meanwhile, none is left where a restart would find it.
     call patterns%add(self%base//'_backup#.h5')
+    do i = 1, self%patterns%count()
+      call patterns%add(self%patterns%text(i))
+    end do
     call patterns%add(self%base//'_identity.txt')
     call find_results(patterns, self%input_files, found)
     if (found%count() == 0) return
