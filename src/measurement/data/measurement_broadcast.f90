@@ -85,7 +85,8 @@ contains
     flat = reshape(m%unloaded_sigma, [n])
     call world%broadcast_reals(flat)
     m%unloaded_sigma = reshape(flat, shape(m%unloaded))
-    known = merge(1, 0, reshape(m%has_unloaded, [n]))
+    allocate (known(n), source=0)
+    if (world%is_root) known = merge(1, 0, reshape(m%has_unloaded, [n]))
     call world%broadcast_integers(known)
     m%has_unloaded = reshape(known == 1, shape(m%unloaded))
   end subroutine share_reference
