@@ -54,8 +54,8 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
                     'wing file says (docs/formats/wing-format.md), or else left ventral')
     call r%add_text('Wing', 'fingerprint', '', 'of the wing that these values were found for; msm_train and msm_diagnose '// &
                     'write it, and with another wing it is an error')
-    call r%add_reals('Wing', 'found_size', [0.0_rp, 0.0_rp], 'largest x and mean chord of the wing that these values were '// &
-                     'found for; msm_train and msm_diagnose write it, and another size is told', unit='m', length=2)
+    call r%add_reals('Wing', 'found_size', [0.0_rp, 0.0_rp], 'length and mean chord of the wing that was trained; '// &
+                     'msm_train and msm_diagnose write them; a program warns if the wing has another size', unit='m', length=2)
     call r%add_switch('Wing', 'allow_other_wing', .false., 'take values that were found for another wing all the same')
     call register_effect_keys(r)
   end subroutine register_wing
