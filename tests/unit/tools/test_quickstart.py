@@ -39,7 +39,8 @@ class Quickstart(unittest.TestCase):
         for case in ("sphere.ini", "wing.ini"):
             (self.tree / "ini" / case).write_text("[Time]\n")
         shutil.copy(SOURCE / "tools" / "quickstart", self.tree / "tools")
-        shutil.copy(SOURCE / "tools" / "requirements.txt", self.tree / "tools")
+        for requirements in ("requirements.txt", "requirements-mesh.txt", "requirements-render.txt"):
+            shutil.copy(SOURCE / "tools" / requirements, self.tree / "tools")
         self.bin = self.machine / "bin"
         self.bin.mkdir()
         for name in REAL:
@@ -55,9 +56,9 @@ class Quickstart(unittest.TestCase):
 
     def environment_is_made(self):
         self.stub(self.tree / ".venv" / "bin" / "python", '[ "$1" = -c ] || ' + RECORD)
-        with open(self.tree / "tools" / "requirements.txt", "rb") as requirements:
-            stamp = subprocess.run(["cksum"], stdin=requirements, capture_output=True, check=True).stdout
-        (self.tree / ".venv" / "stamp").write_bytes(stamp)
+        for stamp, names in (("stamp", ["requirements.txt"]), ("extras", ["requirements-mesh.txt", "requirements-render.txt"])):
+            text = b"".join((self.tree / "tools" / name).read_bytes() for name in names)
+            (self.tree / ".venv" / stamp).write_bytes(subprocess.run(["cksum"], input=text, capture_output=True, check=True).stdout)
 
     def quickstart(self, *arguments, **environment):
         environment = {"PATH": str(self.bin), "MACHINE": str(self.machine), "HOME": str(self.machine),
@@ -115,7 +116,6 @@ class Quickstart(unittest.TestCase):
 
     def test_mesher(self):
         """Gmsh comes from PyPI; the libraries that it loads come from the system if they are missing."""
-        shutil.copy(SOURCE / "tools" / "requirements-mesh.txt", self.tree / "tools")
         self.assert_exit(self.quickstart("mesher"), 0)
         self.assertEqual(self.calls("apt-get"), [])
         self.assertIn(f"--requirement {self.tree}/tools/requirements-mesh.txt", self.calls("python")[0])
@@ -130,7 +130,6 @@ class Quickstart(unittest.TestCase):
 
     def test_pictures(self):
         """PyVista is tried by drawing; the library that draws without a screen comes from the system if it is missing."""
-        shutil.copy(SOURCE / "tools" / "requirements-render.txt", self.tree / "tools")
         self.assert_exit(self.quickstart("pictures"), 0)
         self.assertEqual(self.calls("apt-get"), [])
         self.assertIn(f"--requirement {self.tree}/tools/requirements-render.txt", self.calls("python")[0])
@@ -141,6 +140,28 @@ class Quickstart(unittest.TestCase):
         self.stub(self.bin / "apt-get", RECORD + 'case "$*" in *libegl1*) > "$MACHINE/calls.gl" ;; esac\n')
         self.assert_exit(self.quickstart("pictures", UID_IS="0"), 0)
         self.assertIn("libegl1", self.calls("apt-get")[-1])
+
+    def test_mesher_and_pictures_come_with_the_rest(self):
+        """Once; a machine that cannot have them goes on and is told what the tools use instead."""
+        (self.tree / ".venv" / "extras").unlink()
+        self.assert_exit(self.quickstart("build"), 0)
+        installed = [f"--requirement {self.tree}/tools/requirements-{name}.txt" in call
+                     for name, call in zip(("mesh", "render"), self.calls("python"))]
+        self.assertEqual(installed, [True, True])
+        self.assert_exit(self.quickstart("build"), 0)
+        self.assertEqual(len(self.calls("python")), 2)
+        (self.tree / ".venv" / "extras").unlink()
+        self.stub(self.tree / ".venv" / "bin" / "python", 'case "$*" in *gmsh*|*pyvista*|*requirements-*) exit 1 ;; esac\n')
+        done = self.quickstart("build")
+        self.assert_exit(done, 0)
+        self.assertIn("going on without Gmsh", done.stdout)
+        self.assertIn("going on without PyVista", done.stdout)
+
+    def test_lean(self):
+        (self.tree / ".venv" / "extras").unlink()
+        self.assert_exit(self.quickstart("build", "--lean"), 0)
+        self.assert_exit(self.quickstart("build"), 0)
+        self.assertEqual(self.calls("python"), [])
 
     def test_environment_is_made_again_after_a_change_of_requirements(self):
         self.assert_exit(self.quickstart("deps"), 0)

@@ -46,7 +46,7 @@ STEPS = (
     flight("extended", "diagnosis_extended.ini"),
     Step("beat", "Lift, drag and power of both", "plot_cycle fitted extended --labels fitted,extended -o beat.png",
          ("fitted/summary.txt", "extended/summary.txt"), ("beat.png",)),
-    Step("flow", "The flow in the downstroke", "render extended --time 0.25 --with numpy --height 600 -o flow.png",
+    Step("flow", "The flow in the downstroke", "render extended --time 0.25 --height 600 -o flow.png",
          ("extended/summary.txt",), ("flow.png",)),
     Step("report", "Report of the diagnosis",
          "plot_diagnosis diagnosis.json --flight fitted extended -o diagnosis.html --pictures pictures",
