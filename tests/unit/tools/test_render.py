@@ -2,6 +2,8 @@
 """render: iso-surfaces with known area and volume, pixels with known colours, pictures, mistakes by name."""
 import io
 import os
+import subprocess
+import sys
 import tempfile
 import unittest
 from contextlib import redirect_stdout
@@ -156,6 +158,23 @@ class Pixels(unittest.TestCase):
         images = [draw(surfaces, camera, 150) for draw in (renderers.render_pyvista, renderers.render_numpy)]
         images = [image[..., :3] * image[..., 3:] for image in images]
         self.assertLess(np.abs(images[0] - images[1]).mean(), 0.01)
+
+    def test_module_tells_by_its_exit_code_whether_pyvista_draws(self):
+        """As tools/quickstart asks, with a PyVista that does as it is told."""
+        tools = Path(renderers.__file__).parents[2]
+        for does, code, says in (("pass", 0, ""), ("raise RuntimeError", 1, "PyVista: it cannot draw off-screen here")):
+            with tempfile.TemporaryDirectory() as folder:
+                (Path(folder) / "pyvista.py").write_text(f"""
+import numpy
+def Sphere(): pass
+class Plotter:
+    def __init__(self, **_): {does}
+    def add_mesh(self, *_, **__): pass
+    def screenshot(self, **_): return numpy.zeros((64, 64, 3))
+""")
+                done = subprocess.run([sys.executable, "-m", "flusi_msm.render.renderers"], capture_output=True, text=True, check=False,
+                                      env={**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{tools}"})
+            self.assertEqual((done.returncode, done.stderr.strip()), (code, says))
 
 
 class Levels(unittest.TestCase):

@@ -204,3 +204,8 @@ def choose_renderer(wanted):
     if wanted == "pyvista":
         raise InputError(f"--with pyvista: {reason} (pip install -r tools/requirements-render.txt)")
     return render_numpy, f"drawn with numpy, as for PyVista {reason}"
+
+
+if __name__ == "__main__":  # tools/quickstart asks so whether what it installed draws
+    reason = why_no_pyvista()
+    sys.exit(f"PyVista: {reason}" if reason else 0)
