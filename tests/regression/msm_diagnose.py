@@ -23,7 +23,7 @@ from json_schema import validate
 FLUSI = sys.argv.pop(3)
 # ini/diagnose-flight.ini with one wing, one beat and a grid that is too coarse for physics.
 COARSE = {"nx": 32, "ny": 32, "nz": 16, "Tmax": 1.0, "CFL": 0.9, "surface": "penalized", "sponge_thickness": 4}
-EXIT_NAMED, EXIT_SET, EXIT_USER, EXIT_INSUFFICIENT, EXIT_UNWRITABLE = 10, 11, 2, 20, 5
+EXIT_NAMED, EXIT_SET, EXIT_USER, EXIT_INSUFFICIENT, EXIT_UNWRITABLE, EXIT_NUMERICAL = 10, 11, 2, 20, 5, 3
 SCHEMA = SOURCE / "docs/formats/diagnosis.schema.json"
 
 
@@ -285,6 +285,18 @@ def test_mistakes(case):
     (case.folder / "over.ini").write_text(input_text() + "[Saving]\nname = bending;\n")
     done = case.run("over.ini", ranks=1, code=EXIT_USER)
     check("bending.h5 is read, and would be overwritten" in done.err, done.err)
+
+
+def test_no_shape(case):
+    """Forces under which the wing has no shape are a numerical failure: exit code 3, a sentence, and no file of a verdict."""
+    synthesise(case, loads=CASE["loads"][1:2], spacing=2e-3, protocol={"levels": [1]})
+    case.write("diagnose.ini", input_text())
+    with h5py.File(case.folder / "bending.h5", "r+") as file:
+        for load in file["loads"].values():
+            load.attrs["force"] = 60 * load.attrs["force"]
+    done = case.run("diagnose.ini", ranks=0, code=EXIT_NUMERICAL)
+    check("the baseline fits from none of its starting values" in done.err, done.err)
+    check(not [name for name in case.files() if name.startswith("diagnosis") and name.endswith((".json", ".ini"))], f"{case.files()}")
 
 
 def test_files(case):
