@@ -52,11 +52,11 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
     call r%add_word('Wing', 'z_side', 'file', 'file|'//z_side_choices('|'), &
                     'which side of which wing +z points to, for effects that tell up from down; file: as the '// &
                     'wing file says (docs/formats/wing-format.md), or else left ventral')
-    call r%add_text('Wing', 'fingerprint', '', 'of the wing that these values were found for; msm_train and msm_diagnose '// &
-                    'write it, and with another wing it is an error')
+    call r%add_text('Wing', 'fingerprint', '', 'identifies the wing for which these values were found; msm_train and '// &
+                    'msm_diagnose write it; another wing is an error')
     call r%add_reals('Wing', 'found_size', [0.0_rp, 0.0_rp], 'length and mean chord of the wing that was trained; '// &
                      'msm_train and msm_diagnose write them; a program warns if the wing has another size', unit='m', length=2)
-    call r%add_switch('Wing', 'allow_other_wing', .false., 'take values that were found for another wing all the same')
+    call r%add_switch('Wing', 'allow_other_wing', .false., 'accept values that were found for another wing')
     call register_effect_keys(r)
   end subroutine register_wing
 
