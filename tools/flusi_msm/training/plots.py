@@ -77,7 +77,7 @@ def draw_convergence(training):
     if low > 0.5 and high < 2e4:  # plain numbers
         panels[0].yaxis.set_major_formatter(LogFormatter())
         panels[0].yaxis.set_minor_formatter(LogFormatter())
-    panels[0].legend(loc="best", frameon=True, facecolor="white", edgecolor="none", framealpha=1)
+    panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
     panels[0].set_title("global search (CMA-ES)", loc="left")
     if has_polish:
         draw_polish(training, figure.add_subplot(grid[:2, 1]))
