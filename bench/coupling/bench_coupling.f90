@@ -166,12 +166,12 @@ contains
 
   subroutine report()
     real(rp), parameter :: MS = 1.0e3_rp
-    real(rp), dimension(size(times, 2)) :: step, load, mask_time, share
+    real(rp), dimension(size(times, 2)) :: step, load, mask_time, fraction
     real(rp) :: ratio
     step = times(FLOW, :) + times(LOOK, :) + times(SOLID, :) + times(CHECKS, :)
     load = keep + times(LOOK, :)
     mask_time = times(MASK, :)
-    share = (mask_time + load + times(SOLID, :) + times(CHECKS, :))/step
+    fraction = (mask_time + load + times(SOLID, :) + times(CHECKS, :))/step
     ratio = median(times(FLOW, :) - mask_time - keep)/least(1)
     write (output_unit, '(a,3(i0,1x),a,i0,a,i0,a,f0.4)') 'flexible wings on ', settings%fluid%grid%n, 'points, ', &
       world%size, ' ranks, ', steps, ' steps until t = ', fluid%rhs%state%time
@@ -185,9 +185,9 @@ contains
     write (output_unit, '(a,i0,a,f0.2)') 'at most ', nint(maxval(times(FACTORS, :))), &
       ' factorisations per wing and step, on average ', sum(times(FACTORS, :))/steps
     write (output_unit, '(a,f0.2,a)') 'the fluid takes ', ratio, ' times its floor'
-    write (output_unit, '(a,2(f0.4,a))') 'the share of a step is between ', quantile(share, 0.1_rp), ' and ', &
-      quantile(share, 0.9_rp), ' (first and last decile)'
-    write (output_unit, '(20a)') '{"coupling_share":', number(median(share)), &
+    write (output_unit, '(a,2(f0.4,a))') 'the share of a step is between ', quantile(fraction, 0.1_rp), ' and ', &
+      quantile(fraction, 0.9_rp), ' (first and last decile)'
+    write (output_unit, '(20a)') '{"coupling_share":', number(median(fraction)), &
       ',"mask":', number(median(mask_time/step)), ',"load":', number(median(load/step)), &
       ',"solid":', number(median(times(SOLID, :)/step)), ',"checks":', number(median(times(CHECKS, :)/step)), &
       ',"keep":', number(median(keep/step)), ',"wait":', number(median(times(WAIT, :)/step)), &

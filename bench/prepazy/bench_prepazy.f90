@@ -7,6 +7,7 @@ program prepazy
   use base_constants, only: EXIT_NUMERICAL, EXIT_USER, PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
@@ -15,7 +16,7 @@ program prepazy
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
   use measurement_problem, only: wing_problem_t, wing_unknowns
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing

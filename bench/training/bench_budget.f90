@@ -3,6 +3,7 @@
 !> Candidates start warm from the solution of the optimiser's mean, as in msm_train.
 module bench_budget
   use base_kinds, only: i8, rp
+  use base_parameter, only: parameter_t
   use bench_twin, only: N_UNKNOWNS, twin_t
   use bench_validation, only: NOISE, validation_truth
   use cmaes_options, only: cmaes_options_t
@@ -10,7 +11,6 @@ module bench_budget
   use cmaes_stop, only: RUNNING
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use solid_params, only: parameter_t
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private

@@ -6,6 +6,7 @@
 !> stream of random numbers of its own, the same with every compiler; nothing of the optimiser draws from it.
 module bench_coverage
   use base_kinds, only: i8, rp
+  use base_parameter, only: parameter_t
   use base_random, only: random_stream_t
   use bench_twin, only: N_UNKNOWNS, twin_t
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
@@ -14,7 +15,6 @@ module bench_coverage
   use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: ONE_DECADE, wing_problem_t, wing_unknowns
-  use solid_params, only: parameter_t
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private
@@ -40,7 +40,7 @@ contains
     type(twin_t), intent(in) :: twin
     integer, intent(in) :: n_wings, first
     type(tally_t) :: tally
-    real(rp) :: cpu, cpu_end, share, every
+    real(rp) :: cpu, cpu_end, fraction, every
     integer :: w
     call cpu_time(cpu)
     do w = first, first + n_wings - 1
@@ -50,11 +50,11 @@ contains
         ' intervals hold the truth; with one end ', tally%n(1), ', without ', tally%n(0), '; ', cpu_end - cpu, ' s'
       flush (output_unit)
     end do
-    share = real(tally%n_hit(2), rp)/max(1, tally%n(2))
+    fraction = real(tally%n_hit(2), rp)/max(1, tally%n(2))
     every = real(sum(tally%n_hit), rp)/max(1, sum(tally%n))
     write (output_unit, '(7(a,i0),2(a,f6.4),5(a,i0),a,f0.1,a)') '{"wings":', n_wings, ',"first":', first, &
       ',"intervals":', tally%n(2), ',"covered":', tally%n_hit(2), ',"one_end":', tally%n(1), ',"one_end_covered":', &
-      tally%n_hit(1), ',"no_end":', tally%n(0), ',"coverage":', share, ',"binomial_sd":', &
+      tally%n_hit(1), ',"no_end":', tally%n(0), ',"coverage":', fraction, ',"binomial_sd":', &
       sqrt(0.09_rp/max(1, tally%n(2))), ',"all":', sum(tally%n), ',"all_covered_percent":', nint(100*every), &
       ',"incomplete":', tally%n_incomplete, ',"failed_fits":', tally%n_failed, ',"redrawn":', tally%n_redrawn, &
       ',"cpu_s":', cpu_end - cpu, '}'

@@ -3,6 +3,7 @@
 !> Generations of CMA-ES find where least squares can begin; the polish is that of msm_train.
 module bench_validation
   use base_kinds, only: i8, rp
+  use base_parameter, only: parameter_t
   use bench_twin, only: N_JOINTS, N_UNKNOWNS, twin_t
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
@@ -14,7 +15,6 @@ module bench_validation
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
-  use solid_params, only: parameter_t
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private

@@ -130,12 +130,12 @@ contains
   !> One learning rate c_cov for both updates, of which the rank-one update has the share 1/mu_eff.
   pure subroutine paper_constants(p)
     type(cmaes_params_t), intent(inout) :: p
-    real(rp) :: n, c_cov, share
+    real(rp) :: n, c_cov, fraction
     n = p%n
-    share = 1/p%mu_eff
-    c_cov = share*2/(n + 1.41_rp)**2 + (1 - share)*min(1.0_rp, (2*p%mu_eff - 1)/((n + 2)**2 + p%mu_eff))
-    p%c_1 = share*c_cov
-    p%c_mu = (1 - share)*c_cov
+    fraction = 1/p%mu_eff
+    c_cov = fraction*2/(n + 1.41_rp)**2 + (1 - fraction)*min(1.0_rp, (2*p%mu_eff - 1)/((n + 2)**2 + p%mu_eff))
+    p%c_1 = fraction*c_cov
+    p%c_mu = (1 - fraction)*c_cov
     p%c_sigma = (p%mu_eff + 2)/(n + p%mu_eff + 3)
     p%c_c = 4/(n + 4)
   end subroutine paper_constants

@@ -36,7 +36,7 @@ contains
       call journal%recall(key, results, is_valid, is_known)
       if (is_known) return
     end if
-    call farm%share(runner, shapes)
+    call farm%broadcast(runner, shapes)
     call farm%run(runner, [(l, l=1, size(inputs, 2))], inputs, results, statuses, seconds)
     is_valid = all(statuses == 0)
     if (.not. is_valid) results = 0

@@ -12,7 +12,7 @@ module diagnosis_case
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t
-  use measurement_sought, only: sought_t
+  use measurement_free_parameters, only: free_parameters_t
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
@@ -22,8 +22,8 @@ module diagnosis_case
   public :: diagnosis_case_t
 
   type :: diagnosis_case_t
-    type(wing_case_t) :: setup
-    type(sought_t) :: sought                !< of the baseline
+    type(wing_case_t) :: wing_case
+    type(free_parameters_t) :: free_parameters !< of the baseline
     type(instrument_t) :: instrument
     real(rp) :: prior_decades = 1           !< sd of the prior about the values of [Wing]
     real(rp) :: membrane_sd = 0             !< of log D
@@ -37,7 +37,7 @@ module diagnosis_case
     type(diagnosis_options_t) :: options
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
     logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
-    type(wing_t) :: file_wing               !< as in the file and the input, where `setup` has the finer one
-    type(solid_params_t) :: file_asked
+    type(wing_t) :: file_wing               !< as in the file and the input, where `wing_case` has the finer one
+    type(solid_params_t) :: file_requested
   end type diagnosis_case_t
 end module diagnosis_case

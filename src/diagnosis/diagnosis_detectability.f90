@@ -21,7 +21,7 @@ module diagnosis_detectability
     logical :: is_found = .false.
     real(rp) :: place(2) = 0, force = 0     !< [m], [N] upwards
     real(rp) :: strength = 0                !< in the coordinate of the parameter
-    integer :: quantity = 0                 !< the parameter
+    integer :: parameter = 0                !< the parameter
   end type helpful_t
 
   type :: detectability_t
@@ -112,7 +112,7 @@ contains
         do i = 1, size(one%columns)
           length = norm2(one%tangents(:, i))
           if (.not. length > 0) cycle
-          strength = snr/length/s%catalogue%quantities(one%columns(i))%prior_sd
+          strength = snr/length/s%catalogue%parameters(one%columns(i))%prior_sd
           if (.not. strength < least) cycle
           least = strength
           best = [c, i]

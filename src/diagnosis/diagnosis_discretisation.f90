@@ -19,7 +19,7 @@ module diagnosis_discretisation
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_SOFT
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
@@ -46,7 +46,7 @@ module diagnosis_discretisation
     integer :: n_points = 0               !< of the finer mesh
     real(rp) :: rms = 0                   !< [m] of the difference that remains after both fits
     real(rp) :: snr = 0                   !< that it would mimic
-    real(rp), allocatable :: start(:)     !< (quantities) where the baseline of the diagnosis was fitted roughly
+    real(rp), allocatable :: start(:)     !< (parameters) where the baseline of the diagnosis was fitted roughly
     type(wing_t), private :: wing
     type(experiment_t), private :: experiment
     type(catalogue_t), private :: catalogue
@@ -57,19 +57,19 @@ module diagnosis_discretisation
     type(wing_simulator_t), pointer, private :: own => null() !< of the diagnosis
     type(fit_options_t), private :: options
   contains
-    procedure :: init => band_init
-    procedure :: find => band_find
-    procedure :: use_journal => band_use_journal
-    procedure :: renew => band_renew
-    procedure :: serve => band_serve
-    procedure :: shut_down => error_shut_down
-    procedure :: free => band_free
+    procedure :: init => discretisation_init
+    procedure :: find => discretisation_find
+    procedure :: use_journal => discretisation_use_journal
+    procedure :: renew => discretisation_renew
+    procedure :: serve => discretisation_serve
+    procedure :: shut_down => discretisation_shut_down
+    procedure :: free => discretisation_free
   end type discretisation_error_t
 
 contains
 
   !> Makes the other wing on all ranks. Collective. `failure` says why there is none.
-  subroutine band_init(self, world, s, failure)
+  subroutine discretisation_init(self, world, s, failure)
     class(discretisation_error_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
     class(diagnosis_case_t), intent(in) :: s
@@ -87,16 +87,16 @@ contains
     self%is_coarser = s%fits_finer
     if (self%is_coarser) then
       self%wing = s%file_wing
-      params = s%file_asked
+      params = s%file_requested
       call refine_wing(s%file_wing, fine, self%parents)
     else
-      call refine_wing(s%setup%wing, self%wing, self%parents)
-      params = refine_params(s%setup%asked)
+      call refine_wing(s%wing_case%wing, self%wing, self%parents)
+      params = refine_params(s%wing_case%requested)
     end if
     self%n_points = size(self%parents, 2)
     allocate (masses(0))
     if (s%measurement%count_modes() > 0) then ! modes need the mass of this mesh
-      call lump_mass(self%wing, s%setup%material, mass, messages)
+      call lump_mass(self%wing, s%wing_case%material, mass, messages)
       masses = mass%nodal
       call parts%init(self%wing, mass)
     end if
@@ -108,23 +108,23 @@ contains
       call failure%raise('the other mesh covers other heights')
       return
     end if
-    call make_catalogue(self%experiment, self%wing, s%sought%numbers, s%prior_decades, self%catalogue)
+    call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue)
     allocate (patterns%place(2, 0))
-    call self%simulator%init(world, self%experiment, self%wing, self%catalogue%quantities, self%catalogue%kinds, &
+    call self%simulator%init(world, self%experiment, self%wing, self%catalogue%parameters, &
                              self%catalogue%n_baseline, self%catalogue%effects, bins, patterns, parts)
     self%simulator%noise = s%noise%model
     self%simulator%membrane_sd = s%membrane_sd
-  end subroutine band_init
+  end subroutine discretisation_init
 
   !> What the farm of the other mesh answers goes into `journal`, too. On rank 0.
-  subroutine band_use_journal(self, journal)
+  subroutine discretisation_use_journal(self, journal)
     class(discretisation_error_t), intent(inout) :: self
     type(journal_t), pointer, intent(in) :: journal
     self%simulator%journal => journal
-  end subroutine band_use_journal
+  end subroutine discretisation_use_journal
 
   !> Rank 0: fits both and gives the band to the simulator of the diagnosis. The others are in `serve`.
-  subroutine band_find(self, s, simulator)
+  subroutine discretisation_find(self, s, simulator)
     class(discretisation_error_t), intent(inout), target :: self
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout), target :: simulator
@@ -146,24 +146,24 @@ contains
     call whitener%apply(white)
     call whitener%apply(jacobian)
     self%snr = length_beside(white(:, 1), jacobian)
-    call set_band(simulator, fine - coarse)
-  end subroutine band_find
+    call set_error_directions(simulator, fine - coarse)
+  end subroutine discretisation_find
 
   !> The directions of the error for a difference(n) of both meshes.
-  subroutine set_band(simulator, difference)
+  subroutine set_error_directions(simulator, difference)
     type(wing_simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: difference(:)
-    real(rp) :: band(size(difference), 0:size(simulator%labels%fold))
+    real(rp) :: directions(size(difference), 0:size(simulator%labels%fold))
     integer :: l
-    band(:, 0) = difference
-    do l = 1, ubound(band, 2)
-      band(:, l) = merge(LOADS_DIFFER, 0.0_rp, simulator%labels%surface == l)*difference
+    directions(:, 0) = difference
+    do l = 1, ubound(directions, 2)
+      directions(:, l) = merge(LOADS_DIFFER, 0.0_rp, simulator%labels%surface == l)*difference
     end do
-    call simulator%set_band(band)
-  end subroutine set_band
+    call simulator%set_error_directions(directions)
+  end subroutine set_error_directions
 
   !> Takes the difference of both meshes at q. On rank 0, within `run_diagnosis`; the others are in `serve`.
-  subroutine band_renew(self, whitener, q)
+  subroutine discretisation_renew(self, whitener, q)
     class(discretisation_error_t), intent(inout) :: self
     type(whitener_t), intent(in), target :: whitener
     real(rp), intent(in) :: q(:)
@@ -184,8 +184,8 @@ contains
     is_valid = fitted%is_found
     if (is_valid) call self%simulator%evaluate(fitted%q, [integer ::], other, nothing, is_valid)
     call self%simulator%shut_down()
-    if (is_valid) call set_band(self%own, other - own)
-  end subroutine band_renew
+    if (is_valid) call set_error_directions(self%own, other - own)
+  end subroutine discretisation_renew
 
   !> Quantities of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
   !> place stands for a piece of vein as long as its edges are: what counts is by how much it turns more, and a piece of
@@ -200,28 +200,28 @@ contains
     b = self%own%n_baseline
     values = self%simulator%null_point()
     values(:b) = q(:b)
-    associate (kinds => self%own%runner%quantities, others => self%simulator%runner%quantities)
+    associate (parameters => self%own%runner%parameters, others => self%simulator%runner%parameters)
       do i = b + 1, size(q)
-        change = q(i) - self%own%quantities(i)%null
+        change = q(i) - self%own%parameters(i)%null
         if (.not. abs(change) > 0) cycle
-        j = find_same(kinds(i), others)
+        j = find_same(parameters(i), others)
         if (j == 0) return
-        if (kinds(i)%kind == KIND_SOFT) change = -log(1 + (exp(-change) - 1)*merge(0.5_rp, 2.0_rp, self%is_coarser))
+        if (parameters(i)%kind == KIND_SOFT) change = -log(1 + (exp(-change) - 1)*merge(0.5_rp, 2.0_rp, self%is_coarser))
         values(j) = values(j) + change
       end do
     end associate
     if (all(abs(values) < huge(1.0_rp))) call move_alloc(values, on_other)
   end subroutine find_on_other
 
-  !> The place of a quantity among those of another mesh; 0: nowhere.
+  !> The place of a parameter among those of another mesh; 0: nowhere.
   pure integer function find_same(one, others) result(j)
-    type(wing_quantity_t), intent(in) :: one, others(:)
+    type(wing_parameter_t), intent(in) :: one, others(:)
     real(rp), parameter :: NEAR = 0.05_rp ! of a vein, where the coarser mesh has no hinge at the place
     do j = 1, size(others)
       if (others(j)%kind /= one%kind) cycle
       select case (one%kind)
       case (KIND_SOFT)
-        if (others(j)%vein == one%vein .and. abs(others(j)%share - one%share) < NEAR) exit
+        if (others(j)%vein == one%vein .and. abs(others(j)%fraction - one%fraction) < NEAR) exit
       case (KIND_DAMAGE, KIND_POINT_MASS)
         if (all(abs(others(j)%disc - one%disc) <= 1.0e-6_rp*one%disc(3))) exit
       case default
@@ -242,7 +242,7 @@ contains
     type(nested_fit_t) :: one, two
     type(failure_t) :: failure
     integer :: i
-    real(rp) :: nothing(size(r_fine), 0), q(size(fine%quantities))
+    real(rp) :: nothing(size(r_fine), 0), q(size(fine%parameters))
     call whitener%init(coarse, [(i, i=1, coarse%n_observations)], failure)
     if (.not. failure%failed) call fit_roughly(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
     self%is_found = .not. failure%failed
@@ -251,7 +251,7 @@ contains
     if (self%is_found) then
       call fine%begin_like(coarse, self%parents)
       q = fine%null_point()
-      q(one%active) = one%q(one%active) ! further quantities are those of the catalogue, at their null
+      q(one%active) = one%q(one%active) ! further parameters are those of the catalogue, at their null
       call fit_nested(fine, whitener, one%active, q, roughly(s%options%fit), two)
       self%is_found = two%is_found
     end if
@@ -271,7 +271,7 @@ contains
   end function length_beside
 
   !> The counterpart of `find`, of the diagnosis and of `renew` on the other ranks, until `shut down`.
-  subroutine band_serve(self, simulator)
+  subroutine discretisation_serve(self, simulator)
     class(discretisation_error_t), intent(inout) :: self
     type(wing_simulator_t), intent(inout) :: simulator
     if (self%is_coarser) then
@@ -286,20 +286,20 @@ contains
       if (self%world%max_integer(0) == 0) exit
       call self%simulator%serve()
     end do
-  end subroutine band_serve
+  end subroutine discretisation_serve
 
   !> Ends `serve`. On rank 0.
-  subroutine error_shut_down(self, simulator)
+  subroutine discretisation_shut_down(self, simulator)
     class(discretisation_error_t), intent(in) :: self
     type(wing_simulator_t), intent(inout) :: simulator
     integer :: none
     call simulator%shut_down()
     none = self%world%max_integer(0)
-  end subroutine error_shut_down
+  end subroutine discretisation_shut_down
 
   !> Releases everything.
-  subroutine band_free(self)
+  subroutine discretisation_free(self)
     class(discretisation_error_t), intent(inout) :: self
     call self%simulator%free()
-  end subroutine band_free
+  end subroutine discretisation_free
 end module diagnosis_discretisation

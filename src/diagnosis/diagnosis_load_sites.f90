@@ -14,7 +14,7 @@ module diagnosis_load_sites
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, make_bins
   use diagnosis_wing_lattice, only: lattice
-  use diagnosis_wing_quantities, only: make_setup, quantity_tangent, setup_coordinates, setup_t, wing_quantity_t, &
+  use diagnosis_wing_parameters, only: make_fit_case, wing_parameter_tangent, fit_case_coordinates, fit_case_t, wing_parameter_t, &
                                        KIND_INSTRUMENT, KIND_PARAMETER
   use diagnosis_wing_simulator, only: wing_simulator_t, N_COMMON_NUISANCES
   use inference_whitener, only: whitener_t
@@ -44,9 +44,9 @@ module diagnosis_load_sites
     integer :: n = 0 !< loads
     type(measurement_t), private :: m
     type(bins_t), private :: bins
-    type(setup_t), private :: setup
+    type(fit_case_t), private :: fit_case
     type(evaluation_work_t), private :: work
-    type(wing_quantity_t), allocatable, private :: kinds(:)
+    type(wing_parameter_t), allocatable, private :: parameters(:)
     real(rp), allocatable, private :: q(:)
   contains
     procedure :: begin => trial_begin
@@ -56,7 +56,7 @@ module diagnosis_load_sites
 
 contains
 
-  !> The loads that the wing at q carries without a snap, with their normal matrices of the quantities `columns`. On
+  !> The loads that the wing at q carries without a snap, with their normal matrices of the parameters `columns`. On
   !> rank 0 alone.
   subroutine try_loads(s, simulator, q, columns, loads)
     class(diagnosis_case_t), intent(in) :: s
@@ -87,18 +87,18 @@ contains
     self%n = 0
     call empty_measurement(s, self%m)
     if (size(self%m%loads) == 0) return
-    call experiment%init(self%m, s%setup%wing, s%experiment%model%params, [integer ::], s%experiment%options, failure, &
+    call experiment%init(self%m, s%wing_case%wing, s%experiment%model%params, [integer ::], s%experiment%options, failure, &
                          s%instrument, masses=s%experiment%masses)
     if (failure%failed) return
     call make_bins(experiment, s%bins%size, self%bins)
-    call make_setup(experiment, s%setup%wing, s%catalogue%kinds, q, self%setup)
-    call self%work%init(self%setup%experiment)
-    self%kinds = s%catalogue%kinds
+    call make_fit_case(experiment, s%wing_case%wing, s%catalogue%parameters, q, self%fit_case)
+    call self%work%init(self%fit_case%experiment)
+    self%parameters = s%catalogue%parameters
     self%q = q
     self%n = size(self%m%loads)
   end subroutine trial_begin
 
-  !> Applies load l: `one` with the normal matrix of the quantities `columns`. Not `ok` if the wing does not carry it.
+  !> Applies load l: `one` with the normal matrix of the parameters `columns`. Not `ok` if the wing does not carry it.
   subroutine trial_apply(self, simulator, l, columns, one, ok)
     class(trial_t), intent(inout) :: self
     type(wing_simulator_t), intent(in) :: simulator
@@ -109,7 +109,7 @@ contains
     one%place = self%m%loads(l)%point
     one%force = self%m%loads(l)%force
     one%direction = self%m%loads(l)%direction
-    call find_normal(self%kinds, simulator, self%setup, self%work, self%bins, self%q, columns, l, one%normal, ok)
+    call find_normal(self%parameters, simulator, self%fit_case, self%work, self%bins, self%q, columns, l, one%normal, ok)
   end subroutine trial_apply
 
   subroutine trial_end(self)
@@ -124,23 +124,23 @@ contains
     type(measurement_t), intent(out) :: m
     type(measured_load_t), allocatable :: loads(:)
     type(observation_t), allocatable :: observations(:)
-    real(rp), allocatable :: places(:, :)
+    real(rp), allocatable :: sites(:, :)
     real(rp) :: radius
     integer :: i, k, sign_of_it, nearest, n, n_seen
     m = s%measurement
-    call lattice(s%setup%wing, s%experiment%model%size, SPACING, places)
-    allocate (loads(2*size(places, 2)), observations(2*size(places, 2)*size(m%observations)))
+    call lattice(s%wing_case%wing, s%experiment%model%size, SPACING, sites)
+    allocate (loads(2*size(sites, 2)), observations(2*size(sites, 2)*size(m%observations)))
     n = 0
     n_seen = 0
-    do i = 1, size(places, 2)
-      radius = norm2(places(:, i) - s%experiment%root(:2))
-      nearest = nearest_load(m, places(:, i))
+    do i = 1, size(sites, 2)
+      radius = norm2(sites(:, i) - s%experiment%root(:2))
+      nearest = nearest_load(m, sites(:, i))
       if (nearest == 0 .or. radius < NEAR_ROOT*s%experiment%model%size) cycle
       do sign_of_it = 1, -1, -2
         n = n + 1
         loads(n) = m%loads(nearest)
         loads(n)%name = 'new'//number_text(n)
-        loads(n)%point = places(:, i)
+        loads(n)%point = sites(:, i)
         loads(n)%direction = sign_of_it*m%loads(nearest)%direction
         loads(n)%force = m%loads(nearest)%force*norm2(m%loads(nearest)%point - s%experiment%root(:2))/radius
         if (loads(n)%order > 0) loads(n)%order = maxval(m%loads%order) + 1
@@ -176,10 +176,10 @@ contains
   end function nearest_load
 
   !> The normal matrix of load l; not `ok` if it has no shape, or only one behind a snap.
-  subroutine find_normal(kinds, simulator, setup, work, bins, q, columns, l, normal, ok)
-    type(wing_quantity_t), intent(in) :: kinds(:)
+  subroutine find_normal(parameters, simulator, fit_case, work, bins, q, columns, l, normal, ok)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     type(wing_simulator_t), intent(in) :: simulator
-    type(setup_t), intent(in) :: setup
+    type(fit_case_t), intent(in) :: fit_case
     type(evaluation_work_t), intent(inout) :: work
     type(bins_t), intent(in) :: bins
     real(rp), intent(in) :: q(:)
@@ -187,23 +187,23 @@ contains
     real(rp), allocatable, intent(out) :: normal(:, :)
     logical, intent(out) :: ok
     type(evaluation_t) :: evaluation
-    real(rp) :: u(3, setup%experiment%model%n_all), sd(N_NUISANCES)
-    real(rp) :: raw(setup%experiment%comparisons(l)%n), accidents(size(raw), N_NUISANCES)
+    real(rp) :: u(3, fit_case%experiment%model%n_all), sd(N_NUISANCES)
+    real(rp) :: raw(fit_case%experiment%comparisons(l)%n), accidents(size(raw), N_NUISANCES)
     real(rp) :: white(bins%count(l), size(columns)), seen(bins%count(l), 1), c(bins%count(l), bins%count(l))
     integer :: i
     u = 0
-    call evaluation%init(setup%experiment, l, .false.)
-    call evaluate(setup%experiment, work, setup_coordinates(setup, q), l, .false., u, evaluation)
+    call evaluation%init(fit_case%experiment, l, .false.)
+    call evaluate(fit_case%experiment, work, fit_case_coordinates(fit_case, q), l, .false., u, evaluation)
     ok = evaluation%is_feasible() .and. evaluation%snaps == 0
     if (.not. ok) return
     call bin_covariance(bins, simulator%noise, [(i, i=bins%first(l), bins%first(l) + bins%count(l) - 1)], c)
-    call work%nuisance_tangents(setup%experiment, l, accidents, sd)
+    call work%nuisance_tangents(fit_case%experiment, l, accidents, sd)
     do i = 1, N_NUISANCES
       call bin_rows(bins, l, sd(i)*accidents(:, i), seen(:, 1))
       c = c + matmul(seen, transpose(seen))
     end do
     do i = 1, size(columns)
-      call quantity_tangent(work, setup, kinds, q, columns(i), l, raw)
+      call wing_parameter_tangent(work, fit_case, parameters, q, columns(i), l, raw)
       call bin_rows(bins, l, raw, white(:, i))
     end do
     call factorise(c, ok)
@@ -219,8 +219,8 @@ contains
     real(rp), allocatable, intent(out) :: sd(:)
     integer :: i
     allocate (columns(0), sd(0))
-    do i = s%catalogue%n_baseline + 1, size(s%catalogue%kinds)
-      associate (one => s%catalogue%kinds(i), gain_sd => s%measurement%accuracy%force_gain)
+    do i = s%catalogue%n_baseline + 1, size(s%catalogue%parameters)
+      associate (one => s%catalogue%parameters(i), gain_sd => s%measurement%accuracy%force_gain)
         if (one%kind == KIND_INSTRUMENT .and. one%number == FORCE_GAIN .and. gain_sd > 0) then
           columns = [columns, i]
           sd = [sd, gain_sd]
@@ -262,7 +262,7 @@ contains
     normal = matmul(transpose(white), white)
     if (present(whitened)) whitened = white
     do i = 1, simulator%n_baseline
-      associate (sd => simulator%quantities(columns(i))%prior_sd)
+      associate (sd => simulator%parameters(columns(i))%prior_sd)
         if (sd > 0) normal(i, i) = normal(i, i) + 1/sd**2
       end associate
     end do

@@ -18,7 +18,7 @@ module diagnosis_next
   private
   public :: next_t, rank_loads
 
-  integer, parameter :: MOST_PLACES = 10
+  integer, parameter :: MOST_SITES = 10
 
   !> The ranking; empty without a cause and rivals.
   type :: next_t
@@ -27,18 +27,18 @@ module diagnosis_next
     real(rp), allocatable :: now(:)          !< sd between the cause and each of these
     real(rp), allocatable :: after(:)        !< (loads) sd to the nearest with this load once more
     integer, allocatable :: order(:)         !< loads, the best first
-    type(new_load_t), allocatable :: places(:) !< loads at new places, the best first
+    type(new_load_t), allocatable :: sites(:)  !< loads at new places, the best first
   end type next_t
 
-  type :: places_t
+  type :: site_list_t
     integer, allocatable :: list(:)
-  end type places_t
+  end type site_list_t
 
   !> What normal matrices say about a cause and its rivals.
   type :: duel_t
-    integer, allocatable :: columns(:)       !< quantities of the baseline, what all loads share, of the cause, of rivals
+    integer, allocatable :: columns(:)       !< parameters of the baseline, what all loads share, of the cause, of rivals
     integer :: n_shared = 0, n_cause = 0
-    type(places_t), allocatable :: places(:) !< of each rival in `columns`, without what it shares with the cause
+    type(site_list_t), allocatable :: sites(:) !< of each rival in `columns`, without what it shares with the cause
     real(rp), allocatable :: strength(:)     !< of the cause
     real(rp), allocatable :: normal(:, :)    !< of the loads that have been applied
     real(rp), allocatable :: white(:, :)     !< (observations, columns) their whitened tangents
@@ -62,7 +62,7 @@ contains
     integer, allocatable :: order(:), rows(:)
     integer :: c, l
     logical :: ok
-    allocate (next%rivals(0), next%now(0), next%after(0), next%order(0), next%places(0))
+    allocate (next%rivals(0), next%now(0), next%after(0), next%order(0), next%sites(0))
     if (size(d%decision%causes) == 0) return
     next%cause = d%decision%causes(1)
     associate (candidates => d%design%candidates)
@@ -78,7 +78,7 @@ contains
       end associate
     end do
     next%order = sorting_order(key_of_real(-next%after))
-    call rank_places(s, simulator, d, duel, next)
+    call rank_sites(s, simulator, d, duel, next)
     order = sorting_order(key_of_real(duel%now))
     next%rivals = next%rivals(order)
     next%now = duel%now(order)
@@ -86,8 +86,8 @@ contains
 
   !> Rivals at all of their places are hundreds: all loads are tried against each effect where it comes nearest now, which
   !> is an upper bound, and those with the largest bounds against all, until none that is left can be better or
-  !> 3 MOST_PLACES have been tried.
-  subroutine rank_places(s, simulator, d, duel, next)
+  !> 3 MOST_SITES have been tried.
+  subroutine rank_sites(s, simulator, d, duel, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
     type(diagnosis_t), intent(in) :: d
@@ -111,19 +111,19 @@ contains
     order = sorting_order(key_of_real(-bounds))
     tried = 0
     do i = 1, size(order)
-      if (tried >= MOST_PLACES) then
-        if (maxval(next%places%after) >= bounds(order(i)) .or. tried >= 3*MOST_PLACES) exit
+      if (tried >= MOST_SITES) then
+        if (maxval(next%sites%after) >= bounds(order(i)) .or. tried >= 3*MOST_SITES) exit
       end if
       call trial%apply(simulator, numbers(order(i)), duel%columns, one, ok)
       tried = tried + 1
       if (.not. ok) cycle
       one%after = duel%separation([(l, l=1, size(next%rivals))], one%normal)
-      next%places = [next%places, one]
+      next%sites = [next%sites, one]
     end do
     call trial%end()
-    order = sorting_order(key_of_real(-next%places%after))
-    next%places = next%places(order(:min(MOST_PLACES, size(order))))
-  end subroutine rank_places
+    order = sorting_order(key_of_real(-next%sites%after))
+    next%sites = next%sites(order(:min(MOST_SITES, size(order))))
+  end subroutine rank_sites
 
   !> Of every effect the place at which it comes nearest, of `now`(:).
   pure function nearest_of_each(effects, now) result(few)
@@ -151,15 +151,15 @@ contains
       self%columns = [d%baseline%active, shared, cause]
       self%n_shared = size(d%baseline%active) + size(shared)
       self%n_cause = size(cause)
-      allocate (self%places(size(next%rivals)), self%now(size(next%rivals)))
+      allocate (self%sites(size(next%rivals)), self%now(size(next%rivals)))
       do r = 1, size(next%rivals)
-        allocate (self%places(r)%list(0))
+        allocate (self%sites(r)%list(0))
         associate (parameters => candidates(next%rivals(r))%columns)
           do i = 1, size(parameters)
             if (any(cause == parameters(i))) cycle
             if (all(self%columns(self%n_shared + 1:) /= parameters(i))) self%columns = [self%columns, parameters(i)]
-            self%places(r)%list = [self%places(r)%list, &
-                                   self%n_shared + findloc(self%columns(self%n_shared + 1:), parameters(i), 1)]
+            self%sites(r)%list = [self%sites(r)%list, &
+                                  self%n_shared + findloc(self%columns(self%n_shared + 1:), parameters(i), 1)]
           end do
         end associate
       end do
@@ -179,7 +179,7 @@ contains
     integer, intent(in) :: r
     integer, allocatable :: block(:)
     integer :: i
-    block = [[(i, i=1, self%n_shared)], self%places(r)%list, [(i, i=self%n_shared + 1, self%n_shared + self%n_cause)]]
+    block = [[(i, i=1, self%n_shared)], self%sites(r)%list, [(i, i=self%n_shared + 1, self%n_shared + self%n_cause)]]
   end function duel_block
 
   !> Places in `columns` that these rivals need.

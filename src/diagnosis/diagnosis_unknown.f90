@@ -67,8 +67,8 @@ contains
   pure function unknown_centre(self, i) result(centre)
     class(unknown_t), intent(in) :: self
     integer, intent(in) :: i
-    real(rp) :: centre(2), weight(size(self%region%share))
-    weight = merge(self%region%share, 0.0_rp, self%region%part == i)
+    real(rp) :: centre(2), weight(size(self%region%fraction))
+    weight = merge(self%region%fraction, 0.0_rp, self%region%part == i)
     centre = matmul(self%place, weight)/sum(weight)
   end function unknown_centre
 

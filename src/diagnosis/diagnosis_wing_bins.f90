@@ -14,9 +14,9 @@ module diagnosis_wing_bins
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: bins_t, make_bins, bin_bows, bin_rows, bin_covariance, noise_model_t, usual_size
+  public :: bins_t, make_bins, bin_distortions, bin_rows, bin_covariance, noise_model_t, usual_size
 
-  integer, parameter, public :: N_BOWS = 4 !< smooth errors of a scan
+  integer, parameter, public :: N_DISTORTIONS = 4 !< smooth errors of a scan
 
   !> Errors of one height.
   type :: noise_model_t
@@ -165,9 +165,9 @@ contains
     end do
   end subroutine bin_covariance
 
-  !> Smooth errors of the scan of load l beside its tilt and height, patterns(count, N_BOWS): the rig has bent, or the wing
+  !> Smooth errors of the scan of load l beside its tilt and height, patterns(count, N_DISTORTIONS): the rig has bent, or the wing
   !> remembers. Second degree, and the third along the wing, from its root [m] over its size [m].
-  subroutine bin_bows(bins, l, root, size_of_wing, patterns)
+  subroutine bin_distortions(bins, l, root, size_of_wing, patterns)
     type(bins_t), intent(in) :: bins
     integer, intent(in) :: l
     real(rp), intent(in) :: root(:), size_of_wing
@@ -183,5 +183,5 @@ contains
     patterns(:, 2) = x*y
     patterns(:, 3) = y**2
     patterns(:, 4) = x**3
-  end subroutine bin_bows
+  end subroutine bin_distortions
 end module diagnosis_wing_bins

@@ -3,13 +3,14 @@
 !> the parameters that it releases, the positions at which it is tried, and what data it needs to show.
 module diagnosis_wing_catalogue
   use base_kinds, only: rp
+  use base_parameter, only: define_parameter, parameter_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_named, millimetres, percent
   use diagnosis_wing_inertia, only: add_air, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of, needs_holds, needs_levels, needs_mass, needs_membrane, &
                                   needs_small_deflections
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
-  use inference_simulator, only: quantity_t, variant_t
+  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
+  use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: CREEP, DRIFT, DRIFT_RATE, FORCE_GAIN, FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, &
                                     GRAVITY_X, GRAVITY_Y, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, LOAD_SHIFT_Y, &
@@ -38,20 +39,21 @@ contains
     integer, intent(in) :: numbers(:)
     real(rp), intent(in) :: decades
     type(catalogue_t), intent(out) :: catalogue
+    type(parameter_t) :: p
     integer :: i, n
-    allocate (catalogue%quantities(0), catalogue%kinds(0), catalogue%effects(0))
+    allocate (catalogue%parameters(0), catalogue%effects(0))
     do i = 1, size(numbers)
       n = catalogue%add_parameter(experiment, numbers(i))
-      catalogue%quantities(n)%prior_sd = decades*DECADE
-      if (.not. catalogue%quantities(n)%is_log) catalogue%quantities(n)%prior_sd = decades
+      catalogue%parameters(n)%prior_sd = decades*DECADE
+      if (.not. catalogue%parameters(n)%is_log) catalogue%parameters(n)%prior_sd = decades
     end do
     call add_air(catalogue, experiment)
     do i = 1, size(experiment%measurement%zeros)
-      n = catalogue%add_quantity(quantity_t('zero:'//trim(experiment%measurement%zeros(i)), 'm', .false., 0.0_rp, &
-                                            0.0_rp, -experiment%model%size, experiment%model%size), &
-                                 wing_quantity_t(kind=KIND_ZERO, number=i))
+      call define_parameter(p, 'zero:'//trim(experiment%measurement%zeros(i)), 'm', .false., -experiment%model%size, &
+                            experiment%model%size)
+      n = catalogue%add(wing_parameter(p, KIND_ZERO, i))
     end do
-    catalogue%n_baseline = size(catalogue%quantities)
+    catalogue%n_baseline = size(catalogue%parameters)
     call enter_structure(catalogue, experiment, numbers)
     call enter_scans(catalogue, experiment, wing)
     call enter_inertia(catalogue, experiment, wing)
@@ -139,10 +141,11 @@ contains
     type(experiment_t), intent(in) :: e
     type(wing_t), intent(in) :: wing
     type(variant_t), allocatable :: variants(:)
-    type(wing_quantity_t) :: kind
+    type(wing_parameter_t) :: soft
     real(rp), allocatable :: way(:)
     integer :: v, k, n
     allocate (variants(0))
+    soft = factor_at_places('soft', -9.0_rp, 4.6_rp, 2.0_rp, KIND_SOFT)
     do v = 1, size(wing%veins)
       associate (nodes => wing%veins(v)%nodes)
         way = [0.0_rp]
@@ -150,12 +153,13 @@ contains
           way = [way, way(k - 1) + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))]
         end do
         do k = 2, size(nodes) - 1
-          kind = wing_quantity_t(kind=KIND_SOFT, vein=v, share=way(k)/way(size(way)))
-          kind%number = hinge_in_vein(wing, e%model%plans, v, kind%share)
-          if (kind%number == 0) cycle
-          if (any(c%kinds%kind == KIND_SOFT .and. c%kinds%number == kind%number)) cycle
-          n = c%add_quantity(quantity_t('soft', '1', .true., 0.0_rp, 2.0_rp, -9.0_rp, 4.6_rp), kind)
-          call append_variant(variants, wing%veins(v)%name//' at '//percent(kind%share), n, wing%points(:2, nodes(k)))
+          soft%vein = v
+          soft%fraction = way(k)/way(size(way))
+          soft%number = hinge_in_vein(wing, e%model%plans, v, soft%fraction)
+          if (soft%number == 0) cycle
+          if (any(c%parameters%kind == KIND_SOFT .and. c%parameters%number == soft%number)) cycle
+          n = c%add(soft)
+          call append_variant(variants, wing%veins(v)%name//' at '//percent(soft%fraction), n, wing%points(:2, nodes(k)))
         end do
       end associate
     end do
@@ -193,19 +197,33 @@ contains
     real(rp), intent(in) :: spacing, radii(:)
     logical, intent(in) :: is_finer
     type(variant_t), allocatable, intent(inout) :: variants(:)
-    real(rp), allocatable :: places(:, :)
+    real(rp), allocatable :: sites(:, :)
+    type(wing_parameter_t) :: damage
     integer :: k, r, n
-    call lattice(wing, e%model%size, spacing, places)
-    do k = 1, size(places, 2)
+    damage = factor_at_places('damage', -4.6_rp, 4.6_rp, 1.0_rp, KIND_DAMAGE)
+    call lattice(wing, e%model%size, spacing, sites)
+    do k = 1, size(sites, 2)
       do r = 1, size(radii)
-        n = c%add_quantity(quantity_t('damage', '1', .true., 0.0_rp, 1.0_rp, -4.6_rp, 4.6_rp), &
-                           wing_quantity_t(kind=KIND_DAMAGE, disc=[places(:, k), radii(r)*e%model%size]))
-        call append_variant(variants, 'around ('//millimetres(places(1, k))//', '//millimetres(places(2, k))// &
-                            ') mm, radius '//millimetres(radii(r)*e%model%size)//' mm', n, places(:, k))
+        damage%disc = [sites(:, k), radii(r)*e%model%size]
+        n = c%add(damage)
+        call append_variant(variants, 'around ('//millimetres(sites(1, k))//', '//millimetres(sites(2, k))// &
+                            ') mm, radius '//millimetres(radii(r)*e%model%size)//' mm', n, sites(:, k))
         variants(size(variants))%is_finer = is_finer
       end do
     end do
   end subroutine scan_damage
+
+  !> The coordinate of a factor on stiffness at one of many places, between these bounds.
+  function factor_at_places(name, lower, upper, prior_sd, kind) result(p)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: lower, upper, prior_sd
+    integer, intent(in) :: kind
+    type(wing_parameter_t) :: p
+    type(parameter_t) :: factor
+    call define_parameter(factor, name, '1', .true., lower, upper)
+    factor%prior_sd = prior_sd
+    p = wing_parameter(factor, kind, 0)
+  end function factor_at_places
 
   !> Entries that are errors of the measurement.
   subroutine enter_measurement(c, e)

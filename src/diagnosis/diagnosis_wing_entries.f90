@@ -3,12 +3,12 @@
 !> one after another, of the wing or of the instrument.
 module diagnosis_wing_entries
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use base_text, only: number_text
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER
-  use inference_simulator, only: effect_t, quantity_t, variant_t
+  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_INSTRUMENT, KIND_PARAMETER
+  use inference_simulator, only: effect_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: missing_for
-  use solid_params, only: parameter_t
   implicit none
   private
   public :: catalogue_t, append_variant, enter_named, enter_instrument, percent, millimetres
@@ -16,11 +16,10 @@ module diagnosis_wing_entries
   !> Parameters and effects of a diagnosis; the first n_baseline parameters are those of the baseline.
   type :: catalogue_t
     integer :: n_baseline = 0
-    type(quantity_t), allocatable :: quantities(:)
-    type(wing_quantity_t), allocatable :: kinds(:)
+    type(wing_parameter_t), allocatable :: parameters(:) !< by their coordinates
     type(effect_t), allocatable :: effects(:)
   contains
-    procedure :: add_quantity => catalogue_add_quantity
+    procedure :: add => catalogue_add
     procedure :: add_parameter => catalogue_add_parameter
     procedure :: enter => catalogue_enter
   end type catalogue_t
@@ -29,12 +28,12 @@ contains
 
   !> Enters the parameters that match one of `names` (NAME or NAME:*), released together or one after another; as not
   !> testable if the wing has none of them or the baseline seeks them.
-  subroutine enter_named(c, e, numbers, name, title, names, is_together, sentence, missing)
+  subroutine enter_named(c, e, numbers, name, title, names, is_joint, sentence, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
     character(*), intent(in) :: name, title, names(:), sentence, missing
-    logical, intent(in) :: is_together
+    logical, intent(in) :: is_joint
     type(parameter_t) :: p
     type(variant_t), allocatable :: variants(:)
     integer, allocatable :: columns(:)
@@ -52,7 +51,7 @@ contains
         end if
         n = c%add_parameter(e, i)
         columns = [columns, n]
-        if (is_together) cycle
+        if (is_joint) cycle
         call append_variant(variants, p%name(index(p%name, ':') + 1:), n, [0.0_rp, 0.0_rp])
       end do
     end do
@@ -60,7 +59,7 @@ contains
       call c%enter(name, title, sentence, .false., lacks_parameters(e, numbers, names(1)), variants)
       return
     end if
-    if (is_together) then
+    if (is_joint) then
       call append_variant(variants, '', 0, [0.0_rp, 0.0_rp])
       variants(1)%columns = columns
     end if
@@ -93,25 +92,17 @@ contains
     type(variant_t), allocatable :: variants(:)
     character(:), allocatable :: lacking
     type(parameter_t) :: p
-    type(quantity_t) :: quantity
     integer, allocatable :: columns(:)
-    real(rp) :: value
     integer :: i
     lacking = missing
     allocate (columns(size(numbers)), variants(0))
     do i = 1, size(numbers)
       if (lacking == '') lacking = missing_for(numbers(i), e%measurement)
       p = e%instrument%describe(numbers(i))
-      quantity%name = p%name
-      quantity%unit = p%unit
-      quantity%is_log = p%is_log
-      value = e%instrument%get(numbers(i)) ! where the input has it
-      quantity%null = merge(log(max(value, tiny(1.0_rp))), value, p%is_log)
-      quantity%lower = merge(log(max(p%lower, tiny(1.0_rp))), p%lower, p%is_log)
-      quantity%upper = merge(log(max(p%upper, tiny(1.0_rp))), p%upper, p%is_log)
+      p = p%as_coordinate(e%instrument%get(numbers(i))) ! null is where the input has it
       ! Beyond what is declared, which is a nuisance already.
-      quantity%prior_sd = max(p%prior_sd, 0.05_rp*(quantity%upper - quantity%lower))
-      columns(i) = c%add_quantity(quantity, wing_quantity_t(kind=KIND_INSTRUMENT, number=numbers(i)))
+      p%prior_sd = max(p%prior_sd, 0.05_rp*(p%upper - p%lower))
+      columns(i) = c%add(wing_parameter(p, KIND_INSTRUMENT, numbers(i)))
     end do
     call append_variant(variants, '', 0, [0.0_rp, 0.0_rp])
     variants(1)%columns = columns
@@ -119,22 +110,19 @@ contains
   end subroutine enter_instrument
 
   !> Adds a parameter and gives its number.
-  integer function catalogue_add_quantity(self, quantity, kind) result(n)
+  integer function catalogue_add(self, parameter) result(n)
     class(catalogue_t), intent(inout) :: self
-    type(quantity_t), intent(in) :: quantity
-    type(wing_quantity_t), intent(in) :: kind
-    type(quantity_t), allocatable :: quantities(:)
+    type(wing_parameter_t), intent(in) :: parameter
+    type(wing_parameter_t), allocatable :: parameters(:)
     integer :: i
-    n = size(self%kinds) + 1
-    allocate (quantities(n))
+    n = size(self%parameters) + 1
+    allocate (parameters(n))
     do i = 1, n - 1
-      quantities(i) = self%quantities(i)
+      parameters(i) = self%parameters(i)
     end do
-    quantities(n) = quantity
-    call move_alloc(quantities, self%quantities)
-    self%kinds = [self%kinds, kind]
-    self%kinds(n)%null = quantity%null
-  end function catalogue_add_quantity
+    parameters(n) = parameter
+    call move_alloc(parameters, self%parameters)
+  end function catalogue_add
 
   !> Adds a parameter of the wing, once; its null is where the wing has it.
   integer function catalogue_add_parameter(self, e, number) result(n)
@@ -142,29 +130,13 @@ contains
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: number
     type(parameter_t) :: p
-    type(quantity_t) :: quantity
-    real(rp) :: value, lower, upper
-    do n = 1, size(self%kinds)
-      if (self%kinds(n)%kind == KIND_PARAMETER .and. self%kinds(n)%number == number) return
+    do n = 1, size(self%parameters)
+      if (self%parameters(n)%kind == KIND_PARAMETER .and. self%parameters(n)%number == number) return
     end do
     p = e%model%params%describe(number)
-    value = e%model%params%get(number)
-    lower = p%lower
-    upper = p%upper
-    if (p%is_log) then
-      value = log(value)
-      lower = log(lower)
-      upper = log(upper)
-    end if
-    quantity%name = p%name
-    quantity%unit = p%unit
-    quantity%is_log = p%is_log
-    quantity%null = value
-    quantity%prior_sd = merge(p%prior_sd, 1.0_rp, p%prior_sd > 0)
-    quantity%strong = p%strong
-    quantity%lower = lower
-    quantity%upper = upper
-    n = self%add_quantity(quantity, wing_quantity_t(kind=KIND_PARAMETER, number=number))
+    p = p%as_coordinate(e%model%params%get(number))
+    if (.not. p%prior_sd > 0) p%prior_sd = 1
+    n = self%add(wing_parameter(p, KIND_PARAMETER, number))
   end function catalogue_add_parameter
 
   subroutine catalogue_enter(self, name, title, sentence, is_measurement, missing, variants)
@@ -209,10 +181,10 @@ contains
     call move_alloc(longer, variants)
   end subroutine append_variant
 
-  function percent(share) result(text)
-    real(rp), intent(in) :: share
+  function percent(fraction) result(text)
+    real(rp), intent(in) :: fraction
     character(:), allocatable :: text
-    text = number_text(nint(100*share))//' % of its length'
+    text = number_text(nint(100*fraction))//' % of its length'
   end function percent
 
   function millimetres(x) result(text)

@@ -3,14 +3,14 @@
 !> modes there is none of them.
 module diagnosis_wing_inertia
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, millimetres
   use diagnosis_wing_lattice, only: lattice
-  use diagnosis_wing_quantities, only: wing_quantity_t, KIND_MASS, KIND_POINT_MASS
-  use inference_simulator, only: quantity_t, variant_t
+  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_MASS, KIND_POINT_MASS
+  use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
   use measurement_modes, only: MEDIUM_AIR
   use solid_mass_effects, only: describe_mass_effect, MASS_ADDED, MASS_GRADIENT, MASS_MEMBRANE, MASS_POINT, MASS_VEINS
-  use solid_parameter, only: parameter_t
   use solid_wing, only: wing_t
   implicit none
   private
@@ -35,22 +35,8 @@ contains
     integer, intent(in) :: number
     type(parameter_t) :: p
     p = describe_mass_effect(number, 0.0_rp)
-    n = c%add_quantity(quantity_of(p), wing_quantity_t(kind=KIND_MASS, number=number, is_log=p%is_log))
+    n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, number))
   end function add_effect
-
-  !> The coordinate of a parameter, at its null.
-  function quantity_of(p) result(quantity)
-    type(parameter_t), intent(in) :: p
-    type(quantity_t) :: quantity
-    quantity%name = p%name
-    quantity%unit = p%unit
-    quantity%is_log = p%is_log
-    quantity%prior_sd = p%prior_sd
-    quantity%lower = p%lower
-    quantity%upper = p%upper
-    if (p%is_log) quantity%lower = log(p%lower)
-    if (p%is_log) quantity%upper = log(p%upper)
-  end function quantity_of
 
   !> Entries of what the wing weighs, and of a mass at any place.
   subroutine enter_inertia(c, e, wing)
@@ -85,21 +71,24 @@ contains
   end subroutine enter_one
 
   !> A point mass at every place of a lattice.
-  subroutine scan(c, e, wing, share, is_finer, variants)
+  subroutine scan(c, e, wing, fraction, is_finer, variants)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     type(wing_t), intent(in) :: wing
-    real(rp), intent(in) :: share
+    real(rp), intent(in) :: fraction
     logical, intent(in) :: is_finer
     type(variant_t), allocatable, intent(inout) :: variants(:)
-    real(rp), allocatable :: places(:, :)
+    real(rp), allocatable :: sites(:, :)
     type(parameter_t) :: p
+    type(wing_parameter_t) :: one
     integer :: k, n
     p = describe_mass_effect(MASS_POINT, sum(e%masses))
-    call lattice(wing, e%model%size, share, places)
-    do k = 1, size(places, 2)
-      n = c%add_quantity(quantity_of(p), wing_quantity_t(kind=KIND_POINT_MASS, disc=[places(:, k), share*e%model%size]))
-      call append_variant(variants, 'at ('//millimetres(places(1, k))//', '//millimetres(places(2, k))//') mm', n, places(:, k))
+    one = wing_parameter(p%as_coordinate(p%null), KIND_POINT_MASS, 0)
+    call lattice(wing, e%model%size, fraction, sites)
+    do k = 1, size(sites, 2)
+      one%disc = [sites(:, k), fraction*e%model%size]
+      n = c%add(one)
+      call append_variant(variants, 'at ('//millimetres(sites(1, k))//', '//millimetres(sites(2, k))//') mm', n, sites(:, k))
       variants(size(variants))%is_finer = is_finer
     end do
   end subroutine scan

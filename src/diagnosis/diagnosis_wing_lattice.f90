@@ -4,7 +4,7 @@ module diagnosis_wing_lattice
   use base_kinds, only: rp
   use diagnosis_wing_task, only: wing_patterns_t
   use measurement_experiment, only: experiment_t
-  use measurement_place, only: find_place
+  use measurement_place, only: find_material_point
   use solid_wing, only: wing_t
   implicit none
   private
@@ -25,42 +25,42 @@ contains
 
   !> Points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane; their distance is a
   !> share of its size.
-  subroutine lattice(wing, length, share, places)
+  subroutine lattice(wing, length, fraction, sites)
     type(wing_t), intent(in) :: wing
-    real(rp), intent(in) :: length, share
-    real(rp), allocatable, intent(out) :: places(:, :)
+    real(rp), intent(in) :: length, fraction
+    real(rp), allocatable, intent(out) :: sites(:, :)
     real(rp) :: place(2), low(2), high(2), spacing
     integer :: i, j
-    spacing = share*length
+    spacing = fraction*length
     low = minval(wing%points(:2, :), 2)
     high = maxval(wing%points(:2, :), 2)
-    allocate (places(2, 0))
+    allocate (sites(2, 0))
     if (size(wing%triangles) == 0) then
-      call along_veins(wing, spacing, places)
+      call along_veins(wing, spacing, sites)
       return
     end if
     do j = 0, int((high(2) - low(2))/(0.866_rp*spacing)) + 1
       do i = 0, int((high(1) - low(1))/spacing) + 1
         place = low + [(i + 0.5_rp*modulo(j, 2))*spacing, (j + 0.25_rp)*0.866_rp*spacing]
-        associate (found => find_place(wing%points, wing%triangles, length, place))
-          if (found%is_found) places = reshape([places, place], [2, size(places, 2) + 1])
+        associate (found => find_material_point(wing%points, wing%triangles, length, place))
+          if (found%is_found) sites = reshape([sites, place], [2, size(sites, 2) + 1])
         end associate
       end do
     end do
   end subroutine lattice
 
   !> Points of a wing without membrane, no two of them closer than `spacing` [m].
-  subroutine along_veins(wing, spacing, places)
+  subroutine along_veins(wing, spacing, sites)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: spacing
-    real(rp), allocatable, intent(inout) :: places(:, :)
+    real(rp), allocatable, intent(inout) :: sites(:, :)
     integer :: i
     do i = 1, size(wing%points, 2)
       if (any(wing%root == i)) cycle
-      if (size(places, 2) > 0) then
-        if (minval(norm2(places - spread(wing%points(:2, i), 2, size(places, 2)), 1)) < spacing) cycle
+      if (size(sites, 2) > 0) then
+        if (minval(norm2(sites - spread(wing%points(:2, i), 2, size(sites, 2)), 1)) < spacing) cycle
       end if
-      places = reshape([places, wing%points(:2, i)], [2, size(places, 2) + 1])
+      sites = reshape([sites, wing%points(:2, i)], [2, size(sites, 2) + 1])
     end do
   end subroutine along_veins
 end module diagnosis_wing_lattice

@@ -1,20 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The natural modes of a measurement as a simulator of a wing sees them: residuals in units of their sd, with the unit matrix
-!> as covariance, and exact tangents of all quantities of the catalogue. In vectors of observations bending tests come first and
+!> as covariance, and exact tangents of all parameters of the catalogue. In vectors of observations bending tests come first and
 !> modes follow. Each mode is a surface of its own, and a fold of its own. Without modes there are no observations here.
 module diagnosis_wing_modes
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_wing_quantities, only: differing, wing_quantity_t, KIND_DAMAGE, KIND_MASS, KIND_PARAMETER, KIND_POINT_MASS, &
+  use base_parameter, only: parameter_t
+  use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_MASS, KIND_PARAMETER, KIND_POINT_MASS, &
                                        KIND_SOFT
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_mode_simulation, only: mode_simulation_t
-  use measurement_place, only: find_place, material_place_t
+  use measurement_place, only: find_material_point, material_point_t
   use solid_effects, only: clamp_axis
   use solid_mass_effects, only: describe_mass_effect, mass_effects_t, mass_parts_t, MASS_POINT
   use solid_model, only: solid_model_t
-  use solid_params, only: parameter_t, solid_params_t
+  use solid_params, only: solid_params_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction, hinge_direction, parameter_direction
   use solid_wing, only: wing_t
@@ -28,11 +29,11 @@ module diagnosis_wing_modes
     type(mode_simulation_t), pointer :: simulation => null()
     type(experiment_t), pointer, private :: bare => null()
     type(wing_t), pointer, private :: wing => null()
-    type(wing_quantity_t), allocatable, private :: quantities(:)
+    type(wing_parameter_t), allocatable, private :: parameters(:)
     type(mass_parts_t), private :: parts
     type(stiffness_t), private :: direction
     type(mass_effects_t), private :: effects
-    integer, private :: placed(2) = -1               !< quantities whose place the model has: a soft hinge, a damage; 0: none
+    integer, private :: placed(2) = -1               !< parameters whose place the model has: a soft hinge, a damage; 0: none
   contains
     procedure :: init => modes_init
     procedure :: free => modes_free
@@ -46,16 +47,16 @@ module diagnosis_wing_modes
 contains
 
   !> The modes of the measurement of `bare`, on a wing of these masses; both must live as long as this.
-  subroutine modes_init(self, bare, wing, quantities, parts)
+  subroutine modes_init(self, bare, wing, parameters, parts)
     class(wing_modes_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
     type(wing_t), intent(in), target :: wing
-    type(wing_quantity_t), intent(in) :: quantities(:)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     type(mass_parts_t), intent(in) :: parts
     logical :: ok
     self%bare => bare
     self%wing => wing
-    self%quantities = quantities
+    self%parameters = parameters
     self%parts = parts
     self%placed = -1
     if (.not. associated(self%simulation)) allocate (self%simulation)
@@ -86,22 +87,22 @@ contains
     integer :: placed(2), i
     placed = 0
     allocate (wanted(0))
-    if (size(q) > 0) wanted = differing(self%quantities, q)
+    if (size(q) > 0) wanted = differing(self%parameters, q)
     do i = 1, size(wanted)
-      if (self%quantities(wanted(i))%kind == KIND_SOFT) placed(1) = wanted(i)
-      if (self%quantities(wanted(i))%kind == KIND_DAMAGE) placed(2) = wanted(i)
+      if (self%parameters(wanted(i))%kind == KIND_SOFT) placed(1) = wanted(i)
+      if (self%parameters(wanted(i))%kind == KIND_DAMAGE) placed(2) = wanted(i)
     end do
     ok = .true.
     if (all(placed == self%placed)) return
     params = self%bare%model%params
     params%effects%has_sided_veins = size(self%bare%model%triangles) > 0
     if (placed(1) > 0) then
-      associate (one => self%quantities(placed(1)))
+      associate (one => self%parameters(placed(1)))
         params%effects%soft_vein = trim(params%vein_names(one%vein))
-        params%effects%soft_share = one%share
+        params%effects%soft_fraction = one%fraction
       end associate
     end if
-    if (placed(2) > 0) params%effects%disc = self%quantities(placed(2))%disc
+    if (placed(2) > 0) params%effects%disc = self%parameters(placed(2))%disc
     allocate (model)
     call model%init(self%wing, params, failure)
     ok = .not. failure%failed
@@ -125,7 +126,7 @@ contains
     model => self%simulation%model()
     params = model%params
     do i = 1, size(q)
-      associate (one => self%quantities(i))
+      associate (one => self%parameters(i))
         select case (one%kind)
         case (KIND_PARAMETER)
           p = params%describe(one%number)
@@ -141,19 +142,19 @@ contains
         end select
       end associate
     end do
-    self%effects = mass_effects_at(self%bare, self%quantities, q)
+    self%effects = mass_effects_at(self%bare, self%parameters, q)
     call self%simulation%evaluate(params, self%effects, residuals, ok)
   end subroutine modes_evaluate
 
   !> What the masses are at q.
-  function mass_effects_at(bare, quantities, q) result(effects)
+  function mass_effects_at(bare, parameters, q) result(effects)
     type(experiment_t), intent(in) :: bare
-    type(wing_quantity_t), intent(in) :: quantities(:)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
     type(mass_effects_t) :: effects
     integer :: i
     do i = 1, size(q)
-      associate (one => quantities(i))
+      associate (one => parameters(i))
         if (one%kind == KIND_MASS) then
           if (one%is_log) then
             call effects%set(one%number, exp(q(i)))
@@ -172,13 +173,13 @@ contains
     type(experiment_t), intent(in) :: bare
     real(rp), intent(in) :: place(2)
     type(mass_effects_t), intent(inout) :: effects
-    type(material_place_t) :: found
-    found = find_place(bare%model%points(:, :bare%model%n_points), bare%model%triangles, bare%model%size, place)
+    type(material_point_t) :: found
+    found = find_material_point(bare%model%points(:, :bare%model%n_points), bare%model%triangles, bare%model%size, place)
     effects%corner = found%corner
-    effects%share = found%share
+    effects%weight = found%weight
   end subroutine put_at
 
-  !> column(n): derivative of the residuals with respect to quantity i at q, after `evaluate` there.
+  !> column(n): derivative of the residuals with respect to parameter i at q, after `evaluate` there.
   subroutine modes_tangent(self, q, i, column)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -189,7 +190,7 @@ contains
     integer :: axis
     model => self%simulation%model()
     column = 0
-    associate (one => self%quantities(i))
+    associate (one => self%parameters(i))
       select case (one%kind)
       case (KIND_PARAMETER)
         axis = clamp_axis(model%params%effects, one%number - model%params%count_usual())
@@ -221,7 +222,7 @@ contains
     call self%simulation%stiffness_tangent(self%direction, column)
   end subroutine modes_tangent
 
-  !> jacobian(n, size(columns)) with respect to the quantities `columns`.
+  !> jacobian(n, size(columns)) with respect to the parameters `columns`.
   subroutine modes_tangents(self, q, columns, jacobian)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -233,7 +234,7 @@ contains
     end do
   end subroutine modes_tangents
 
-  !> At q: nuisance(n), what D in error by membrane_sd does, if quantity `membrane` is D (0: none), and, unless patterns(n, :)
+  !> At q: nuisance(n), what D in error by membrane_sd does, if parameter `membrane` is D (0: none), and, unless patterns(n, :)
   !> has no columns, in the first ones what unit stiffness around each place(2, :) [m] does. Without bending tests the forces of
   !> unknown causes are those of inertia: in the next ones a mass of the usual prior at each place.
   subroutine modes_directions(self, q, membrane, membrane_sd, place, radius, nuisance, patterns, ok)

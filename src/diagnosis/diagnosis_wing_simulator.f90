@@ -12,14 +12,15 @@ module diagnosis_wing_simulator
   use base_errors, only: require
   use base_kinds, only: rp
   use diagnosis_answers, only: ask_farm
-  use diagnosis_wing_bins, only: bin_bows, bin_covariance, bins_t, noise_model_t, N_BOWS
+  use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_modes, only: wing_modes_t
-  use diagnosis_wing_quantities, only: find_quantity, wing_quantity_t, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_places, KIND_INSTRUMENT, KIND_PARAMETER, &
+                                       KIND_SOFT
   use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, TASK_DIRECTIONS, &
                                  TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
-  use inference_simulator, only: effect_t, quantity_t, simulator_t
+  use inference_simulator, only: effect_t, simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
   use measurement_experiment, only: experiment_t
@@ -47,7 +48,7 @@ module diagnosis_wing_simulator
     type(journal_t), pointer :: journal => null() !< of what a farm has answered, on rank 0
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
-    !> Quantities that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
+    !> Parameters that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
     type(wing_state_t), private :: here
     real(rp), allocatable, private :: tried(:, :, :)
@@ -57,7 +58,7 @@ module diagnosis_wing_simulator
     procedure :: free => wing_free
     procedure :: serve => wing_serve
     procedure :: shut_down => wing_shut_down
-    procedure :: set_band => wing_set_band
+    procedure :: set_error_directions => wing_set_error_directions
     procedure :: begin_like => wing_begin_like
     procedure :: pixels => wing_pixels
     procedure :: evaluate => wing_evaluate
@@ -69,21 +70,20 @@ module diagnosis_wing_simulator
     procedure :: forget => wing_forget
     procedure :: settle => wing_settle
     procedure :: settles => wing_settles
-    procedure :: common_share => wing_common_share
-    procedure :: set_common_share => wing_set_common_share
+    procedure :: common_fraction => wing_common_fraction
+    procedure :: set_common_fraction => wing_set_common_fraction
   end type wing_simulator_t
 
 contains
 
-  !> quantities(i) and kinds(i) are the same parameter; the first n_baseline are those of the baseline. The experiment,
+  !> The first n_baseline of the parameters are those of the baseline. The experiment,
   !> without unknowns of its own, and the wing must live as long as the simulator. Collective.
-  subroutine wing_init(self, world, experiment, wing, quantities, kinds, n_baseline, effects, bins, patterns, parts)
+  subroutine wing_init(self, world, experiment, wing, parameters, n_baseline, effects, bins, patterns, parts)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in), target :: experiment
     type(wing_t), intent(in), target :: wing
-    type(quantity_t), intent(in) :: quantities(:)
-    type(wing_quantity_t), intent(in) :: kinds(:)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     integer, intent(in) :: n_baseline
     type(effect_t), intent(in) :: effects(:)
     type(bins_t), intent(in) :: bins
@@ -91,24 +91,24 @@ contains
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for natural modes
     integer :: l, n, n_own
     self%experiment => experiment
-    self%quantities = quantities
+    self%parameters = without_places(parameters)
     self%effects = effects
     self%bins = bins
     self%n_baseline = n_baseline
-    if (experiment%measurement%count_modes() > 0 .and. world%is_root) call self%modes%init(experiment, wing, kinds, parts)
+    if (experiment%measurement%count_modes() > 0 .and. world%is_root) call self%modes%init(experiment, wing, parameters, parts)
     self%n_observations = bins%n + self%modes%n
     n = size(patterns%place, 2)
-    n_own = merge(N_BOWS, 0, any(bins%cell(1, :bins%n) > 0))
+    n_own = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*n
     self%n_patterns = 2*n + n_own*size(experiment%loads)
-    self%field = pack([(l, l=1, size(kinds))], kinds%kind == KIND_SOFT)
+    self%field = pack([(l, l=1, size(parameters))], parameters%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
                                   [(spread(experiment%measurement%loads(l)%point, 2, n_own), &
                                     l=1, size(experiment%loads))], &
-                                  experiment%model%layout%hinge_place(:, kinds(self%field)%number)], &
+                                  experiment%model%layout%hinge_place(:, parameters(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
-    call self%runner%init(experiment, wing, kinds, bins, patterns)
+    call self%runner%init(experiment, wing, parameters, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
     n = size(experiment%loads)
     call self%here%init(self%n_observations, bins%n, experiment%model%n_all, n)
@@ -116,8 +116,8 @@ contains
     self%was_straight = self%here%is_start
     self%was_tried = self%here%is_start
     self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
-    self%gain = find_quantity(kinds, n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
-    self%membrane = find_quantity(kinds, n_baseline, KIND_PARAMETER, PARAM_PLATE)
+    self%gain = find_parameter(parameters, n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
+    self%membrane = find_parameter(parameters, n_baseline, KIND_PARAMETER, PARAM_PLATE)
     call make_labels(experiment, bins, self%labels)
     if (self%modes%n > 0) call self%modes%append_labels(self%labels)
   end subroutine wing_init
@@ -142,12 +142,12 @@ contains
   end subroutine wing_shut_down
 
   !> Takes band(n, :) as further directions of errors of unit strength.
-  subroutine wing_set_band(self, band)
+  subroutine wing_set_error_directions(self, directions)
     class(wing_simulator_t), intent(inout) :: self
-    real(rp), intent(in) :: band(:, :)
-    self%n_nuisances = self%n_nuisances - size(self%here%band, 2) + size(band, 2)
-    self%here%band = band
-  end subroutine wing_set_band
+    real(rp), intent(in) :: directions(:, :)
+    self%n_nuisances = self%n_nuisances - size(self%here%error_directions, 2) + size(directions, 2)
+    self%here%error_directions = directions
+  end subroutine wing_set_error_directions
 
   !> Takes the shapes at which `other`, the same loads on a mesh of half or of twice the size, stands as starts of warm
   !> solutions, and the errors about which its nuisances are. parents(2, points of the finer mesh): the points of the
@@ -174,7 +174,7 @@ contains
     n = size(loads)
     allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(task, size(columns)), n))
     do l = 1, n
-      inputs(:, l) = task_input(task, loads(l), self%here%is_start(loads(l)), self%here%aside(:, loads(l)), q, columns)
+      inputs(:, l) = task_input(task, loads(l), self%here%is_start(loads(l)), self%here%load_offset(:, loads(l)), q, columns)
     end do
     call ask_farm(self%farm, self%runner, self%journal, [self%here%shapes], inputs, results, is_valid)
     self%n_evaluations = self%n_evaluations + 1
@@ -252,7 +252,7 @@ contains
       if (present(only_shapes)) then
         if (only_shapes) return
       end if
-      call self%set_band(state%band)
+      call self%set_error_directions(state%error_directions)
       self%here = state
     class default
       call require(.false., 'wing_simulator_t: the state must be one of a wing')
@@ -271,35 +271,35 @@ contains
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
     real(rp), parameter :: MOST = 5.0_rp, LEAST = 0.01_rp
-    real(rp) :: before(2, size(self%here%aside, 2)), was_linear(size(self%here%linear)), e(2)
+    real(rp) :: before(2, size(self%here%load_offset, 2)), was_linear(size(self%here%linear)), e(2)
     real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
     real(rp) :: nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
     is_valid = .true.
     if (.not. self%settles()) return
     associate (sd => self%experiment%measurement%accuracy%position)
-      before = self%here%aside
+      before = self%here%load_offset
       was_linear = self%here%linear
-      do l = 1, size(self%here%aside, 2)
+      do l = 1, size(self%here%load_offset, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         e = max(-MOST, min(MOST, errors(v + 1:v + 2)))
         do while (.not. self%experiment%acts_on_wing(l, sd*e) .and. maxval(abs(e)) > LEAST)
           e = e/2
         end do
-        self%here%aside(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
+        self%here%load_offset(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
       end do
       call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
       if (.not. is_valid) then
-        self%here%aside = before
+        self%here%load_offset = before
         self%here%linear = was_linear
         return
       end if
-      do l = 1, size(self%here%aside, 2)
+      do l = 1, size(self%here%load_offset, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         first = self%bins%first(l)
         last = first + self%bins%count(l) - 1
-        self%here%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%here%aside(:, l)/sd)
+        self%here%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%here%load_offset(:, l)/sd)
       end do
     end associate
   end subroutine wing_settle
@@ -336,17 +336,17 @@ contains
     end if
   end subroutine wing_covariance
 
-  pure real(rp) function wing_common_share(self) result(share)
+  pure real(rp) function wing_common_fraction(self) result(fraction)
     class(wing_simulator_t), intent(in) :: self
-    share = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
-  end function wing_common_share
+    fraction = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
+  end function wing_common_fraction
 
-  subroutine wing_set_common_share(self, share)
+  subroutine wing_set_common_fraction(self, fraction)
     class(wing_simulator_t), intent(inout) :: self
-    real(rp), intent(in) :: share
-    self%noise%factor = self%noise%factor*self%noise%white/(1 - share)
-    self%noise%white = 1 - share
-  end subroutine wing_set_common_share
+    real(rp), intent(in) :: fraction
+    self%noise%factor = self%noise%factor*self%noise%white/(1 - fraction)
+    self%noise%white = 1 - fraction
+  end subroutine wing_set_common_fraction
 
   !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, and the band.
   subroutine wing_directions(self, q, nuisances, patterns, is_valid)
@@ -375,7 +375,7 @@ contains
         at = at + b
       end do
       v = v + N_LOAD_NUISANCES
-      do i = 1, size(self%runner%quantities)
+      do i = 1, size(self%runner%parameters)
         if (.not. any(common == i)) cycle
         if (i == self%gain) nuisances(first:first + b - 1, shared + 1) = sd(1)*outputs(at + 1:at + b, l)
         if (i == self%membrane) nuisances(first:first + b - 1, shared + 2) = sd(2)*outputs(at + 1:at + b, l)
@@ -387,11 +387,11 @@ contains
         at = at + b
       end do
       if (self%n_patterns == self%n_alone) cycle
-      i = self%n_alone + N_BOWS*(l - 1)
-      call bin_bows(self%bins, l, self%experiment%root, self%experiment%model%size, &
-                    patterns(first:first + b - 1, i + 1:i + N_BOWS))
+      i = self%n_alone + N_DISTORTIONS*(l - 1)
+      call bin_distortions(self%bins, l, self%experiment%root, self%experiment%model%size, &
+                           patterns(first:first + b - 1, i + 1:i + N_DISTORTIONS))
     end do
-    nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%here%band
+    nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%here%error_directions
     if (self%modes%n > 0) call self%modes%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%place, &
                                                      self%runner%patterns%radius, nuisances(self%bins%n + 1:, shared + 2), &
                                                      patterns(self%bins%n + 1:, :), is_valid)

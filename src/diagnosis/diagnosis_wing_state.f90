@@ -9,9 +9,9 @@ module diagnosis_wing_state
 
   type, extends(solver_state_t) :: wing_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
-    real(rp), allocatable :: band(:, :)      !< (n, :) further directions of errors, of the mesh for instance
+    real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
     logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
-    real(rp), allocatable :: aside(:, :)     !< (2, loads) [m] errors of places about which nuisances are linear
+    real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
     real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
@@ -24,7 +24,8 @@ contains
   subroutine state_init(self, n, n_bent, n_all, n_loads)
     class(wing_state_t), intent(out) :: self
     integer, intent(in) :: n, n_bent, n_all, n_loads
-    allocate (self%shapes(3, n_all, n_loads), self%band(n, 0), self%aside(2, n_loads), self%linear(n_bent), source=0.0_rp)
+    allocate (self%shapes(3, n_all, n_loads), self%error_directions(n, 0), self%load_offset(2, n_loads), &
+              self%linear(n_bent), source=0.0_rp)
     allocate (self%is_start(n_loads), source=.false.)
   end subroutine state_init
 
@@ -41,7 +42,7 @@ contains
       self%shapes(:, :n_points, :) = other%shapes(:, :n_points, :)
     end if
     self%is_start = other%is_start
-    self%aside = other%aside
+    self%load_offset = other%load_offset
     self%linear = other%linear
   end subroutine state_begin_like
 end module diagnosis_wing_state

@@ -5,8 +5,8 @@ module diagnosis_wing_task
   use base_errors, only: require
   use base_kinds, only: rp
   use diagnosis_wing_bins, only: bin_rows, bins_t
-  use diagnosis_wing_quantities, only: is_setup_for, make_setup, quantity_tangent, setup_coordinates, setup_t, &
-                                       wing_quantity_t
+  use diagnosis_wing_parameters, only: is_fit_case_for, make_fit_case, wing_parameter_tangent, fit_case_coordinates, fit_case_t, &
+                                       wing_parameter_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_simulation, only: N_NUISANCES
@@ -31,10 +31,10 @@ module diagnosis_wing_task
   type, extends(task_runner_t) :: wing_runner_t
     type(experiment_t), pointer :: bare => null() !< without unknowns
     type(wing_t), pointer :: wing => null()
-    type(wing_quantity_t), allocatable :: quantities(:)
+    type(wing_parameter_t), allocatable :: parameters(:)
     type(bins_t) :: bins
     type(wing_patterns_t) :: patterns
-    type(setup_t), private :: setup
+    type(fit_case_t), private :: fit_case
     type(evaluation_work_t), private :: work
     real(rp), allocatable, private :: u(:, :)
   contains
@@ -49,17 +49,17 @@ module diagnosis_wing_task
 contains
 
   !> The experiment `bare`, without unknowns, and the wing must live as long as the runner.
-  subroutine runner_init(self, bare, wing, quantities, bins, patterns)
+  subroutine runner_init(self, bare, wing, parameters, bins, patterns)
     class(wing_runner_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
     type(wing_t), intent(in), target :: wing
-    type(wing_quantity_t), intent(in) :: quantities(:)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
     call self%free()
     self%bare => bare
     self%wing => wing
-    self%quantities = quantities
+    self%parameters = parameters
     self%bins = bins
     self%patterns = patterns
     allocate (self%u(3, bare%model%n_all), source=0.0_rp)
@@ -71,23 +71,23 @@ contains
     class(wing_runner_t), intent(inout) :: self
     call self%work%free()
     if (allocated(self%u)) deallocate (self%u)
-    if (allocated(self%setup%order)) deallocate (self%setup%order)
+    if (allocated(self%fit_case%order)) deallocate (self%fit_case%order)
   end subroutine runner_free
 
   !> Numbers of an input.
   pure integer function runner_input_size(self) result(n)
     class(wing_runner_t), intent(in) :: self
-    n = N_HEAD + 2*size(self%quantities)
+    n = N_HEAD + 2*size(self%parameters)
   end function runner_input_size
 
   !> Numbers that any task gives back at most.
   pure integer function runner_most_output(self) result(n)
     class(wing_runner_t), intent(in) :: self
     integer :: task
-    n = maxval([(self%output_size(task, size(self%quantities)), task=TASK_EVALUATE, TASK_NUISANCES)])
+    n = maxval([(self%output_size(task, size(self%parameters)), task=TASK_EVALUATE, TASK_NUISANCES)])
   end function runner_most_output
 
-  !> Numbers that a task with derivatives with respect to `n_columns` quantities gives back at most.
+  !> Numbers that a task with derivatives with respect to `n_columns` parameters gives back at most.
   pure integer function runner_output_size(self, task, n_columns) result(n)
     class(wing_runner_t), intent(in) :: self
     integer, intent(in) :: task, n_columns
@@ -106,20 +106,20 @@ contains
     n = n + N_FACTS
   end function runner_output_size
 
-  !> A task: load l at q, `aside` [m] of its place, warm or cold; derivatives with respect to the quantities `columns`,
+  !> A task: load l at q, `load_offset` [m] of its place, warm or cold; derivatives with respect to the parameters `columns`,
   !> each 0 or 1 in the input.
-  pure function task_input(task, l, is_warm, aside, q, columns) result(input)
+  pure function task_input(task, l, is_warm, load_offset, q, columns) result(input)
     integer, intent(in) :: task, l, columns(:)
     logical, intent(in) :: is_warm
-    real(rp), intent(in) :: aside(2), q(:)
+    real(rp), intent(in) :: load_offset(2), q(:)
     real(rp) :: input(N_HEAD + 2*size(q))
-    input(:N_HEAD) = [real(task, rp), real(l, rp), merge(1.0_rp, 0.0_rp, is_warm), aside]
+    input(:N_HEAD) = [real(task, rp), real(l, rp), merge(1.0_rp, 0.0_rp, is_warm), load_offset]
     input(N_HEAD + 1:N_HEAD + size(q)) = q
     input(N_HEAD + size(q) + 1:) = 0
     input(N_HEAD + size(q) + columns) = 1
   end function task_input
 
-  !> TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the quantities and the shape;
+  !> TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the parameters and the shape;
   !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), derivatives(b, columns), patterns(b,
   !> 2 n); TASK_NUISANCES the same without patterns; TASK_PIXELS facts and the residuals of all pixels. b observations of
   !> the load; the status is NOT_SOLVED where there is no shape, or one in an excluded zone.
@@ -133,20 +133,20 @@ contains
     logical :: is_warm
     l = nint(input(2))
     is_warm = input(3) > 0.5_rp
-    nq = size(self%quantities)
+    nq = size(self%parameters)
     n = size(self%u)
     associate (q => input(N_HEAD + 1:N_HEAD + nq))
-      if (.not. is_setup_for(self%setup, self%quantities, q)) then
-        call make_setup(self%bare, self%wing, self%quantities, q, self%setup)
-        call self%work%init(self%setup%experiment)
+      if (.not. is_fit_case_for(self%fit_case, self%parameters, q)) then
+        call make_fit_case(self%bare, self%wing, self%parameters, q, self%fit_case)
+        call self%work%init(self%fit_case%experiment)
       end if
       self%u = 0
       if (is_warm) then
         call require(size(self%context) == n*size(self%bare%loads), 'diagnosis_wing_task: starts of warm solutions')
         self%u = reshape(self%context((l - 1)*n + 1:l*n), shape(self%u))
       end if
-      call evaluation%init(self%setup%experiment, l, .false.)
-      call evaluate(self%setup%experiment, self%work, setup_coordinates(self%setup, q), l, is_warm, self%u, &
+      call evaluation%init(self%fit_case%experiment, l, .false.)
+      call evaluate(self%fit_case%experiment, self%work, fit_case_coordinates(self%fit_case, q), l, is_warm, self%u, &
                     evaluation, input(N_HEAD - 1:N_HEAD))
       status = merge(0, NOT_SOLVED, evaluation%is_feasible())
       if (status /= 0) return
@@ -176,7 +176,7 @@ contains
     at = b
     do i = 1, size(q)
       if (.not. is_wanted(i)) cycle
-      call quantity_tangent(self%work, self%setup, self%quantities, q, i, l, column)
+      call wing_parameter_tangent(self%work, self%fit_case, self%parameters, q, i, l, column)
       call bin_rows(self%bins, l, column, output(at + 1:at + b))
       at = at + b
     end do
@@ -193,7 +193,7 @@ contains
     real(rp) :: force(3, self%bare%model%n_all)
     integer :: i, b, at
     b = self%bins%count(l)
-    call self%work%nuisance_tangents(self%setup%experiment, l, columns, sd)
+    call self%work%nuisance_tangents(self%fit_case%experiment, l, columns, sd)
     at = 0
     do i = 1, N_NUISANCES
       call bin_rows(self%bins, l, sd(i)*columns(:, i), output(at + 1:at + b))
@@ -201,18 +201,18 @@ contains
     end do
     do i = 1, size(q)
       if (.not. is_wanted(i)) cycle
-      call quantity_tangent(self%work, self%setup, self%quantities, q, i, l, columns(:, 1))
+      call wing_parameter_tangent(self%work, self%fit_case, self%parameters, q, i, l, columns(:, 1))
       call bin_rows(self%bins, l, columns(:, 1), output(at + 1:at + b))
       at = at + b
     end do
     if (.not. has_patterns) return
-    associate (places => self%patterns%place)
-      do i = 1, 2*size(places, 2)
-        if (i <= size(places, 2)) then
-          call self%work%damage_tangent(self%setup%experiment, l, [places(:, i), self%patterns%radius], columns(:, 1))
+    associate (sites => self%patterns%place)
+      do i = 1, 2*size(sites, 2)
+        if (i <= size(sites, 2)) then
+          call self%work%damage_tangent(self%fit_case%experiment, l, [sites(:, i), self%patterns%radius], columns(:, 1))
         else
-          call spread_force(self, l, places(:, i - size(places, 2)), force)
-          call self%work%force_tangent(self%setup%experiment, l, force, columns(:, 1))
+          call spread_force(self, l, sites(:, i - size(sites, 2)), force)
+          call self%work%force_tangent(self%fit_case%experiment, l, force, columns(:, 1))
         end if
         call bin_rows(self%bins, l, columns(:, 1), output(at + 1:at + b))
         at = at + b

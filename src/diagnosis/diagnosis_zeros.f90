@@ -44,11 +44,11 @@ contains
     if (size(same) < 2) return
     found = d%baseline
     if (d%extended%is_found) found = d%extended
-    call d%stand_at_extended(simulator)
+    call d%restore_extended(simulator)
     call find_triangle(simulator, d, found, r, is_valid)
     if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may do nothing
       found = d%baseline
-      call d%stand_at_baseline(simulator)
+      call d%restore_baseline(simulator)
       call find_triangle(simulator, d, found, r, is_valid)
     end if
     if (.not. is_valid) return ! what the data do not determine has no sd
@@ -62,7 +62,7 @@ contains
     c = d%scale*matmul(transpose(inverse), inverse)
     do i = 1, size(same)
       do k = 1, n
-        if (simulator%quantities(found%active(k))%name == 'zero:'//trim(s%measurement%zeros(same(i)))) &
+        if (simulator%parameters(found%active(k))%name == 'zero:'//trim(s%measurement%zeros(same(i)))) &
           columns = [columns, k]
       end do
     end do
@@ -94,7 +94,7 @@ contains
     rows = 0
     rows(:m, :) = jacobian
     do i = 1, n
-      associate (sd => simulator%quantities(found%active(i))%prior_sd)
+      associate (sd => simulator%parameters(found%active(i))%prior_sd)
         if (sd > 0) rows(m + i, i) = 1/sd
       end associate
     end do

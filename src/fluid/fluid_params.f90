@@ -37,7 +37,7 @@ module fluid_params
     logical :: moving = .false. !< a layer above draws the body in every step
     logical :: cavity = .false.
     integer :: cavity_size = 0
-    real(rp) :: time_share = 1 !< of the largest step of the explicit penalization that solids which react allow
+    real(rp) :: dt_fraction = 1 !< of the largest step of the explicit penalization that solids which react allow
     real(rp) :: c_eta = 1.0e-2_rp, thick_wall = 0, pos_wall = 0, us_fixed(3) = 0, omega = 0
     logical :: has_inflow = .false. !< channel = turek
     real(rp) :: inflow_velocity = 1, inflow_length = 0, inflow_start = 0

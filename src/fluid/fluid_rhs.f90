@@ -216,7 +216,7 @@ contains
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: y, z
     real(rp), intent(in) :: in(:, :)
-    real(rp) :: solid_share
+    real(rp) :: solid_fraction
     integer :: f, i, line
     do f = 1, 6
       self%line_sum(:, f + 1) = self%line_sum(:, f + 1) + in(:, f)**2
@@ -230,9 +230,9 @@ contains
       do i = self%penalty%line_first(line), self%penalty%line_last(line)
         associate (x => self%penalty%x(i), chi => self%penalty%chi(i))
           ! The fluid's share weighs (1 - chi)^2; what is missing from 1 is taken off here.
-          solid_share = 1 - (1 - chi)**2
-          self%sums%energy_fluid = self%sums%energy_fluid - 0.5_rp*solid_share*in(x, 1:3)**2
-          self%sums%enstrophy_fluid = self%sums%enstrophy_fluid - solid_share*in(x, 4:6)**2
+          solid_fraction = 1 - (1 - chi)**2
+          self%sums%energy_fluid = self%sums%energy_fluid - 0.5_rp*solid_fraction*in(x, 1:3)**2
+          self%sums%enstrophy_fluid = self%sums%enstrophy_fluid - solid_fraction*in(x, 4:6)**2
           self%line_divergence(x) = self%line_divergence(x)*(1 - chi)
         end associate
       end do

@@ -17,7 +17,7 @@ module fluid_timestep
 contains
 
   !> FLUSI's rule. dt = CFL min(dx)/max|u|, rounded to two significant digits so that it stays constant
-  !> for many steps, then limited by dt_max, by the explicit penalization (CFL_eta C_eta time_share) and by the
+  !> for many steps, then limited by dt_max, by the explicit penalization (CFL_eta C_eta dt_fraction) and by the
   !> explicit sponge (C_sp). A prescribed dt_fixed replaces all that. The last step ends at t_max; with
   !> intelligent_dt the time left to the next event of any interval in `intervals` (0 = none) is spread
   !> over equal steps, and no step is more than twice the one before: where events of several intervals
@@ -42,7 +42,7 @@ contains
                                                      norm2(merge(p%mean_velocity, 0.0_rp, p%mean_flow == 'sinusoidal')))
       if (speed >= 1.0e-8_rp) dt = two_digits(p%cfl*p%grid%min_spacing()/speed)
       if (p%dt_max > 0) dt = min(dt, p%dt_max)
-      if (p%penalized) dt = min(dt, p%time_share*(p%cfl_eta*p%c_eta))
+      if (p%penalized) dt = min(dt, p%dt_fraction*(p%cfl_eta*p%c_eta))
       if (p%sponge) dt = min(dt, SPONGE_LIMIT*p%c_sponge)
       if (any(p%mean_flow == 'sinusoidal') .and. p%mean_frequency > 0) dt = min(dt, 0.02_rp/p%mean_frequency)
     end if

@@ -3,7 +3,7 @@
 !>
 !> If the baseline is true, z is a vector of independent normal numbers, and the test statistics of all candidates and
 !> of unknown causes follow from it. Their joint distribution gives p of scans (the largest of many positions), p of
-!> unknown causes, and one global p of the combined rule: the smallest p of any effect, which has EFFECTS_SHARE of the
+!> unknown causes, and one global p of the combined rule: the smallest p of any effect, which has EFFECTS_FRACTION of the
 !> level, or of any unknown cause, which has the rest. Local and global p differ by the look-elsewhere effect.
 !>
 !> Draw number d of a seed is the same on every rank. Beyond the draws p is continued as the law of p of an
@@ -18,7 +18,7 @@ module inference_calibration
   private
   public :: calibration_t, statistics_t, find_detectable, find_statistics
 
-  real(rp), parameter, public :: EFFECTS_SHARE = 0.8_rp !< of the level, the rest is for unknown causes
+  real(rp), parameter, public :: EFFECTS_FRACTION = 0.8_rp !< of the level, the rest is for unknown causes
   integer(i8), parameter :: NOISE_STREAM = 1, SCALE_STREAM = 2
 
   !> Statistics of one z.
@@ -90,7 +90,7 @@ contains
         end associate
       end do
       do f = 1, size(design%families)
-        s%unknown(f) = design%families(f)%strengths%log_likelihood(matmul(z, design%families(f)%basis)/sqrt(scale))
+        s%unknown(f) = design%families(f)%size_prior%log_likelihood(matmul(z, design%families(f)%basis)/sqrt(scale))
       end do
     end associate
   end subroutine find_statistics
@@ -263,10 +263,10 @@ contains
     integer :: e
     least = 0
     do e = 1, size(effects)
-      least = min(least, self%log_p_effect(e, effects(e)) - log(EFFECTS_SHARE))
+      least = min(least, self%log_p_effect(e, effects(e)) - log(EFFECTS_FRACTION))
     end do
     do e = 1, size(unknown)
-      least = min(least, self%log_p_unknown(e, unknown(e)) - log((1 - EFFECTS_SHARE)/size(unknown)))
+      least = min(least, self%log_p_unknown(e, unknown(e)) - log((1 - EFFECTS_FRACTION)/size(unknown)))
     end do
   end function calibration_combine
 
@@ -291,7 +291,7 @@ contains
     integer, intent(in) :: e
     real(rp), intent(in) :: level
     real(rp) :: wanted
-    wanted = self%combined(max(1, nint(level*self%n_draws))) + log(EFFECTS_SHARE)
+    wanted = self%combined(max(1, nint(level*self%n_draws))) + log(EFFECTS_FRACTION)
     ! Solves log_any_of(log_p, n) = wanted.
     log_p = log_one_minus(log_one_minus(min(wanted, -1.0e-6_rp))/self%n_tests(e))
   end function calibration_local_level

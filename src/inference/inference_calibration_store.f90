@@ -88,8 +88,8 @@ contains
       associate (one => design%families(i))
         call add_integers(shape(one%basis))
         call add_reals([one%basis])
-        call add_reals([one%strengths%gain])
-        call add_reals(one%strengths%offset)
+        call add_reals([one%size_prior%gain])
+        call add_reals(one%size_prior%offset)
       end associate
     end do
 

@@ -32,7 +32,7 @@ module inference_decision
                                      NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
-  real(rp), parameter :: ALIAS_SHARE = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
+  real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which a set, which excludes no other cause, says more
@@ -47,7 +47,7 @@ module inference_decision
     integer, allocatable :: causes(:)       !< candidates of the best explanation
     !> Effects of which one at least is a cause: those that explain the data alone as well, best first, or all of the causes.
     integer, allocatable :: set(:)
-    logical :: is_together = .false.        !< the set is no choice: its members explain the data together
+    logical :: is_joint = .false.           !< the set is no choice: its members explain the data together
     character(20) :: reason = ''            !< why it is a set: one of the words above, or blank
     logical :: has_further = .false.        !< the best explanation by several causes has one of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
@@ -55,7 +55,7 @@ module inference_decision
     !> |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
     real(rp) :: snr = 0
     real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1
-    real(rp) :: posterior_none = 0, posterior_together = 0, posterior_unknown = 0
+    real(rp) :: posterior_none = 0, posterior_joint = 0, posterior_unknown = 0
   end type decision_t
 
 contains
@@ -105,15 +105,15 @@ contains
     real(rp), intent(in) :: z(:)
     integer(i8), intent(in) :: seed
     type(decision_t), intent(out) :: decision
-    type(explained_t) :: one, together
+    type(explained_t) :: one, joint
     integer, allocatable :: order(:)
-    real(rp) :: log_together
+    real(rp) :: log_joint
     integer :: first
     allocate (decision%causes(0), decision%set(0))
     decision%log_p_global = calibration%log_p_global(statistics)
     order = rank_effects(hypotheses)
-    call find_joint_causes(design, hypotheses, order, together, log_together)
-    call find_posterior(hypotheses, size(order), log_together, decision)
+    call find_joint_causes(design, hypotheses, order, joint, log_joint)
+    call find_posterior(hypotheses, size(order), log_joint, decision)
     if (size(order) == 0 .and. size(design%families) == 0) return
     if (decision%log_p_global > log(LEVEL)) then
       decision%verdict = VERDICT_ADEQUATE
@@ -133,24 +133,24 @@ contains
       decision%remainder_log_p = hypotheses%remainder(first)
     end if
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
-        decision%posterior_together <= SECOND_ODDS*decision%posterior(first)) then
+        decision%posterior_joint <= SECOND_ODDS*decision%posterior(first)) then
       call find_set(design, hypotheses, order, z, decision)
       if (decision%posterior_unknown > max(LEAST_UNKNOWN, sum(decision%posterior(decision%set)))) then
         decision%set = [integer ::]
         return
       end if
-      call grade(design, calibration, seed, design%candidates(together%members)%effect, decision)
-    else if (size(together%members) > 1) then
-      decision%remainder_log_p = remainder_log_p(design, calibration, together%left)
+      call grade(design, calibration, seed, design%candidates(joint%members)%effect, decision)
+    else if (size(joint%members) > 1) then
+      decision%remainder_log_p = remainder_log_p(design, calibration, joint%left)
       if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) then
         call reject_catalogue(decision, rejected_probability(decision))
         return
       end if
-      if (decision%posterior_unknown > max(LEAST_UNKNOWN, decision%posterior_together)) return
-      decision%causes = together%members
-      decision%snr = sqrt(together%square)
-      decision%set = design%candidates(together%members)%effect
-      decision%is_together = .true.
+      if (decision%posterior_unknown > max(LEAST_UNKNOWN, decision%posterior_joint)) return
+      decision%causes = joint%members
+      decision%snr = sqrt(joint%square)
+      decision%set = design%candidates(joint%members)%effect
+      decision%is_joint = .true.
       call grade(design, calibration, seed, decision%set, decision)
     else
       call reject_catalogue(decision, rejected_probability(decision))
@@ -166,11 +166,11 @@ contains
     if (decision%posterior_unknown < 1) factor = (1 - probability)/(1 - decision%posterior_unknown)
     decision%posterior = factor*decision%posterior
     decision%posterior_none = factor*decision%posterior_none
-    decision%posterior_together = factor*decision%posterior_together
+    decision%posterior_joint = factor*decision%posterior_joint
     decision%posterior_unknown = probability
     decision%probability = probability
     decision%verdict = VERDICT_UNKNOWN
-    decision%is_together = .false.
+    decision%is_joint = .false.
     decision%reason = ''
     decision%set = [integer ::]
   end subroutine reject_catalogue
@@ -189,34 +189,34 @@ contains
   end function rejected_probability
 
   !> Posterior probabilities of all hypotheses.
-  subroutine find_posterior(hypotheses, n, log_together, decision)
+  subroutine find_posterior(hypotheses, n, log_joint, decision)
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: n
-    real(rp), intent(in) :: log_together
+    real(rp), intent(in) :: log_joint
     type(decision_t), intent(inout) :: decision
     real(rp) :: total, unknown
     integer :: e
     decision%posterior = hypotheses%effect + log_prior(1, n)
     unknown = log_odds_unknown(hypotheses%unknown)
-    total = log_add(log_add(log(PRIOR_NONE), unknown), log_together)
+    total = log_add(log_add(log(PRIOR_NONE), unknown), log_joint)
     do e = 1, size(decision%posterior)
       total = log_add(total, decision%posterior(e))
     end do
     decision%posterior = exp(max(-700.0_rp, decision%posterior - total))
     decision%posterior_none = exp(max(-700.0_rp, log(PRIOR_NONE) - total))
-    decision%posterior_together = exp(max(-700.0_rp, log_together - total))
+    decision%posterior_joint = exp(max(-700.0_rp, log_joint - total))
     decision%posterior_unknown = exp(max(-700.0_rp, unknown - total))
   end subroutine find_posterior
 
   !> The first effect and all that the data cannot tell from it: found nearly as good, or expected to be so. What differs
-  !> by a share of ALIAS_SHARE or less belongs to it even where priors have made its evidence small.
+  !> by a share of ALIAS_FRACTION or less belongs to it even where priors have made its evidence small.
   subroutine find_set(design, hypotheses, order, z, decision)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: order(:)
     real(rp), intent(in) :: z(:)
     type(decision_t), intent(inout) :: decision
-    real(rp) :: behind, loss, share, least
+    real(rp) :: behind, loss, fraction, least
     integer :: i, c
     decision%set = order(:1)
     do i = 2, size(order)
@@ -225,35 +225,35 @@ contains
       do c = 1, size(design%candidates)
         if (design%candidates(c)%effect /= order(i)) cycle
         if (is_part_of(design%candidates(hypotheses%best(order(1))), design%candidates(c))) cycle ! a larger one is no rival
-        call expect_loss(design, hypotheses%best(order(1)), c, z, loss, share)
-        if (behind > 2*ALIAS_LOSS .and. share > ALIAS_SHARE) cycle
+        call expect_loss(design, hypotheses%best(order(1)), c, z, loss, fraction)
+        if (behind > 2*ALIAS_LOSS .and. fraction > ALIAS_FRACTION) cycle
         least = min(least, loss)
       end do
       if (behind <= ALIAS_LOSS .or. least <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
     end do
   end subroutine find_set
 
-  !> A name or a set, and its probability. `together` are the effects of the best explanation by several.
-  subroutine grade(design, calibration, seed, together, decision)
+  !> A name or a set, and its probability. `joint` are the effects of the best explanation by several.
+  subroutine grade(design, calibration, seed, joint, decision)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
     integer(i8), intent(in) :: seed
-    integer, intent(in) :: together(:)
+    integer, intent(in) :: joint(:)
     type(decision_t), intent(inout) :: decision
     logical :: is_name
     integer :: i
     decision%name_power = name_power(design, calibration, design%candidates(decision%causes)%effect, &
                                      decision%snr, log(REMAINDER_LEVEL), POWER_DRAWS, seed)
-    decision%has_further = any([(any(together == decision%set(i)), i=1, size(decision%set))])
-    if (decision%is_together) then
+    decision%has_further = any([(any(joint == decision%set(i)), i=1, size(decision%set))])
+    if (decision%is_joint) then
       is_name = .true.
-      decision%probability = decision%posterior_together
+      decision%probability = decision%posterior_joint
     else
       is_name = size(decision%set) == 1
       decision%probability = sum(decision%posterior(decision%set))
       ! A second cause beside it, however probable, would not make the first one wrong.
       if (is_name .and. decision%has_further) &
-        decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
+        decision%probability = min(1.0_rp, decision%probability + decision%posterior_joint)
     end if
     decision%verdict = VERDICT_NAMED
     if (.not. is_name) then
@@ -272,6 +272,6 @@ contains
     decision%reason = reason
     decision%verdict = VERDICT_SET
     decision%probability = sum(decision%posterior(decision%set))
-    if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_together)
+    if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_joint)
   end subroutine take_back_name
 end module inference_decision

@@ -9,9 +9,10 @@
 module inference_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use base_lapack, only: decompose, orthogonalise
-  use inference_simulator, only: quantity_t, simulator_t
-  use inference_effect_size, only: strength, effect_size_prior_t
+  use inference_simulator, only: simulator_t
+  use inference_effect_size, only: effect_variance, effect_size_prior_t
   use inference_weights, only: cell_weights
   use inference_whitener, only: whitener_t
   implicit none
@@ -37,7 +38,7 @@ module inference_design
     real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
     real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is -solve*(basis^T z)
     real(rp), allocatable :: beside(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
-    type(effect_size_prior_t) :: strengths
+    type(effect_size_prior_t) :: size_prior
   end type candidate_t
 
   !> Unknown causes of one kind: smooth fields with a Gaussian prior.
@@ -48,8 +49,8 @@ module inference_design
     real(rp), allocatable :: weights(:, :)  !< (patterns, m) pattern amplitudes of unit strength
     real(rp), allocatable :: alone(:, :)    !< (k, shown) of length 1, those that the baseline does not absorb
     integer, allocatable :: shown(:)        !< which of `patterns` they are
-    type(effect_size_prior_t) :: strength_alone
-    type(effect_size_prior_t) :: strengths
+    type(effect_size_prior_t) :: size_prior_alone
+    type(effect_size_prior_t) :: size_prior
   contains
     procedure :: map => family_map
   end type family_t
@@ -114,9 +115,9 @@ contains
     patterns = design%patterns
     call design%whitener%apply(tangents)
     call design%whitener%apply(patterns)
-    design%prior = simulator%quantities(:b)%null
+    design%prior = simulator%parameters(:b)%null
     allocate (design%weight(b), source=0.0_rp)
-    where (simulator%quantities(:b)%prior_sd > 0) design%weight = 1/simulator%quantities(:b)%prior_sd
+    where (simulator%parameters(:b)%prior_sd > 0) design%weight = 1/simulator%parameters(:b)%prior_sd
     design%n_rows = n + b
     allocate (all(n + b, b), source=0.0_rp)
     all(:n, :) = tangents(:, :b)
@@ -211,7 +212,7 @@ contains
     end do
   end function effect_columns
 
-  !> Where the quantities of the simulator's field are among columns(:).
+  !> Where the parameters of the simulator's field are among columns(:).
   pure function field_among(simulator, columns) result(at)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:)
@@ -252,11 +253,11 @@ contains
           do i = 1, size(at)
             at(i) = findloc(columns, c%columns(i), 1)
           end do
-          call require(all(simulator%quantities(c%columns)%prior_sd > 0), 'inference_design: effects need a prior')
+          call require(all(simulator%parameters(c%columns)%prior_sd > 0), 'inference_design: effects need a prior')
           c%tangents = retained(:, at)
           c%beside = beside(:, at)
-          call fill_candidate(raw(:, at), [(simulator%quantities(c%columns(j))%prior_sd, j=1, size(at))], &
-                              [(reach(simulator%quantities(c%columns(j))), j=1, size(at))], &
+          call fill_candidate(raw(:, at), [(simulator%parameters(c%columns(j))%prior_sd, j=1, size(at))], &
+                              [(reach(simulator%parameters(c%columns(j))), j=1, size(at))], &
                               sum(least(n:min(n, size(least)))), c)
         end associate
       end do
@@ -268,9 +269,9 @@ contains
   end subroutine make_candidates
 
   !> The largest distance of a parameter from its null.
-  elemental real(rp) function reach(quantity)
-    type(quantity_t), intent(in) :: quantity
-    reach = max(abs(quantity%upper - quantity%null), abs(quantity%null - quantity%lower))
+  elemental real(rp) function reach(parameter)
+    type(parameter_t), intent(in) :: parameter
+    reach = max(abs(parameter%upper - parameter%null), abs(parameter%null - parameter%lower))
   end function reach
 
   !> Directions of the candidate in units of prior sd, without those that the baseline absorbs and without parameters
@@ -305,7 +306,7 @@ contains
       c%basis(:, m) = u(:, i)
       c%solve(:, m) = prior_sd*vt(i, :)/s(i)
     end do
-    if (c%df > 0) call c%strengths%init(pack(s, keep)/maxval(s, mask=keep))
+    if (c%df > 0) call c%size_prior%init(pack(s, keep)/maxval(s, mask=keep))
   end subroutine fill_candidate
 
   subroutine make_families(simulator, retained, design)
@@ -325,8 +326,8 @@ contains
         one%basis = u(:, :i)
         one%scale = s(:i)/maxval(s)
         one%weights = transpose(vt(:i, :))/maxval(s)
-        call one%strengths%init(one%scale)
-        call one%strength_alone%init([1.0_rp])
+        call one%size_prior%init(one%scale)
+        call one%size_prior_alone%init([1.0_rp])
         one%shown = pack([(i, i=1, size(one%patterns))], one%patterns <= min(simulator%n_patterns, simulator%n_alone) &
                          .and. norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s))
         one%alone = retained(:, one%patterns(one%shown))
@@ -345,7 +346,7 @@ contains
     real(rp) :: w(size(self%scale)), tau, largest, resolved
     integer :: i
     w = matmul(z, self%basis)
-    tau = strength(maxloc(matmul(w**2, self%strengths%gain) - self%strengths%offset, 1))
+    tau = effect_variance(maxloc(matmul(w**2, self%size_prior%gain) - self%size_prior%offset, 1))
     mean = matmul(self%weights, tau*self%scale/(1 + tau*self%scale**2)*w)
     ! The columns of weights have the length of one over the largest singular value.
     largest = 1/maxval(norm2(self%weights, 1))

@@ -113,17 +113,17 @@ contains
   pure real(rp) function log_f_tail(x, df, df_below) result(log_p)
     real(rp), intent(in) :: x
     integer, intent(in) :: df, df_below
-    real(rp) :: a, b, share, front
+    real(rp) :: a, b, fraction, front
     log_p = 0
     if (.not. x > 0) return
     a = 0.5_rp*df_below
     b = 0.5_rp*df
-    share = df_below/(df_below + df*x)
-    front = log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a*log(share) + b*log(df*x/(df_below + df*x))
-    if (share < (a + 1)/(a + b + 2)) then
-      log_p = front + log(beta_fraction(share, a, b)/a)
+    fraction = df_below/(df_below + df*x)
+    front = log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a*log(fraction) + b*log(df*x/(df_below + df*x))
+    if (fraction < (a + 1)/(a + b + 2)) then
+      log_p = front + log(beta_fraction(fraction, a, b)/a)
     else
-      log_p = log(max(tiny(a), 1 - exp(front)*beta_fraction(1 - share, b, a)/b))
+      log_p = log(max(tiny(a), 1 - exp(front)*beta_fraction(1 - fraction, b, a)/b))
     end if
     log_p = min(0.0_rp, log_p)
   end function log_f_tail

@@ -27,7 +27,7 @@ module inference_engine
 
 contains
 
-  !> Diagnoses from starts(quantities, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
+  !> Diagnoses from starts(parameters, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
   !> `model_error` renews directions of errors. The simulator then stands where the extended fit has ended, or the baseline's
   !> without one.
   subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
@@ -72,7 +72,7 @@ contains
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
       if (options%validates) &
         call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
-      call d%stand_at_baseline(simulator)
+      call d%restore_baseline(simulator)
       return
     end if
     call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
@@ -84,7 +84,7 @@ contains
       if (failure%failed) return
     end if
     call refit_top_candidates(simulator, options, d)
-    call d%stand_at_baseline(simulator)
+    call d%restore_baseline(simulator)
     if (options%validates) &
       call validate(simulator, d%plain%active, d%plain%q, d%design%nuisances, options%fit, d%validated)
     call relinearise(simulator, options, d, is_new, model_error)
@@ -95,7 +95,7 @@ contains
       call refit_top_candidates(simulator, options, d, before)
     end if
     call confirm(simulator, options, d)
-    call d%stand_at_extended(simulator)
+    call d%restore_extended(simulator)
   end subroutine run_diagnosis
 
   !> What the tangents alone say: z, statistics, odds, and a first verdict. Statistics that are there already are those of
@@ -150,17 +150,17 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    call d%stand_at_extended(simulator)
+    call d%restore_extended(simulator)
     ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
       call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
       if (ok) call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
-      call find_support(simulator%quantities, d%design%candidates(d%decision%causes), simulator%n_baseline, &
+      call find_support(simulator%parameters, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
-      call d%stand_at_extended(simulator)
+      call d%restore_extended(simulator)
       call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
       call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
       d%has_gain = ok

@@ -87,7 +87,7 @@ contains
     average = IMPOSSIBLE
     do c = 1, size(design%candidates)
       if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
-      one = design%candidates(c)%strengths%log_evidence(matmul(z, design%candidates(c)%basis))
+      one = design%candidates(c)%size_prior%log_evidence(matmul(z, design%candidates(c)%basis))
       average = log_add(average, one + log(design%candidates(c)%weight))
       if (best > 0 .and. one <= most) cycle
       most = one
@@ -156,11 +156,11 @@ contains
     real(rp), intent(in) :: z(:)
     real(rp) :: one
     integer :: i
-    log_evidence = family%strengths%log_evidence(matmul(z, family%basis))
+    log_evidence = family%size_prior%log_evidence(matmul(z, family%basis))
     if (size(family%alone, 2) == 0) return
     one = IMPOSSIBLE
     do i = 1, size(family%alone, 2)
-      one = log_add(one, family%strength_alone%log_evidence([dot_product(z, family%alone(:, i))]))
+      one = log_add(one, family%size_prior_alone%log_evidence([dot_product(z, family%alone(:, i))]))
     end do
     log_evidence = log_add(log_evidence, one - log(real(size(family%alone, 2), rp))) - log(2.0_rp)
   end function unknown_evidence
@@ -179,7 +179,7 @@ contains
     do i = 1, size(members)
       one = beside(design%candidates(members(i)), explained)
       if (one%df == 0) cycle
-      explained%log_evidence = explained%log_evidence + one%strengths%log_evidence(matmul(explained%left, one%basis))
+      explained%log_evidence = explained%log_evidence + one%size_prior%log_evidence(matmul(explained%left, one%basis))
       explained%left = explained%left - matmul(one%basis, matmul(explained%left, one%basis))
       explained%basis = reshape([explained%basis, one%basis], [size(z), explained%df + one%df])
       explained%df = explained%df + one%df
@@ -199,7 +199,7 @@ contains
     m = count(s > 0.05_rp)
     rest%basis = u(:, :m)
     rest%df = m
-    if (m > 0) call rest%strengths%init(s(:m)/s(1))
+    if (m > 0) call rest%size_prior%init(s(:m)/s(1))
   end function beside
 
   !> The candidates of `known` and the variant of effect e that explains most beside them; the evidence is averaged over all
@@ -219,7 +219,7 @@ contains
       if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
       one = beside(design%candidates(c), known)
       log_evidence = 0
-      if (one%df > 0) log_evidence = one%strengths%log_evidence(matmul(known%left, one%basis))
+      if (one%df > 0) log_evidence = one%size_prior%log_evidence(matmul(known%left, one%basis))
       total = log_add(total, log_evidence + log(design%candidates(c)%weight))
       if (one%df == 0 .or. log_evidence <= most) cycle
       most = log_evidence
@@ -249,26 +249,26 @@ contains
     log_p = 0
     do f = 1, size(design%families)
       associate (one => design%families(f))
-        log_p = min(log_p, calibration%log_p_unknown(f, one%strengths%log_likelihood(matmul(left, one%basis))) &
+        log_p = min(log_p, calibration%log_p_unknown(f, one%size_prior%log_likelihood(matmul(left, one%basis))) &
                     + log(real(size(design%families), rp)))
       end associate
     end do
   end function remainder_log_p
 
   !> How much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found, and the
-  !> `share` of all that a adds to the baseline. No prior takes part: causes that only priors tell apart are not told
+  !> `fraction` of all that a adds to the baseline. No prior takes part: causes that only priors tell apart are not told
   !> apart.
-  subroutine expect_loss(design, a, b, z, loss, share)
+  subroutine expect_loss(design, a, b, z, loss, fraction)
     type(design_t), intent(in) :: design
     integer, intent(in) :: a, b
     real(rp), intent(in) :: z(:)
-    real(rp), intent(out) :: loss, share
+    real(rp), intent(out) :: loss, fraction
     real(rp), parameter :: SAME = 1.0e-6_rp ! of the largest direction of b
     real(rp), allocatable :: signal(:), u(:, :), s(:), vt(:, :)
     real(rp) :: whole
     integer :: m
     loss = 0
-    share = 1
+    fraction = 1
     associate (one => design%candidates(a), other => design%candidates(b))
       signal = matmul(one%beside, matmul(one%solve, matmul(z, one%basis)))
       whole = 0.5_rp*sum(signal**2)
@@ -277,7 +277,7 @@ contains
       m = count(s > SAME*maxval(s))
       signal = signal - matmul(u(:, :m), matmul(signal, u(:, :m)))
       loss = 0.5_rp*sum(signal**2)
-      share = loss/whole
+      fraction = loss/whole
     end associate
   end subroutine expect_loss
 end module inference_hypotheses

@@ -3,9 +3,10 @@
 !> estimates and intervals are evidence for each cause.
 module inference_intervals
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use inference_design, only: candidate_t
   use inference_refit, only: fit_nested, nested_fit_t, nested_problem_t, nested_unknowns
-  use inference_simulator, only: quantity_t, simulator_t
+  use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
   use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
@@ -16,7 +17,7 @@ module inference_intervals
 
 contains
 
-  !> Intervals of the quantities that `extended`, a fit over the observations of the whitener, has beside those of the
+  !> Intervals of the parameters that `extended`, a fit over the observations of the whitener, has beside those of the
   !> baseline, in the order in which they are active. The simulator stands where the fit has ended, before and after.
   !> `scale` is the variance of the noise over that of the whitener.
   subroutine find_intervals(simulator, whitener, scale, options, extended, intervals)
@@ -59,8 +60,8 @@ contains
 
   !> Whether every one of `causes`, which `extended` fits together, has a parameter whose interval excludes its null; and
   !> whether a parameter that does so stands at a bound of its box.
-  pure subroutine find_support(quantities, causes, n_baseline, extended, intervals, is_null_excluded, is_at_bound)
-    type(quantity_t), intent(in) :: quantities(:)
+  pure subroutine find_support(parameters, causes, n_baseline, extended, intervals, is_null_excluded, is_at_bound)
+    type(parameter_t), intent(in) :: parameters(:)
     type(candidate_t), intent(in) :: causes(:)
     integer, intent(in) :: n_baseline
     type(nested_fit_t), intent(in) :: extended
@@ -69,14 +70,14 @@ contains
     logical :: is_decisive(size(intervals))
     integer :: i, c, columns(size(intervals))
     columns = extended%active(n_baseline + 1:)
-    is_decisive = is_null_outside(intervals, quantities(columns)%null)
+    is_decisive = is_null_outside(intervals, parameters(columns)%null)
     is_null_excluded = .true.
     do c = 1, size(causes)
       is_null_excluded = is_null_excluded .and. &
                          any([(is_decisive(i) .and. any(causes(c)%columns == columns(i)), i=1, size(columns))])
     end do
     is_at_bound = any(is_decisive .and. extended%is_at_bound(n_baseline + 1:) .and. &
-                      abs(extended%q(columns) - quantities(columns)%null) > 0)
+                      abs(extended%q(columns) - parameters(columns)%null) > 0)
   end subroutine find_support
 
   !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes

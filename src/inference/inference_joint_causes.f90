@@ -16,34 +16,34 @@ module inference_joint_causes
 
 contains
 
-  !> The best two or three of the effects `order`, the most probable one first; log_together is the logarithm of their odds.
+  !> The best two or three of the effects `order`, the most probable one first; log_joint is the logarithm of their odds.
   !> What the nonlinear fit of the first has left is what the others have to explain. No members, and IMPOSSIBLE, where
   !> there are no two.
-  subroutine find_joint_causes(design, hypotheses, order, together, log_together)
+  subroutine find_joint_causes(design, hypotheses, order, joint, log_joint)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: order(:)
-    type(explained_t), intent(out) :: together
-    real(rp), intent(out) :: log_together
+    type(explained_t), intent(out) :: joint
+    real(rp), intent(out) :: log_joint
     type(explained_t) :: next
     integer :: i
-    allocate (together%members(0))
-    log_together = IMPOSSIBLE
+    allocate (joint%members(0))
+    log_joint = IMPOSSIBLE
     if (size(order) < 2) return
-    together%log_evidence = IMPOSSIBLE
+    joint%log_evidence = IMPOSSIBLE
     do i = 1, min(size(order), MOST_CANDIDATES)
-      call add_best(design, chain(design, hypotheses, order(i:i)), order(i + 1:), together)
+      call add_best(design, chain(design, hypotheses, order(i:i)), order(i + 1:), joint)
     end do
-    if (.not. together%log_evidence > IMPOSSIBLE) return
-    do while (size(together%members) < min(MOST_JOINT, size(order)))
+    if (.not. joint%log_evidence > IMPOSSIBLE) return
+    do while (size(joint%members) < min(MOST_JOINT, size(order)))
       next%log_evidence = IMPOSSIBLE
-      call add_best(design, together, order, next)
+      call add_best(design, joint, order, next)
       if (.not. next%log_evidence > IMPOSSIBLE) exit
-      call exchange(design, hypotheses, order, next)
-      if (next%log_evidence <= together%log_evidence .or. log_odds(next) < log_odds(together)) exit
-      together = next
+      call swap_members(design, hypotheses, order, next)
+      if (next%log_evidence <= joint%log_evidence .or. log_odds(next) < log_odds(joint)) exit
+      joint = next
     end do
-    log_together = log_odds(together)
+    log_joint = log_odds(joint)
 
   contains
 
@@ -55,17 +55,17 @@ contains
   end subroutine find_joint_causes
 
   !> Puts other effects in the place of members, one at a time, as long as that is better.
-  subroutine exchange(design, hypotheses, order, together)
+  subroutine swap_members(design, hypotheses, order, joint)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: order(:)
-    type(explained_t), intent(inout) :: together
+    type(explained_t), intent(inout) :: joint
     type(explained_t) :: one, best
     logical :: is_in(size(order)), is_other(size(order))
     integer :: m, j, n
     do n = 1, MOST_REFINEMENTS
-      is_in = [(any(design%candidates(together%members)%effect == order(j)), j=1, size(order))]
-      best = together
+      is_in = [(any(design%candidates(joint%members)%effect == order(j)), j=1, size(order))]
+      best = joint
       do m = 1, size(order)
         if (.not. is_in(m)) cycle
         do j = 1, size(order)
@@ -77,10 +77,10 @@ contains
           if (one%log_evidence > best%log_evidence) best = one
         end do
       end do
-      if (.not. best%log_evidence > together%log_evidence) exit
-      together = best
+      if (.not. best%log_evidence > joint%log_evidence) exit
+      joint = best
     end do
-  end subroutine exchange
+  end subroutine swap_members
 
   !> These effects one after the other, the most probable one first, each where it explains most beside those before it.
   function chain(design, hypotheses, effects) result(known)

@@ -29,7 +29,7 @@ contains
     integer :: i, n, m
     logical :: ok
     is_new = .false.
-    before = simulator%common_share()
+    before = simulator%common_fraction()
     if (before < 0) return
     n = simulator%n_observations
     m = simulator%n_baseline
@@ -38,7 +38,7 @@ contains
     if (ok) call simulator%directions(q, nuisances, patterns, ok)
     if (.not. ok) return
     do i = 1, m
-      jacobian(:, i) = jacobian(:, i)*simulator%quantities(i)%prior_sd
+      jacobian(:, i) = jacobian(:, i)*simulator%parameters(i)%prior_sd
     end do
     directions = reshape([nuisances, jacobian, patterns], [n, size(nuisances, 2) + m + size(patterns, 2)])
     ends = [0.0_rp, LARGEST]
@@ -55,19 +55,19 @@ contains
         values = [values(2), log_likelihood(inner(2))]
       end if
     end do
-    call simulator%set_common_share(merge(sum(ends)/2, before, maxval(values) > -huge(1.0_rp)))
-    is_new = abs(simulator%common_share() - before) > 1.0e-3_rp
+    call simulator%set_common_fraction(merge(sum(ends)/2, before, maxval(values) > -huge(1.0_rp)))
+    is_new = abs(simulator%common_fraction() - before) > 1.0e-3_rp
 
   contains
 
     !> Logarithm of the probability density of the data, without a constant.
-    real(rp) function log_likelihood(share) result(value)
-      real(rp), intent(in) :: share
+    real(rp) function log_likelihood(fraction) result(value)
+      real(rp), intent(in) :: fraction
       type(whitener_t) :: whitener
       type(failure_t) :: failure
       real(rp) :: left(n)
       integer :: k
-      call simulator%set_common_share(share)
+      call simulator%set_common_fraction(fraction)
       value = -huge(1.0_rp)
       call whitener%init(simulator, [(k, k=1, n)], failure)
       if (failure%failed) return

@@ -65,21 +65,21 @@ module inference_record
     real(rp), allocatable :: detectable_snr(:) !< (effects)
     integer :: n_design_evaluations = 0
   contains
-    procedure :: stand_at_baseline => diagnosis_stand_at_baseline
-    procedure :: stand_at_extended => diagnosis_stand_at_extended
+    procedure :: restore_baseline => diagnosis_restore_baseline
+    procedure :: restore_extended => diagnosis_restore_extended
   end type diagnosis_t
 
 contains
 
   !> The simulator stands where the fit of the baseline has ended and all refits begin.
-  subroutine diagnosis_stand_at_baseline(self, simulator)
+  subroutine diagnosis_restore_baseline(self, simulator)
     class(diagnosis_t), intent(in) :: self
     class(simulator_t), intent(inout) :: simulator
     call simulator%set_state(self%baseline%state)
-  end subroutine diagnosis_stand_at_baseline
+  end subroutine diagnosis_restore_baseline
 
   !> The simulator stands where the extended model's fit has ended, or where the baseline's has if there is none.
-  subroutine diagnosis_stand_at_extended(self, simulator)
+  subroutine diagnosis_restore_extended(self, simulator)
     class(diagnosis_t), intent(in) :: self
     class(simulator_t), intent(inout) :: simulator
     if (self%extended%is_found) then
@@ -87,7 +87,7 @@ contains
     else
       call simulator%set_state(self%baseline%state)
     end if
-  end subroutine diagnosis_stand_at_extended
+  end subroutine diagnosis_restore_extended
 
   !> z and rest of the data at the point q.
   subroutine compress_at(simulator, q, design, z, rest, failure)

@@ -60,7 +60,7 @@ contains
       least = sum(left**2)
       own = pack([(i, i=1, size(rivals))], rivals == c)
       associate (column => design%candidates(c)%columns(1))
-        left = left - places(:, own(1))*(found%q(column) - simulator%quantities(column)%null)
+        left = left - places(:, own(1))*(found%q(column) - simulator%parameters(column)%null)
       end associate
       do i = 1, size(rivals)
         square = sum(places(:, i)**2)

@@ -20,7 +20,7 @@ module inference_refit
 
   real(rp), parameter :: ROUGH = 1.0e-3_rp !< of the sum of squares
 
-  !> A model with the quantities `active` free and all others at q.
+  !> A model with the parameters `active` free and all others at q.
   type, extends(least_squares_t) :: nested_problem_t
     class(simulator_t), pointer :: simulator => null()
     type(whitener_t), pointer :: whitener => null()
@@ -39,7 +39,7 @@ module inference_refit
   type :: nested_fit_t
     logical :: is_found = .false.
     integer, allocatable :: active(:)
-    real(rp), allocatable :: q(:)            !< all quantities
+    real(rp), allocatable :: q(:)            !< all parameters
     real(rp) :: chi2 = 0, prior_chi2 = 0     !< of whitened residuals, of priors
     real(rp), allocatable :: covariance(:, :) !< (active, active) in the linear approximation
     logical, allocatable :: is_at_bound(:)   !< (active)
@@ -108,7 +108,7 @@ contains
     cost = self%chi2 + self%prior_chi2
   end function nested_cost
 
-  !> Bounds and priors of the quantities `active`, and usual changes for a search that starts at q.
+  !> Bounds and priors of the parameters `active`, and usual changes for a search that starts at q.
   function nested_unknowns(simulator, active, q) result(unknowns)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: active(:)
@@ -117,7 +117,7 @@ contains
     integer :: i
     call unknowns%init(size(active))
     do i = 1, size(active)
-      associate (one => simulator%quantities(active(i)))
+      associate (one => simulator%parameters(active(i)))
         unknowns%lower(i) = one%lower
         unknowns%upper(i) = one%upper
         unknowns%prior(i) = one%null
@@ -130,7 +130,7 @@ contains
     end do
   end function nested_unknowns
 
-  !> Fits the quantities `active` over the observations of the whitener, from q. usual(quantities), where given, is a
+  !> Fits the parameters `active` over the observations of the whitener, from q. usual(parameters), where given, is a
   !> point as far from their null as effects are expected to be.
   subroutine fit_nested(simulator, whitener, active, q, options, found, usual)
     class(simulator_t), intent(inout), target :: simulator
@@ -164,7 +164,7 @@ contains
     call simulator%get_state(found%state)
   end subroutine fit_nested
 
-  !> Fits the baseline from several starts (quantities, :), each as `fit_roughly` does, and the most probable of them to
+  !> Fits the baseline from several starts (parameters, :), each as `fit_roughly` does, and the most probable of them to
   !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
   !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of
   !> `nuisances` at this point, and the fit is the best one with these. spread(starts) is how much less

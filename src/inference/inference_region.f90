@@ -30,7 +30,7 @@ module inference_region
     integer :: n_parts = 0
     integer, allocatable :: pattern(:)      !< of the family's patterns, part by part, the largest share first
     integer, allocatable :: part(:)         !< that it belongs to
-    real(rp), allocatable :: share(:)       !< probability of a place; of a field, of the sum of (mean/sd)^2
+    real(rp), allocatable :: fraction(:)    !< probability of a place; of a field, of the sum of (mean/sd)^2
   end type region_t
 
   !> An effect that would make a part of the misfit.
@@ -51,7 +51,7 @@ contains
     logical, allocatable :: is_in(:)
     real(rp) :: field, one, most
     integer :: f
-    allocate (region%pattern(0), region%part(0), region%share(0))
+    allocate (region%pattern(0), region%part(0), region%fraction(0))
     most = -huge(most)
     do f = 1, size(design%families)
       call weigh(design%families(f), z, field, one, alone)
@@ -85,11 +85,11 @@ contains
     real(rp), intent(out) :: field, one
     real(rp), allocatable, intent(out) :: alone(:)
     integer :: i
-    field = family%strengths%log_evidence(matmul(z, family%basis))
+    field = family%size_prior%log_evidence(matmul(z, family%basis))
     allocate (alone(size(family%patterns)), source=IMPOSSIBLE)
     one = IMPOSSIBLE
     do i = 1, size(family%alone, 2)
-      associate (evidence => family%strength_alone%log_evidence([dot_product(z, family%alone(:, i))]))
+      associate (evidence => family%size_prior_alone%log_evidence([dot_product(z, family%alone(:, i))]))
         alone(family%shown(i)) = evidence
         one = log_add(one, evidence)
       end associate
@@ -140,7 +140,7 @@ contains
       j = maxloc([(sum(weight, mask=label == k), k=1, n)], 1)
       region%pattern = [region%pattern, pack([(k, k=1, size(label))], label == j)]
       region%part = [region%part, spread(i, 1, count(label == j))]
-      region%share = [region%share, pack(weight, label == j)]
+      region%fraction = [region%fraction, pack(weight, label == j)]
       where (label == j) label = 0
     end do
   end subroutine connect

@@ -69,7 +69,7 @@ contains
     if (is_new) call build_design(simulator, baseline%q, design, failure, d%design, nuisances)
     is_new = is_new .and. .not. failure%failed
     if (.not. is_new) then
-      call d%stand_at_baseline(simulator)
+      call d%restore_baseline(simulator)
       return
     end if
     design%n_rest = d%design%n_rest ! of the scan, as the scale is

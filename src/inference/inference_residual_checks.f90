@@ -24,17 +24,17 @@ module inference_residual_checks
 contains
 
   !> residuals(n) and responses(n), whitened with a noise of which `scale` is the estimated over the declared variance.
-  subroutine check_residuals(labels, residuals, responses, n_fitted, scale, questions)
+  subroutine check_residuals(labels, residuals, responses, n_fitted, scale, checks)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), responses(:), scale
     integer, intent(in) :: n_fitted
-    type(residual_check_t), allocatable, intent(out) :: questions(:)
+    type(residual_check_t), allocatable, intent(out) :: checks(:)
     real(rp), allocatable :: excess(:), weight(:)
     integer :: l, n
     n = size(labels%fold)
-    allocate (questions(0), excess(n), weight(n))
-    call ask_chi2(residuals, n_fitted, questions)
-    call ask_neighbours(labels, residuals, questions)
+    allocate (checks(0), excess(n), weight(n))
+    call check_chi2(residuals, n_fitted, checks)
+    call check_neighbours(labels, residuals, checks)
     do l = 1, n
       weight(l) = sum(responses**2, mask=labels%surface == l)/scale
       excess(l) = -sum(responses*residuals, mask=labels%surface == l)/scale/max(weight(l), tiny(1.0_rp))
@@ -44,9 +44,9 @@ contains
     call ask_slope('order', labels%order, 'with the order of the measurements', labels%order > 0)
     call ask_slope('hold', log(max(labels%hold, 1.0e-3_rp)), 'with the time of holding', labels%hold >= 0)
     call ask_slope('root moment', labels%moment, 'with the moment about the root', spread(.true., 1, n))
-    call ask_influence(labels, residuals, scale, questions)
-    call ask_outliers(residuals/sqrt(scale), questions)
-    call ask_twins(labels, residuals, scale, questions)
+    call check_influence(labels, residuals, scale, checks)
+    call check_outliers(residuals/sqrt(scale), checks)
+    call check_replicates(labels, residuals, scale, checks)
 
   contains
 
@@ -63,7 +63,7 @@ contains
       square = sum(w*(x - mean)**2)
       if (.not. square > 1.0e-12_rp*sum(w*x**2)) return
       slope = sum(w*(x - mean)*(excess - about))/sqrt(square)
-      call append(questions, name, slope, exp(log_chi2_tail(slope**2, 1)), &
+      call append(checks, name, slope, exp(log_chi2_tail(slope**2, 1)), &
                   'measured deflections grow '//trim(merge('more', 'less', slope > 0))//' than computed ones '//words, &
                   'deflections do not depart from the model '//words)
     end subroutine ask_slope
@@ -71,43 +71,43 @@ contains
   end subroutine check_residuals
 
   !> Adds a question; the sentence is `yes` if p < 0.01.
-  subroutine append(questions, name, statistic, p, yes, no)
-    type(residual_check_t), allocatable, intent(inout) :: questions(:)
+  subroutine append(checks, name, statistic, p, yes, no)
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
     character(*), intent(in) :: name, yes, no
     real(rp), intent(in) :: statistic, p
     type(residual_check_t), allocatable :: longer(:)
     integer :: i
-    allocate (longer(size(questions) + 1))
-    do i = 1, size(questions)
-      longer(i) = questions(i)
+    allocate (longer(size(checks) + 1))
+    do i = 1, size(checks)
+      longer(i) = checks(i)
     end do
     longer(i)%name = name
     longer(i)%statistic = statistic
     longer(i)%p = p
     longer(i)%sentence = no
     if (p < 0.01_rp) longer(i)%sentence = yes
-    call move_alloc(longer, questions)
+    call move_alloc(longer, checks)
   end subroutine append
 
-  subroutine ask_chi2(residuals, n_fitted, questions)
+  subroutine check_chi2(residuals, n_fitted, checks)
     real(rp), intent(in) :: residuals(:)
     integer, intent(in) :: n_fitted
-    type(residual_check_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp) :: square, p
     integer :: dof
     dof = max(1, size(residuals) - n_fitted)
     square = sum(residuals**2)
     p = exp(log_chi2_tail(square, dof))
-    call append(questions, 'chi2', square/dof, 2*min(p, 1 - p), 'all differences together are '// &
+    call append(checks, 'chi2', square/dof, 2*min(p, 1 - p), 'all differences together are '// &
                 trim(merge('larger ', 'smaller', square > dof))//' than the declared errors allow', &
                 'all differences together are as large as the declared errors')
-  end subroutine ask_chi2
+  end subroutine check_chi2
 
   !> Moran's I of nearest neighbours within surfaces (Moran 1950, DOI 10.1093/biomet/37.1-2.17).
-  subroutine ask_neighbours(labels, residuals, questions)
+  subroutine check_neighbours(labels, residuals, checks)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:)
-    type(residual_check_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp) :: product, square, z, distance, nearest
     integer :: i, k, at, n
     product = 0
@@ -130,16 +130,16 @@ contains
     if (n == 0 .or. .not. square > 0) return
     ! Mutual neighbours count twice: at most double variance.
     z = product/square*sqrt(0.5_rp*n)
-    call append(questions, 'neighbours', product/square, exp(log_chi2_tail(max(0.0_rp, z)**2, 1)), &
+    call append(checks, 'neighbours', product/square, exp(log_chi2_tail(max(0.0_rp, z)**2, 1)), &
                 'differences at neighbouring places have the same sign: they are a shape, not noise', &
                 'differences at neighbouring places are independent')
-  end subroutine ask_neighbours
+  end subroutine check_neighbours
 
   !> The surface that fits worst.
-  subroutine ask_influence(labels, residuals, scale, questions)
+  subroutine check_influence(labels, residuals, scale, checks)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), scale
-    type(residual_check_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp) :: log_p, least
     integer :: l, n, worst
     least = 1
@@ -151,30 +151,30 @@ contains
       if (log_p < least) worst = l
       least = min(least, log_p)
     end do
-    call append(questions, 'single load', real(worst, rp), min(1.0_rp, size(labels%fold)*exp(least)), &
+    call append(checks, 'single load', real(worst, rp), min(1.0_rp, size(labels%fold)*exp(least)), &
                 'load number '//number_text(worst)//' fits worse than all others', 'no single load stands out')
-  end subroutine ask_influence
+  end subroutine check_influence
 
   !> Heavy tails: more residuals beyond three sd than normal errors have, as a Poisson number.
-  subroutine ask_outliers(residuals, questions)
+  subroutine check_outliers(residuals, checks)
     real(rp), intent(in) :: residuals(:)
-    type(residual_check_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp), parameter :: BEYOND_THREE = 2.6997960632601866e-3_rp
     integer :: n
     n = count(abs(residuals) > 3)
     ! P(Poisson(m) >= n) is the tail of chi^2 with 2 n degrees of freedom below 2 m.
     associate (below => 2*BEYOND_THREE*size(residuals))
-      call append(questions, 'outliers', real(n, rp)/size(residuals), &
+      call append(checks, 'outliers', real(n, rp)/size(residuals), &
                   merge(1 - exp(log_chi2_tail(below, max(2, 2*n))), 1.0_rp, n > 0), &
                 'there are more outliers than normal errors have', 'there are no more outliers than normal errors have')
     end associate
-  end subroutine ask_outliers
+  end subroutine check_outliers
 
   !> Pure error: repeats of the same load against each other.
-  subroutine ask_twins(labels, residuals, scale, questions)
+  subroutine check_replicates(labels, residuals, scale, checks)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), scale
-    type(residual_check_t), allocatable, intent(inout) :: questions(:)
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp), allocatable :: one(:), other(:)
     real(rp) :: square
     integer :: l, n
@@ -189,8 +189,8 @@ contains
       n = n + size(one)
     end do
     if (n == 0) return
-    call append(questions, 'repeats', square/n, exp(log_chi2_tail(square, n)), &
+    call append(checks, 'repeats', square/n, exp(log_chi2_tail(square, n)), &
                 'repeats of the same load differ more than their errors: something changed between them', &
                 'repeats of the same load agree within their errors')
-  end subroutine ask_twins
+  end subroutine check_replicates
 end module inference_residual_checks

@@ -8,22 +8,11 @@
 !> extends `simulator_t`.
 module inference_simulator
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: simulator_t, labels_t, quantity_t, effect_t, variant_t
-
-  !> A parameter, in the coordinate that the simulator takes (a logarithm for what varies by factors).
-  type :: quantity_t
-    character(:), allocatable :: name
-    character(:), allocatable :: unit         !< of the value, '1' if it has none
-    logical :: is_log = .false.               !< the coordinate is the natural logarithm of the value
-    real(rp) :: null = 0                      !< start of the baseline, or where the effect is absent
-    real(rp) :: prior_sd = 0                  !< about `null`; 0: nothing was known (baseline only)
-    real(rp) :: lower = -huge(1.0_rp), upper = huge(1.0_rp)
-    !> Where a fit begins too, if the effect looks otherwise there than the tangent at its null; 0: nowhere.
-    real(rp) :: strong = 0
-  end type quantity_t
+  public :: simulator_t, labels_t, effect_t, variant_t
 
   !> One way in which an effect may be present.
   type :: variant_t
@@ -70,7 +59,7 @@ module inference_simulator
     integer :: n_patterns = 0                 !< of unknown causes
     integer :: n_alone = huge(1)              !< so many of them, the first, may also be alone such a cause
     type(labels_t) :: labels
-    type(quantity_t), allocatable :: quantities(:)
+    type(parameter_t), allocatable :: parameters(:) !< by their coordinates; those of the baseline start at their null
     type(effect_t), allocatable :: effects(:)
     !> Quantities whose values may all differ from what they should be: their tangents are patterns too, behind the others.
     integer, allocatable :: field(:)
@@ -90,13 +79,13 @@ module inference_simulator
     procedure :: skip => simulator_skip
     procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
-    procedure :: common_share => simulator_common_share
-    procedure :: set_common_share => simulator_set_common_share
+    procedure :: common_fraction => simulator_common_fraction
+    procedure :: set_common_fraction => simulator_set_common_fraction
   end type simulator_t
 
   abstract interface
-    !> residuals(n) (computed minus observed) at q(quantities), and their derivatives jacobian(n, size(columns)) with
-    !> respect to the quantities `columns`. `is_valid` false: there is no result at q.
+    !> residuals(n) (computed minus observed) at q(parameters), and their derivatives jacobian(n, size(columns)) with
+    !> respect to the parameters `columns`. `is_valid` false: there is no result at q.
     subroutine evaluate_interface(self, q, columns, residuals, jacobian, is_valid)
       import :: simulator_t, rp
       class(simulator_t), intent(inout) :: self
@@ -141,20 +130,20 @@ contains
   end function effect_is_testable
 
   !> Of the variance of a single error, the part that neighbours share; negative where that is not to be asked.
-  pure real(rp) function simulator_common_share(self) result(share)
+  pure real(rp) function simulator_common_fraction(self) result(fraction)
     class(simulator_t), intent(in) :: self
-    share = -1
+    fraction = -1
     associate (unused => self)
     end associate
-  end function simulator_common_share
+  end function simulator_common_fraction
 
   !> Sets that part; what neighbours do not share stays.
-  subroutine simulator_set_common_share(self, share)
+  subroutine simulator_set_common_fraction(self, fraction)
     class(simulator_t), intent(inout) :: self
-    real(rp), intent(in) :: share
-    associate (unused => self, nothing => share)
+    real(rp), intent(in) :: fraction
+    associate (unused => self, nothing => fraction)
     end associate
-  end subroutine simulator_set_common_share
+  end subroutine simulator_set_common_fraction
 
   !> The point that was evaluated last is where the solver now stands. A simulator without iterations of its own has nothing
   !> to remember of it.
@@ -199,7 +188,7 @@ contains
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
-    is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%quantities)
+    is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%parameters)
   end subroutine simulator_settle
 
   !> Whether nuisances are not linear, so that `settle` does something.
@@ -224,10 +213,10 @@ contains
     if (allocated(self%is_skipped)) deallocate (self%is_skipped)
   end subroutine simulator_skip_none
 
-  !> All quantities at their null values.
+  !> All parameters at their null values.
   pure function simulator_null_point(self) result(q)
     class(simulator_t), intent(in) :: self
-    real(rp) :: q(size(self%quantities))
-    q = self%quantities%null
+    real(rp) :: q(size(self%parameters))
+    q = self%parameters%null
   end function simulator_null_point
 end module inference_simulator

@@ -99,7 +99,7 @@ contains
       if (is_worth_it) return
       if (round == 2) then
         is_worth_it = linear(order(i)) > 0 .or. &
-                      any(simulator%quantities(d%design%candidates(one%candidate)%columns)%strong > 0)
+                      any(simulator%parameters(d%design%candidates(one%candidate)%columns)%strong > 0)
         return
       end if
       is_worth_it = i <= options%most_refits .or. least >= LARGEST_SCALE
@@ -230,9 +230,9 @@ contains
     logical, intent(in), optional :: is_rough
     type(nested_fit_t) :: other
     type(fit_options_t) :: how
-    type(explained_t) :: together
+    type(explained_t) :: joint
     integer, allocatable :: active(:)
-    real(rp) :: q(size(simulator%quantities)), usual(size(simulator%quantities))
+    real(rp) :: q(size(simulator%parameters)), usual(size(simulator%parameters))
     logical :: is_strong
     integer :: i
     how = options%fit
@@ -245,30 +245,30 @@ contains
       associate (one => d%design%candidates(candidates(i)))
         active = [active, one%columns]
         if (one%df > 0) q(one%columns) = q(one%columns) - matmul(one%solve, matmul(d%z*sqrt(d%scale), one%basis))
-        where (simulator%quantities(one%columns)%strong > 0) q(one%columns) = simulator%quantities(one%columns)%strong
+        where (simulator%parameters(one%columns)%strong > 0) q(one%columns) = simulator%parameters(one%columns)%strong
       end associate
     end do
     usual = q
-    call d%stand_at_baseline(simulator)
+    call d%restore_baseline(simulator)
     if (present(near)) then
       associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
         q = near%found%q
-        q(old) = simulator%quantities(old)%null
+        q(old) = simulator%parameters(old)%null
         if (size(new) == size(old)) q(new) = near%found%q(old)
         if (size(new) < size(old)) q(new) = near%found%q(new)
       end associate
       call simulator%set_state(near%found%state, only_shapes=.true.)
       call fit_nested(simulator, d%whitener, active, q, options%fit, found, usual)
       if (found%is_found) return
-      call d%stand_at_baseline(simulator)
+      call d%restore_baseline(simulator)
     end if
     call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, usual)
-    call explain(d%design, candidates, d%z, together)
-    is_strong = any(simulator%quantities(active)%strong > 0)
+    call explain(d%design, candidates, d%z, joint)
+    is_strong = any(simulator%parameters(active)%strong > 0)
     if (found%is_found .and. .not. is_strong .and. &
-        d%baseline%cost() - found%cost() > d%scale*(together%square - DISAPPOINTING)) return
-    call d%stand_at_baseline(simulator)
-    q = max(simulator%quantities%lower, min(simulator%quantities%upper, usual))
+        d%baseline%cost() - found%cost() > d%scale*(joint%square - DISAPPOINTING)) return
+    call d%restore_baseline(simulator)
+    q = max(simulator%parameters%lower, min(simulator%parameters%upper, usual))
     call fit_nested(simulator, d%whitener, active, q, how, other, usual)
     if (.not. other%is_found) return
     if (found%is_found .and. .not. other%cost() < found%cost()) return

@@ -44,7 +44,7 @@ module inference_validation
 
 contains
 
-  !> Validates the model with the quantities `active` free, from its fit q to everything, with the nuisances(n, :) of this
+  !> Validates the model with the parameters `active` free, from its fit q to everything, with the nuisances(n, :) of this
   !> fit.
   subroutine validate(simulator, active, q, nuisances, options, validation)
     class(simulator_t), intent(inout), target :: simulator
@@ -174,7 +174,7 @@ contains
     log_density = -0.5_rp*(sum(white**2) + whitener%log_determinant)
   end function log_density
 
-  !> By how much the active quantities differ if only the observations of `inner` are fitted, in the linear
+  !> By how much the active parameters differ if only the observations of `inner` are fitted, in the linear
   !> approximation and within bounds, and spread(active, active) with spread spread^T their posterior covariance.
   subroutine step_without(simulator, active, full, inner, step, spread)
     class(simulator_t), intent(in) :: simulator

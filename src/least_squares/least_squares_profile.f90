@@ -225,16 +225,16 @@ contains
     real(rp), intent(in) :: inside, w_inside, outside, w_outside, goal, best, bound
     logical, intent(in) :: has_outside, is_slow
     integer, intent(in) :: direction
-    real(rp) :: share, factor
+    real(rp) :: fraction, factor
     if (.not. has_outside) then
       factor = 4
       if (w_inside > 0.25_rp*goal) factor = goal/w_inside
       x = best + factor*(inside - best)
       if (direction*(x - bound) > 0) x = bound
     else
-      share = 0.5_rp
-      if (w_outside < 1.0e3_rp*goal .and. .not. is_slow) share = (goal - w_inside)/(w_outside - w_inside)
-      x = inside + max(0.05_rp, min(0.95_rp, share))*(outside - inside)
+      fraction = 0.5_rp
+      if (w_outside < 1.0e3_rp*goal .and. .not. is_slow) fraction = (goal - w_inside)/(w_outside - w_inside)
+      x = inside + max(0.05_rp, min(0.95_rp, fraction))*(outside - inside)
     end if
   end function next_point
 

@@ -8,7 +8,7 @@
 !> the shortest, so that it is soon back to serve. With one rank everything is serial.
 !>
 !>     if (world%is_root) then
-!>       call farm%share(runner, context)            as often as needed
+!>       call farm%broadcast(runner, context)            as often as needed
 !>       call farm%run(runner, order, inputs, outputs, statuses, seconds)
 !>       call farm%shut_down()                         once; ends `serve` of the others
 !>     else
@@ -68,7 +68,7 @@ module parallel_farm
     integer, allocatable, private :: held(:), given(:)  !< tasks that a rank holds, and has been given
   contains
     procedure :: start => farm_start
-    procedure :: share => farm_share
+    procedure :: broadcast => farm_broadcast
     procedure :: run => farm_run
     procedure :: serve => farm_serve
     procedure :: shut_down => farm_shut_down
@@ -111,14 +111,14 @@ contains
   end subroutine farm_start
 
   !> Gives an array to the runners of all ranks. On rank 0, between batches; the others are in `serve`.
-  subroutine farm_share(self, runner, context)
+  subroutine farm_broadcast(self, runner, context)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
     real(rp), intent(in) :: context(:)
-    call require(self%world%is_root, 'farm_share: rank 0')
+    call require(self%world%is_root, 'farm_broadcast: rank 0')
     call send_command(self, SHARING, size(context))
     call replace_context(self, runner, size(context), context)
-  end subroutine farm_share
+  end subroutine farm_broadcast
 
   !> Both sides of the sharing.
   subroutine replace_context(self, runner, length, context)

@@ -5,14 +5,14 @@ module training_case
   use cmaes_options, only: cmaes_options_t
   use least_squares_fit, only: fit_options_t
   use measurement_experiment, only: experiment_t
-  use measurement_sought, only: sought_t
+  use measurement_free_parameters, only: free_parameters_t
   implicit none
   private
   public :: training_case_t
 
   type :: training_case_t
     type(experiment_t) :: experiment        !< with the parameters that are sought
-    type(sought_t) :: sought
+    type(free_parameters_t) :: free_parameters
     type(cmaes_options_t) :: search
     character(:), allocatable :: restarts   !< none, ipop or bipop
     integer :: max_restarts = 0

@@ -86,7 +86,7 @@ contains
     real(rp), intent(out) :: outputs(:, :), seconds(:)
     integer, intent(out) :: statuses(:)
     call send(self, command)
-    call farm%share(self%runner, starts)
+    call farm%broadcast(self%runner, starts)
     call farm%run(self%runner, order, inputs, outputs, statuses, seconds)
     call farm%shut_down()
     self%n_tasks = self%n_tasks + count(statuses >= 0)

@@ -67,7 +67,7 @@ contains
     class(training_case_t), intent(in), target :: settings
     type(worker_pool_t), intent(in), target :: pool
     type(world_t) :: alone
-    call self%space%init(settings%experiment, settings%sought)
+    call self%space%init(settings%experiment, settings%free_parameters)
     call self%objective%init(settings%experiment, pool, settings%use_chi2)
     call self%history%init(settings%experiment%count())
     call alone%isolate()
@@ -323,8 +323,8 @@ contains
     class(training_case_t), intent(in) :: settings
     real(rp), intent(in) :: u(:)
     integer :: i
-    do i = 1, size(settings%sought%numbers)
-      if (settings%sought%numbers(i) == PARAM_YOUNG) call self%space%fix(i, u)
+    do i = 1, size(settings%free_parameters%numbers)
+      if (settings%free_parameters%numbers(i) == PARAM_YOUNG) call self%space%fix(i, u)
     end do
     self%stage = 2
     self%spent = self%search%evaluations()

@@ -3,10 +3,10 @@
 !> experiment belong to a point of it. Unknowns may be fixed; the search then has fewer dimensions.
 module training_space
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use cmaes_box, only: clip, cmaes_box_t, make_box
   use measurement_experiment, only: experiment_t
-  use measurement_sought, only: sought_t
-  use solid_params, only: parameter_t
+  use measurement_free_parameters, only: free_parameters_t
   implicit none
   private
   public :: search_space_t
@@ -29,10 +29,10 @@ module training_space
 contains
 
   !> All unknowns are free: the parameters that are sought, then the offsets of observations.
-  subroutine space_init(self, experiment, sought)
+  subroutine space_init(self, experiment, free_parameters)
     class(search_space_t), intent(out) :: self
     type(experiment_t), intent(in) :: experiment
-    type(sought_t), intent(in) :: sought
+    type(free_parameters_t), intent(in) :: free_parameters
     type(parameter_t) :: p
     real(rp) :: lower(experiment%count()), upper(experiment%count())
     logical :: on_log_scale(experiment%count())
@@ -48,10 +48,10 @@ contains
       lower(i) = p%lower
       upper(i) = p%upper
       on_log_scale(i) = .false.
-      if (i > sought%count()) cycle
-      lower(i) = sought%lower(i)
-      upper(i) = sought%upper(i)
-      on_log_scale(i) = sought%is_log(i)
+      if (i > free_parameters%count()) cycle
+      lower(i) = free_parameters%lower(i)
+      upper(i) = free_parameters%upper(i)
+      on_log_scale(i) = free_parameters%is_log(i)
     end do
     self%box = make_box(lower, upper, on_log_scale)
     self%free = [(i, i=1, n)]

@@ -24,7 +24,7 @@ contains
       call writer%put_reals('flight_displaced', [flyer%displaced%mass, flyer%displaced%first, flyer%displaced%second])
       call writer%put_reals('flight_frame', body_numbers(flyer%carried%known(2)))
       call writer%put_reals('flight_masses', [flyer%params%mass, flyer%body%mass, flyer%params%inertia])
-      call writer%put_real('flight_share', flyer%share)
+      call writer%put_real('flight_share', flyer%fraction)
       if (flyer%params%carries_fluid) call writer%put_real('flight_carries_fluid', 1.0_rp)
       call writer%put_reals('flight_markers', [flyer%marker_force, flyer%marker_moment])
     end associate
@@ -57,7 +57,7 @@ contains
       call get('flight_frame', N_BODY)
       if (failure%failed) return
       call flyer%carried%show(time, body_of(x))
-      call reader%get_real('flight_share', flyer%share, failure)
+      call reader%get_real('flight_share', flyer%fraction, failure)
       if (failure%failed) return
       call get('flight_markers', 6)
       if (failure%failed) return

@@ -12,7 +12,7 @@
 !> it were as much heavier (`carries_fluid`). The sum of momenta is conserved in either way.
 !>
 !> The force of a slip s in the mask relaxes it as ds/dt = -s/C_eta/(1 - m_f/m) if the body is as free as the fluid in it:
-!> the explicit step must be shorter by 1 - m_f/m, the least of all motions (`least_share`). At the limit of AB2 its second
+!> the explicit step must be shorter by 1 - m_f/m, the least of all motions (`least_fraction`). At the limit of AB2 its second
 !> root is -1, and the body would swing from step to step; with DAMPED of it the root is -0.74.
 module fsi_flyer
   use base_kinds, only: rp
@@ -24,10 +24,10 @@ module fsi_flyer
   use fsi_rotation, only: cross
   implicit none
   private
-  public :: flyer_params_t, flyer_t, least_share, DAMPED, SMALLEST_SHARE
+  public :: flyer_params_t, flyer_t, least_fraction, DAMPED, SMALLEST_FRACTION
 
   real(rp), parameter :: DAMPED = 0.8_rp
-  real(rp), parameter :: SMALLEST_SHARE = 0.1_rp !< of 1 - m_f/m: a body lighter than that cannot be advanced
+  real(rp), parameter :: SMALLEST_FRACTION = 0.1_rp !< of 1 - m_f/m: a body lighter than that cannot be advanced
 
   type :: flyer_params_t
     logical :: is_free = .false.
@@ -53,7 +53,7 @@ module fsi_flyer
     real(rp) :: moment(3) = 0           !< about the body's centre
     real(rp) :: marker_force(3) = 0     !< on wings without thickness in the last step
     real(rp) :: marker_moment(3) = 0
-    real(rp) :: share = 1               !< `least_share` over the beat
+    real(rp) :: fraction = 1            !< `least_fraction` over the beat
     logical :: is_restored = .false.    !< the state is that of a checkpoint
   contains
     procedure :: load => flyer_load
@@ -147,7 +147,7 @@ contains
 
   !> The least of (inertia without the displaced fluid)/(inertia) over all motions that are free: the smallest eigenvalue of
   !> the two tensors of inertia, 6 x 6. 1 without penalized solids; below 0 if `own` is no inertia at all.
-  real(rp) function least_share(own, rest, held) result(share)
+  real(rp) function least_fraction(own, rest, held) result(fraction)
     type(whole_t), intent(in) :: own  !< the insect
     type(whole_t), intent(in) :: rest !< without the fluid that it displaces
     logical, intent(in) :: held(6)
@@ -157,7 +157,7 @@ contains
     integer, allocatable :: free(:)
     integer :: i
     logical :: ok
-    share = 1
+    fraction = 1
     free = pack([(i, i=1, 6)], .not. held)
     if (size(free) == 0) return
     call inertia_matrix(own, UNIT, a)
@@ -167,13 +167,13 @@ contains
     allocate (values(size(free)))
     call factorise(l, ok)
     if (.not. ok) then
-      share = -1
+      fraction = -1
       return
     end if
     call solve_lower(l, c)
     c = transpose(c)
     call solve_lower(l, c)
     call symmetric_eigen(c, values)
-    share = min(1.0_rp, values(1))
-  end function least_share
+    fraction = min(1.0_rp, values(1))
+  end function least_fraction
 end module fsi_flyer

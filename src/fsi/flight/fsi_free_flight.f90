@@ -19,7 +19,7 @@ module fsi_free_flight
   use fsi_body_volume, only: displaced_moments
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_flyer, only: DAMPED, least_share, SMALLEST_SHARE
+  use fsi_flyer, only: DAMPED, least_fraction, SMALLEST_FRACTION
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_moments, only: second_of_inertia, whole_t
   use fsi_quaternion, only: attitude_of
@@ -71,7 +71,7 @@ contains
     type(coupler_t), intent(inout), optional :: coupler !< of flexible wings
     type(whole_t) :: rest
     real(rp) :: time
-    integer, parameter :: LOOKS = 32 !< in one beat
+    integer, parameter :: N_SAMPLES = 32 !< in one beat
     integer :: i
     if (failure%failed) return
     associate (flyer => wings%flyer, grid => fluid%rhs%params%grid, state => fluid%rhs%state)
@@ -83,26 +83,26 @@ contains
         call wings%motion%show(state%time, flyer%state%body())
         call flyer%carried%show(state%time, flyer%state%body())
         rest = wings%whole(state%time)
-        do i = 0, LOOKS - 1
+        do i = 0, N_SAMPLES - 1
           time = state%time
-          if (size(wings%params%wings) > 0) time = time + i/(LOOKS*wings%params%frequency())
-          flyer%share = min(flyer%share, least_share(wings%own(time), wings%whole(time), flyer%params%held))
+          if (size(wings%params%wings) > 0) time = time + i/(N_SAMPLES*wings%params%frequency())
+          flyer%fraction = min(flyer%fraction, least_fraction(wings%own(time), wings%whole(time), flyer%params%held))
         end do
       end if
       if (present(coupler)) call carry_wings(wings, coupler)
-      if (flyer%share < SMALLEST_SHARE) then
+      if (flyer%fraction < SMALLEST_FRACTION) then
         call failure%raise('the insect cannot fly freely: [Insects] mass = '//number_text(flyer%params%mass)// &
                            ' and J_body_yawpitchroll against the fluid that body and wings displace in the mask, '// &
-                           'with the mass '//number_text(flyer%params%mass - rest%mass)//', leave '//number_text(flyer%share)// &
-                           ' of the inertia; valid: more than '//number_text(SMALLEST_SHARE)//'. With [Penalization] '// &
+                           'with the mass '//number_text(flyer%params%mass - rest%mass)//', leave '//number_text(flyer%fraction)// &
+                           ' of the inertia; valid: more than '//number_text(SMALLEST_FRACTION)//'. With [Penalization] '// &
                            'unst_corrections = no the insect carries this fluid along, as in FLUSI')
         return
       end if
-      fluid%rhs%params%time_share = DAMPED*flyer%share
-      associate (p => fluid%rhs%params, share => DAMPED*flyer%share)
-        if (p%penalized .and. p%dt_fixed > share*p%cfl_eta*p%c_eta) &
+      fluid%rhs%params%dt_fraction = DAMPED*flyer%fraction
+      associate (p => fluid%rhs%params, fraction => DAMPED*flyer%fraction)
+        if (p%penalized .and. p%dt_fixed > fraction*p%cfl_eta*p%c_eta) &
           call failure%raise('[Time] dt_fixed is too large for a body of this mass in this fluid: valid up to '// &
-                             'CFL_eta eps '//number_text(share)//' = '//number_text(share*p%cfl_eta*p%c_eta))
+                             'CFL_eta eps '//number_text(fraction)//' = '//number_text(fraction*p%cfl_eta*p%c_eta))
       end associate
     end associate
   end subroutine begin_flight

@@ -81,19 +81,19 @@ contains
     logical, intent(in), optional :: extrapolates !< to the mid surface; not if not given
     real(rp) :: centre(3), twice_area(3)
     integer :: i, m
-    logical :: looks_twice
+    logical :: samples_twice
     m = size(surface%triangles, 2)
     call require(size(self%jump) == m, 'pressure_load_t: the surface has other triangles')
-    looks_twice = .false.
-    if (present(extrapolates)) looks_twice = extrapolates
-    if (looks_twice) then
+    samples_twice = .false.
+    if (present(extrapolates)) samples_twice = extrapolates
+    if (samples_twice) then
       call surface%places_beside(2*distance, self%places)
       call sampler%sample(self%places, pressure, self%values)
       self%jump = self%values(:m) - self%values(m + 1:)
     end if
     call surface%places_beside(distance, self%places)
     call sampler%sample(self%places, pressure, self%values)
-    if (looks_twice) then
+    if (samples_twice) then
       self%jump = 2*(self%values(:m) - self%values(m + 1:)) - self%jump
     else
       self%jump = self%values(:m) - self%values(m + 1:)
@@ -101,8 +101,8 @@ contains
     self%force = 0
     self%friction = 0
     do i = 1, m
-      call look_at(surface, i, centre, twice_area)
-      call share(surface, i, -self%jump(i)/2*twice_area, self%force)
+      call triangle_geometry(surface, i, centre, twice_area)
+      call distribute(surface, i, -self%jump(i)/2*twice_area, self%force)
     end do
   end subroutine load_sample
 
@@ -118,7 +118,7 @@ contains
     self%friction = 0
     self%values(:size(force, 2)) = 0
     do i = 1, size(self%jump)
-      call look_at(surface, i, centre, twice_area)
+      call triangle_geometry(surface, i, centre, twice_area)
       do k = 1, 3
         associate (area => self%values(surface%triangles(k, i)))
           area = area + norm2(twice_area)/6
@@ -126,7 +126,7 @@ contains
       end do
     end do
     do i = 1, size(self%jump)
-      call look_at(surface, i, centre, twice_area)
+      call triangle_geometry(surface, i, centre, twice_area)
       self%jump(i) = 0
       do k = 1, 3
         associate (p => surface%triangles(k, i))
@@ -155,7 +155,7 @@ contains
       self%velocity(c, :) = self%values
     end do
     do i = 1, m
-      call look_at(surface, i, centre, twice_area)
+      call triangle_geometry(surface, i, centre, twice_area)
       normal = twice_area/norm2(twice_area)
       associate (corners => surface%triangles(:, i))
         wall = sum(surface%velocities(:, corners), 2)/3
@@ -163,13 +163,13 @@ contains
       ! The turning of the wall cancels: what it adds at one place it takes at the other.
       slip = self%velocity(:, i) + self%velocity(:, m + i) - 2*wall
       slip = slip - normal*dot_product(normal, slip)
-      call share(surface, i, nu/(distance - half_thickness)*norm2(twice_area)/2*slip, self%friction)
+      call distribute(surface, i, nu/(distance - half_thickness)*norm2(twice_area)/2*slip, self%friction)
     end do
     self%force = self%force + self%friction
   end subroutine load_add_friction
 
   !> A third of `force` for each corner of triangle i.
-  pure subroutine share(surface, i, force, forces)
+  pure subroutine distribute(surface, i, force, forces)
     type(surface_t), intent(in) :: surface
     integer, intent(in) :: i
     real(rp), intent(in) :: force(3)
@@ -180,10 +180,10 @@ contains
         forces(:, p) = forces(:, p) + force/3
       end associate
     end do
-  end subroutine share
+  end subroutine distribute
 
   !> Centre and twice the area vector of triangle i.
-  pure subroutine look_at(surface, i, centre, twice_area)
+  pure subroutine triangle_geometry(surface, i, centre, twice_area)
     type(surface_t), intent(in) :: surface
     integer, intent(in) :: i
     real(rp), intent(out) :: centre(3), twice_area(3)
@@ -192,5 +192,5 @@ contains
       centre = (a + b + c)/3
       twice_area = cross(b - a, c - a)
     end associate
-  end subroutine look_at
+  end subroutine triangle_geometry
 end module fsi_pressure_load

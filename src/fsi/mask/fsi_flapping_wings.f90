@@ -300,11 +300,11 @@ contains
     real(rp), intent(in), optional :: ahead
     type(whole_t) :: whole
     type(wing_pose_t) :: pose
-    real(rp) :: x(3), v(3), a(3), r(3), h, share
+    real(rp) :: x(3), v(3), a(3), r(3), h, fraction
     integer :: i, p
     h = 0
     if (present(ahead)) h = ahead
-    share = merge(0.0_rp, 1.0_rp, self%flyer%params%carries_fluid)
+    fraction = merge(0.0_rp, 1.0_rp, self%flyer%params%carries_fluid)
     call whole%add_part(self%flyer%body%minus(self%flyer%displaced))
     do i = 1, size(self%surfaces)
       associate (wing => self%params%wings(i), volumes => self%displaced(i)%volumes)
@@ -316,14 +316,14 @@ contains
               v = bent%v(:, p) + h*bent%a(:, p)
               a = bent%a(:, p) + 2*cross(w, v) + cross(pose%omega_rate, x) + cross(w, cross(w, x))
               r = pose%point_to_space(x)
-              call whole%add_point(self%masses(p) - share*volumes(p), r, pose%vector_to_space(v + cross(w, x)), &
+              call whole%add_point(self%masses(p) - fraction*volumes(p), r, pose%vector_to_space(v + cross(w, x)), &
                                    pose%vector_to_space(a))
               whole%heavy = whole%heavy + self%masses(p)*r
             end do
           end associate
         else
           associate (m => wing%moments)
-            call whole%add_moving(m%minus(moments_of_points(share*volumes, wing%points)), pose%hinge, &
+            call whole%add_moving(m%minus(moments_of_points(fraction*volumes, wing%points)), pose%hinge, &
                                   transpose(pose%matrix), pose%omega, pose%omega_rate)
             whole%heavy = whole%heavy + m%mass*pose%hinge + pose%vector_to_space(m%first)
           end associate

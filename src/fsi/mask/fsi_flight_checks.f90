@@ -14,7 +14,7 @@ module fsi_flight_checks
 
   character(*), parameter :: SECTION = 'Insects'
   character(*), parameter :: TWO_D = 'is 1, a two-dimensional flow, which sees the section of the wings at x = 0: '
-  integer, parameter :: LOOKS = 64 !< in one beat
+  integer, parameter :: N_SAMPLES = 64 !< in one beat
   real(rp), parameter :: ROUNDING = 1.0e-9_rp
 
 contains
@@ -78,8 +78,8 @@ contains
       return
     end if
     lean = 0
-    do i = 0, LOOKS
-      call pose_at(flight, wing, duration(wing, t_end)*i/LOOKS, pose)
+    do i = 0, N_SAMPLES
+      call pose_at(flight, wing, duration(wing, t_end)*i/N_SAMPLES, pose)
       lean = max(lean, 1 - abs(pose%matrix(2, 1)))
     end do
     reach = flight%half_thickness + flight%smoothing
@@ -120,8 +120,8 @@ contains
     real(rp), allocatable :: placed(:, :)
     integer :: i
     extent = 0
-    do i = 0, LOOKS
-      call pose_at(flight, wing, duration(wing, t_end)*i/LOOKS, pose)
+    do i = 0, N_SAMPLES
+      call pose_at(flight, wing, duration(wing, t_end)*i/N_SAMPLES, pose)
       placed = matmul(transpose(pose%matrix), wing%points)
       extent = max(extent, maxval(placed, 2) - minval(placed, 2))
     end do

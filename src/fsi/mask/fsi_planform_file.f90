@@ -16,7 +16,7 @@ module fsi_planform_file
 
   character(*), parameter :: W = 'Wing'
   character(8), parameter :: SERIES(2) = ['ai_wings', 'bi_wings']
-  integer, parameter :: LOOKS = 1000 !< places where an outline is checked
+  integer, parameter :: N_SAMPLES = 1000 !< places where an outline is checked
 
 contains
 
@@ -74,7 +74,7 @@ contains
     span = planform%span()
     if (span(2) <= 0 .or. planform%area() <= 0) then
       call config%complain(errors, W, 'type', 'the outline encloses nothing at positive x')
-    else if (.not. planform%is_single(LOOKS, where_not)) then
+    else if (.not. planform%is_single(N_SAMPLES, where_not)) then
       call config%complain(errors, W, 'type', 'the outline has more than one chord at x = '//number_text(where_not)// &
                            '; every x must pass it twice')
     else if (kind /= 'rectangular' .and. kind /= 'ellipse') then

@@ -78,12 +78,12 @@ contains
   pure real(rp) function panel_mask(self, x, h) result(chi)
     class(panel_wing_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h
-    real(rp) :: half, share
+    real(rp) :: half, fraction
     half = (self%tip - self%root)/2
-    share = 1
-    if (self%is_elliptic) share = sqrt(max(0.0_rp, 1 - ((x(1) - self%root - half)/half)**2))
+    fraction = 1
+    if (self%is_elliptic) fraction = sqrt(max(0.0_rp, 1 - ((x(1) - self%root - half)/half)**2))
     chi = mask_profile(abs(x(3)) - self%half_thickness, h)* &
-          mask_profile(max(-share*self%back - x(2), x(2) - share*self%front), h)
+          mask_profile(max(-fraction*self%back - x(2), x(2) - fraction*self%front), h)
     ! Where the root is the hinge, FLUSI's step there has its outer half only.
     if (x(1) < merge(self%root, self%root + half, self%root <= 0)) then
       chi = chi*mask_profile(self%root - x(1), h)

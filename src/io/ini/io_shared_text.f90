@@ -90,11 +90,11 @@ contains
     character(*), intent(in) :: name, ini
     type(world_t), intent(in), optional :: world
     character(:), allocatable :: path
-    logical :: looks
-    looks = .true.
-    if (present(world)) looks = world%is_root
+    logical :: reads
+    reads = .true.
+    if (present(world)) reads = world%is_root
     path = ''
-    if (looks) then
+    if (reads) then
       path = name
       if (.not. file_exists(path) .and. index(name, '/') /= 1) path = join_path(folder_of(ini), name)
       if (.not. file_exists(path)) path = ''

@@ -6,7 +6,7 @@
 module measurement_comparison
   use base_kinds, only: rp
   use measurement_data, only: measurement_t, QUANTITY_ROTATION
-  use measurement_place, only: find_place, material_place_t
+  use measurement_place, only: find_material_point, material_point_t
   use measurement_sampling, only: height_gradient, sample_surface, sampled_height, surface_sample_t
   use solid_vectors, only: cross
   use solid_wing, only: wing_t
@@ -17,7 +17,7 @@ module measurement_comparison
   !> A scalar observation on the wing.
   type :: gauge_t
     logical :: is_rotation = .false.
-    type(material_place_t) :: place
+    type(material_point_t) :: place
     integer :: nodes(2) = 1        !< the line that turns
     real(rp) :: line(3) = 0        !< [m] the unloaded line
     real(rp) :: axis(3) = 0
@@ -85,7 +85,7 @@ contains
         self%gauges(k)%is_rotation = observation%quantity == QUANTITY_ROTATION
         self%gauges(k)%axis = observation%axis
         self%gauges(k)%zero = observation%zero
-        self%gauges(k)%place = find_place(wing%points, wing%triangles, length, observation%point)
+        self%gauges(k)%place = find_material_point(wing%points, wing%triangles, length, observation%point)
         if (self%gauges(k)%is_rotation) call choose_line(wing, self%gauges(k))
         self%measured(self%n_heights + k) = observation%value
         self%sigma(self%n_heights + k) = observation%sigma
@@ -187,8 +187,8 @@ contains
           shown = turn(gauge, positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1)))
         else
           do c = 1, 3
-            shown = shown + gauge%place%share(c)*dot_product(gauge%axis, positions(:, gauge%place%corner(c)) - &
-                                                             points(:, gauge%place%corner(c)))
+            shown = shown + gauge%place%weight(c)*dot_product(gauge%axis, positions(:, gauge%place%corner(c)) - &
+                                                              points(:, gauge%place%corner(c)))
           end do
         end if
         shown = factor*shown
@@ -218,7 +218,7 @@ contains
                        dot_product(d, d)
         else
           do c = 1, 3
-            derivative = derivative + gauge%place%share(c)*dot_product(gauge%axis, motion(:, gauge%place%corner(c)))
+            derivative = derivative + gauge%place%weight(c)*dot_product(gauge%axis, motion(:, gauge%place%corner(c)))
           end do
         end if
       end associate

@@ -80,9 +80,9 @@ contains
 
   !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which
   !> must be a shape under the same load whose evaluation said `is_start`, and always the result. `evaluation` was made by
-  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing. The force acts `aside` [m] of
+  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing. The force acts `load_offset` [m] of
   !> its place, if given.
-  subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation, aside)
+  subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation, load_offset)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work
     real(rp), intent(in) :: coordinates(:)
@@ -90,11 +90,11 @@ contains
     logical, intent(in) :: is_warm
     real(rp), intent(inout) :: u(:, :)
     type(evaluation_t), intent(inout) :: evaluation
-    real(rp), intent(in), optional :: aside(2)
+    real(rp), intent(in), optional :: load_offset(2)
     type(static_report_t) :: report
     integer :: i
     call require(size(coordinates) == experiment%count(), 'measurement_evaluation: unknowns of another experiment')
-    call work%solve(experiment, coordinates, l, is_warm, u, report, aside)
+    call work%solve(experiment, coordinates, l, is_warm, u, report, load_offset)
     evaluation%is_solved = report%converged
     evaluation%factorisations = report%factorisations
     evaluation%snaps = report%snaps
@@ -120,9 +120,9 @@ contains
     real(rp) :: violation(2), moved, unloaded(2)
     integer :: c
     moved = 0
-    associate (place => experiment%places(l), load => experiment%measurement%loads(l))
+    associate (place => experiment%sites(l), load => experiment%measurement%loads(l))
       do c = 1, 3
-        moved = moved + place%share(c)*dot_product(load%direction, u(:, place%corner(c)))
+        moved = moved + place%weight(c)*dot_product(load%direction, u(:, place%corner(c)))
       end do
       if (.not. load%force > 0) moved = 0
     end associate

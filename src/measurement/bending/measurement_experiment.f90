@@ -7,16 +7,17 @@
 module measurement_experiment
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use measurement_comparison, only: comparison_t
   use measurement_data, only: measurement_t
   use measurement_instrument, only: instrument_t, missing_for, GRAVITY_X, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, &
                                     LOAD_SHIFT_Y, MAP_SCALE, MAP_SHIFT_X, N_INSTRUMENT
-  use measurement_place, only: find_place, material_place_t
+  use measurement_place, only: find_material_point, material_point_t
   use measurement_sampling, only: outline_edges
   use solid_effects, only: any_curves_rest, curves_rest
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
-  use solid_params, only: parameter_t, solid_params_t, PARAM_PLATE, PARAM_THICKNESS
+  use solid_params, only: solid_params_t, PARAM_PLATE, PARAM_THICKNESS
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   implicit none
@@ -35,7 +36,7 @@ module measurement_experiment
     logical :: moves_rest = .false.                 !< the unloaded wing is not seen where the wing file has it
     logical :: bends_rest = .false.                 !< it is bent by its weight or its camber
     type(load_t), allocatable :: loads(:)
-    type(material_place_t), allocatable :: places(:) !< where the forces act
+    type(material_point_t), allocatable :: sites(:)  !< where the forces act
     type(comparison_t), allocatable :: comparisons(:)
     integer, allocatable :: edges(:, :)             !< (2, :) the outline
     real(rp) :: root(3) = 0                         !< [m] centre of the clamped points
@@ -102,15 +103,15 @@ contains
     call check_instrument(self, wing, failure)
     if (failure%failed) return
     self%edges = outline_edges(size(wing%points, 2), wing%triangles)
-    allocate (self%loads(size(measurement%loads)), self%places(size(measurement%loads)), &
+    allocate (self%loads(size(measurement%loads)), self%sites(size(measurement%loads)), &
               self%comparisons(size(measurement%loads)))
     do l = 1, size(self%loads)
       associate (load => measurement%loads(l))
-        self%places(l) = find_place(wing%points, wing%triangles, farthest, load%point)
-        call require(self%places(l)%is_found, 'experiment_t: the measurement was not checked')
+        self%sites(l) = find_material_point(wing%points, wing%triangles, farthest, load%point)
+        call require(self%sites(l)%is_found, 'experiment_t: the measurement was not checked')
         call self%loads(l)%init(self%model)
         do c = 1, 3
-          call self%loads(l)%add_point(self%places(l)%corner(c), self%places(l)%share(c)*load%force*load%direction)
+          call self%loads(l)%add_point(self%sites(l)%corner(c), self%sites(l)%weight(c)*load%force*load%direction)
         end do
       end associate
       call self%comparisons(l)%init(measurement, l, wing, self%edges, farthest)
@@ -276,14 +277,14 @@ contains
     h = sqrt(h)
   end function experiment_cost
 
-  !> Whether the place `aside` [m] of where load l is stated to have acted is one of the wing.
-  logical function experiment_acts_on_wing(self, l, aside) result(acts)
+  !> Whether the place `load_offset` [m] of where load l is stated to have acted is one of the wing.
+  logical function experiment_acts_on_wing(self, l, load_offset) result(acts)
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: l
-    real(rp), intent(in) :: aside(2)
-    type(material_place_t) :: place
-    place = find_place(self%model%points, self%model%triangles, self%model%size, &
-                       self%measurement%loads(l)%point + aside)
+    real(rp), intent(in) :: load_offset(2)
+    type(material_point_t) :: place
+    place = find_material_point(self%model%points, self%model%triangles, self%model%size, &
+                                self%measurement%loads(l)%point + load_offset)
     acts = place%is_found
   end function experiment_acts_on_wing
 end module measurement_experiment

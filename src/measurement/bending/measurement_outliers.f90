@@ -29,7 +29,7 @@ module measurement_outliers
   type :: outliers_t
     integer :: n = 0           !< heights
     integer :: n_tested = 0    !< of all that have enough around them
-    real(rp) :: share(2) = 0   !< 90 % interval of their share (Wilson 1927, DOI 10.1080/01621459.1927.10502953)
+    real(rp) :: fraction(2) = 0 !< 90 % interval of their share (Wilson 1927, DOI 10.1080/01621459.1927.10502953)
   end type outliers_t
 
   !> One scan on its grid, with a margin.
@@ -65,7 +65,7 @@ contains
       outliers%n = outliers%n + m%loads(l)%count() - size(rest)
       call take(m%loads(l), rest)
     end do
-    outliers%share = wilson(outliers%n, outliers%n_tested)
+    outliers%fraction = wilson(outliers%n, outliers%n_tested)
   end subroutine leave_out_outliers
 
   subroutine lay_on_grid(m, l, full, scan)
@@ -88,13 +88,13 @@ contains
     end do
     do j = 1, size(m%y)
       do i = 1, size(m%x)
-        call look_at(m, i, j, full, scan)
+        call judge_height(m, i, j, full, scan)
       end do
     end do
   end subroutine lay_on_grid
 
   !> How far the height at grid point (i, j) is off.
-  subroutine look_at(m, i, j, full, scan)
+  subroutine judge_height(m, i, j, full, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: i, j
     real(rp), intent(in) :: full(:)
@@ -113,7 +113,7 @@ contains
     sd = norm2([scan%sd(i, j), weights*reshape(scan%sd(i - REACH:i + REACH, j - REACH:j + REACH), [WIDTH**2])])
     scan%off(i, j) = (scan%value(i, j) - dot_product(weights, around))/sd
     scan%least(i, j) = max(tiny(sd), TIP*distance(m, i, j)/sd)
-  end subroutine look_at
+  end subroutine judge_height
 
   !> Weights of the heights of a window that are there, without its centre, for the value at the centre; 0 if they are too few.
   subroutine find_weights(is_there, weights)
@@ -183,7 +183,7 @@ contains
       do k = 1, size(struck, 2)
         do j = struck(2, k) - REACH, struck(2, k) + REACH
           do i = struck(1, k) - REACH, struck(1, k) + REACH
-            call look_at(m, i, j, full, scan)
+            call judge_height(m, i, j, full, scan)
           end do
         end do
       end do
@@ -230,16 +230,16 @@ contains
     load%sigma = load%sigma(rest)
   end subroutine take
 
-  pure function wilson(n, of) result(share)
+  pure function wilson(n, of) result(fraction)
     integer, intent(in) :: n, of
-    real(rp) :: share(2), p, middle, half
-    share = 0
+    real(rp) :: fraction(2), p, middle, half
+    fraction = 0
     if (of == 0) return
     associate (z2 => QUANTILE_95**2/of)
       p = real(n, rp)/of
       middle = (p + z2/2)/(1 + z2)
       half = sqrt(z2*(p*(1 - p) + z2/4))/(1 + z2)
     end associate
-    share = [max(0.0_rp, middle - half), min(1.0_rp, middle + half)]
+    fraction = [max(0.0_rp, middle - half), min(1.0_rp, middle + half)]
   end function wilson
 end module measurement_outliers

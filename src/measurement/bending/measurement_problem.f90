@@ -11,11 +11,11 @@
 module measurement_problem
   use base_errors, only: require
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use least_squares_problem, only: least_squares_t, unknowns_t
   use least_squares_state, only: solver_state_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use solid_params, only: parameter_t
   implicit none
   private
   public :: wing_problem_t, wing_unknowns

@@ -75,8 +75,8 @@ contains
   end subroutine simulation_free
 
   !> The shape under load l at these coordinates. u(3, n_all) [m] as in `bent_wing_t%solve`. What drying leaves no
-  !> stiffness, and a force beside the wing, is a failure in the report. The force acts `aside` [m] of its place, if given.
-  subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report, aside)
+  !> stiffness, and a force beside the wing, is a failure in the report. The force acts `load_offset` [m] of its place, if given.
+  subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report, load_offset)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: coordinates(:)
@@ -84,18 +84,18 @@ contains
     logical, intent(in) :: is_warm
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
-    real(rp), intent(in), optional :: aside(2)
+    real(rp), intent(in), optional :: load_offset(2)
     type(static_report_t) :: rest_report
     type(solid_params_t) :: params
     real(rp) :: factor(2), off(2)
     logical :: starts_curved
     off = 0
-    if (present(aside)) off = aside
+    if (present(load_offset)) off = load_offset
     params = experiment%params(coordinates)
     self%params = params
     call self%view%set(experiment%instrument_at(coordinates))
     associate (load => experiment%measurement%loads(l))
-      call apply_load(self%view%instrument, load, experiment%places(l), experiment%model%points, &
+      call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model%points, &
                       experiment%model%triangles, experiment%model%size, off, self%applied, self%force)
       factor = stiffness_factor(self%view%instrument, load)
     end associate
@@ -152,9 +152,9 @@ contains
     integer, intent(in) :: l
     real(rp), intent(out) :: residuals(:)
     if (experiment%bends_rest) then
-      call self%view%look_at_rest(experiment, l, self%rest%moved)
+      call self%view%observe_rest(experiment, l, self%rest%moved)
     else if (experiment%moves_rest) then
-      call self%view%look_at_rest(experiment, l)
+      call self%view%observe_rest(experiment, l)
     end if
     call self%view%residuals(experiment, l, self%loaded%moved, coordinates(experiment%count_parameters() + 1:), &
                              residuals)
@@ -211,7 +211,7 @@ contains
     call self%view%see(experiment, l, self%motion, column)
     if (.not. experiment%bends_rest .and. bends_rest(self%params, number)) then
       call find_rest(self, experiment)
-      if (.not. experiment%moves_rest) call self%view%look_at_rest(experiment, l)
+      if (.not. experiment%moves_rest) call self%view%observe_rest(experiment, l)
     else if (.not. experiment%bends_rest) then
       return
     end if
@@ -288,7 +288,7 @@ contains
         call self%loaded%force_motion(self%change, self%motion)
         call self%view%see(experiment, l, self%motion, column)
         if (.not. is_weight) return
-        if (.not. experiment%moves_rest) call self%view%look_at_rest(experiment, l)
+        if (.not. experiment%moves_rest) call self%view%observe_rest(experiment, l)
         call self%rest%force_motion(self%change, self%motion)
         call self%view%see_rest(experiment, l, self%motion, column)
       else if (abs(slope(1)) > 0) then

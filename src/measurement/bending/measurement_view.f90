@@ -22,7 +22,7 @@ module measurement_view
     procedure :: init => view_init
     procedure :: free => view_free
     procedure :: set => view_set
-    procedure :: look_at_rest => view_look_at_rest
+    procedure :: observe_rest => view_observe_rest
     procedure :: residuals => view_residuals
     procedure :: add_plane => view_add_plane
     procedure :: plane => view_plane
@@ -63,7 +63,7 @@ contains
   end subroutine view_set
 
   !> The heights of the wing without a load at the places of load l; moved(3, :) [m] by its weight, if that bends it.
-  subroutine view_look_at_rest(self, experiment, l, moved)
+  subroutine view_observe_rest(self, experiment, l, moved)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l
@@ -77,9 +77,9 @@ contains
       call comparison%heights(m%x, m%y, model%triangles, experiment%edges, self%rest_seen, self%rest_sample, &
                               self%rest_heights)
     end associate
-  end subroutine view_look_at_rest
+  end subroutine view_observe_rest
 
-  !> residuals(n) under load l without the plane of the scan: the wing is moved(3, :) [m], and `look_at_rest` was done
+  !> residuals(n) under load l without the plane of the scan: the wing is moved(3, :) [m], and `observe_rest` was done
   !> if the experiment moves the wing without a load; zeros(:) are unknown offsets.
   subroutine view_residuals(self, experiment, l, moved, zeros, residuals)
     class(view_t), intent(inout) :: self
@@ -145,7 +145,7 @@ contains
     column = column/self%scale
   end subroutine view_see
 
-  !> Adds what motion(3, :) of the wing without a load does; after `look_at_rest`.
+  !> Adds what motion(3, :) of the wing without a load does; after `observe_rest`.
   subroutine view_see_rest(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -165,7 +165,7 @@ contains
     column = 0
     call show_slope(self%instrument, number, self%positions, self%shown)
     if (.not. any(abs(self%shown) > 0)) return
-    if (.not. experiment%moves_rest) call self%look_at_rest(experiment, l)
+    if (.not. experiment%moves_rest) call self%observe_rest(experiment, l)
     associate (comparison => experiment%comparisons(l), m => experiment%measurement)
       call comparison%height_slopes(m%x, m%y, self%seen, self%sample, self%shown, column)
     end associate

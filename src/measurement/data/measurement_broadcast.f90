@@ -34,10 +34,10 @@ contains
       call world%broadcast_text(text)
       call messages%add(text)
     end do
-    if (n == 0) call share_measurement(world, measurement)
+    if (n == 0) call broadcast_measurement(world, measurement)
   end subroutine load_measurement
 
-  subroutine share_measurement(world, m)
+  subroutine broadcast_measurement(world, m)
     type(world_t), intent(in) :: world
     type(measurement_t), intent(inout) :: m
     integer :: n(6), i
@@ -50,10 +50,10 @@ contains
                                        m%has_unloaded(n(1), n(2)), m%loads(n(3)), m%observations(n(4)), m%zeros(n(5)))
     call world%broadcast_reals(m%x)
     call world%broadcast_reals(m%y)
-    call share_reference(world, n(1)*n(2), m)
+    call broadcast_reference(world, n(1)*n(2), m)
     associate (a => m%accuracy)
-      call share_reals(world, a%height, a%correlation_length, a%force, a%force_gain)
-      call share_reals(world, a%position, a%tilt, a%piston)
+      call broadcast_reals(world, a%height, a%correlation_length, a%force, a%force_gain)
+      call broadcast_reals(world, a%position, a%tilt, a%piston)
     end associate
     associate (c => m%calibration)
       call world%broadcast_integer(c%force_by_weight)
@@ -62,18 +62,18 @@ contains
       call world%broadcast_integer(c%order_is_random)
     end associate
     do i = 1, n(3)
-      call share_load(world, m%loads(i))
+      call broadcast_load(world, m%loads(i))
     end do
     do i = 1, n(4)
-      call share_observation(world, m%observations(i))
+      call broadcast_observation(world, m%observations(i))
     end do
     do i = 1, n(5)
-      call share_name(world, m%zeros(i))
+      call broadcast_name(world, m%zeros(i))
     end do
-    call share_modes(world, m)
-  end subroutine share_measurement
+    call broadcast_modes(world, m)
+  end subroutine broadcast_measurement
 
-  subroutine share_reference(world, n, m)
+  subroutine broadcast_reference(world, n, m)
     type(world_t), intent(in) :: world
     integer, intent(in) :: n
     type(measurement_t), intent(inout) :: m
@@ -89,9 +89,9 @@ contains
     if (world%is_root) known = merge(1, 0, reshape(m%has_unloaded, [n]))
     call world%broadcast_integers(known)
     m%has_unloaded = reshape(known == 1, shape(m%unloaded))
-  end subroutine share_reference
+  end subroutine broadcast_reference
 
-  subroutine share_load(world, load)
+  subroutine broadcast_load(world, load)
     type(world_t), intent(in) :: world
     type(measured_load_t), intent(inout) :: load
     integer, allocatable :: flat(:)
@@ -106,7 +106,7 @@ contains
       load%has_surface = numbers(4) == 1
     end if
     call world%broadcast_text(load%name)
-    call share_reals(world, load%force, load%time, load%hold)
+    call broadcast_reals(world, load%force, load%time, load%hold)
     call world%broadcast_reals(load%direction)
     call world%broadcast_reals(load%point)
     flat = reshape(load%node, [2*numbers(1)])
@@ -114,9 +114,9 @@ contains
     load%node = reshape(flat, [2, numbers(1)])
     call world%broadcast_reals(load%height)
     call world%broadcast_reals(load%sigma)
-  end subroutine share_load
+  end subroutine broadcast_load
 
-  subroutine share_observation(world, observation)
+  subroutine broadcast_observation(world, observation)
     type(world_t), intent(in) :: world
     type(observation_t), intent(inout) :: observation
     call world%broadcast_text(observation%name)
@@ -125,10 +125,10 @@ contains
     call world%broadcast_integer(observation%zero)
     call world%broadcast_reals(observation%point)
     call world%broadcast_reals(observation%axis)
-    call share_reals(world, observation%value, observation%sigma)
-  end subroutine share_observation
+    call broadcast_reals(world, observation%value, observation%sigma)
+  end subroutine broadcast_observation
 
-  subroutine share_modes(world, m)
+  subroutine broadcast_modes(world, m)
     type(world_t), intent(in) :: world
     type(measurement_t), intent(inout) :: m
     real(rp), allocatable :: flat(:)
@@ -148,7 +148,7 @@ contains
         call world%broadcast_integers(numbers)
         mode%medium = numbers(1)
         mode%number = numbers(2)
-        call share_reals(world, mode%frequency, mode%frequency_sigma, mode%damping, mode%damping_sigma)
+        call broadcast_reals(world, mode%frequency, mode%frequency_sigma, mode%damping, mode%damping_sigma)
         if (.not. world%is_root) allocate (mode%place(2, numbers(3)), mode%shape(numbers(3)), mode%sigma(numbers(3)))
         flat = reshape(mode%place, [2*numbers(3)])
         call world%broadcast_reals(flat)
@@ -157,18 +157,18 @@ contains
         call world%broadcast_reals(mode%sigma)
       end associate
     end do
-  end subroutine share_modes
+  end subroutine broadcast_modes
 
-  subroutine share_name(world, name)
+  subroutine broadcast_name(world, name)
     type(world_t), intent(in) :: world
     character(NAME_LENGTH), intent(inout) :: name
     character(:), allocatable :: text
     if (world%is_root) text = trim(name)
     call world%broadcast_text(text)
     name = text
-  end subroutine share_name
+  end subroutine broadcast_name
 
-  subroutine share_reals(world, a, b, c, d)
+  subroutine broadcast_reals(world, a, b, c, d)
     type(world_t), intent(in) :: world
     real(rp), intent(inout) :: a, b
     real(rp), intent(inout), optional :: c, d
@@ -181,5 +181,5 @@ contains
     b = values(2)
     if (present(c)) c = values(3)
     if (present(d)) d = values(4)
-  end subroutine share_reals
+  end subroutine broadcast_reals
 end module measurement_broadcast

@@ -7,7 +7,7 @@ module measurement_check
   use base_text, only: number_text
   use measurement_data, only: measurement_t, measured_load_t
   use measurement_modes, only: check_modes
-  use measurement_place, only: find_place, material_place_t, NEAR
+  use measurement_place, only: find_material_point, material_point_t, NEAR
   use measurement_sampling, only: outline_edges, sample_surface, surface_sample_t
   use solid_wing, only: wing_t
   use solid_wing_report, only: wing_report_t
@@ -61,8 +61,8 @@ contains
 
     logical function is_on_wing(point)
       real(rp), intent(in) :: point(2)
-      type(material_place_t) :: place
-      place = find_place(wing%points, wing%triangles, length, point)
+      type(material_point_t) :: place
+      place = find_material_point(wing%points, wing%triangles, length, point)
       is_on_wing = place%is_found
     end function is_on_wing
 

@@ -6,7 +6,7 @@ module measurement_modes
   use io_arrays, only: is_finite, is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use measurement_attributes, only: check_names, read_real, read_whole, read_word
-  use measurement_place, only: find_place, material_place_t
+  use measurement_place, only: find_material_point, material_point_t
   use solid_wing, only: wing_t
   use solid_wing_datasets, only: check_members, read_names, read_real_dataset
   use solid_wing_report, only: wing_report_t
@@ -136,12 +136,12 @@ contains
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: length
     type(wing_report_t), intent(inout) :: report
-    type(material_place_t) :: place
+    type(material_point_t) :: place
     integer :: i, k
     do i = 1, size(modes)
       call report%begin('/modes/'//modes(i)%name//'/points')
       do k = 1, size(modes(i)%shape)
-        place = find_place(wing%points, wing%triangles, length, modes(i)%place(:, k))
+        place = find_material_point(wing%points, wing%triangles, length, modes(i)%place(:, k))
         if (.not. place%is_found) call report%found('row '//number_text(k)//', ('//number_text(modes(i)%place(1, k))//', '// &
                                                     number_text(modes(i)%place(2, k))//') m, is not on the wing')
       end do

@@ -4,25 +4,25 @@ module measurement_place
   use base_kinds, only: rp
   implicit none
   private
-  public :: material_place_t, find_place, share_gradient
+  public :: material_point_t, find_material_point, weight_gradient
 
   real(rp), parameter, public :: NEAR = 0.01_rp !< of the wing's length: farthest point of a structure of veins
 
   !> A point that moves with the wing: the sum of share*(corner).
-  type :: material_place_t
+  type :: material_point_t
     logical :: is_found = .false.
     integer :: corner(3) = 1
-    real(rp) :: share(3) = 0
+    real(rp) :: weight(3) = 0
     logical :: is_in_triangle = .false.
-  end type material_place_t
+  end type material_point_t
 
 contains
 
   !> The place (x, y) [m] on the wing of the given points (3, n) and triangles (3, m); `length` [m] is the wing's.
-  pure function find_place(points, triangles, length, place) result(found)
+  pure function find_material_point(points, triangles, length, place) result(found)
     real(rp), intent(in) :: points(:, :), length, place(2)
     integer, intent(in) :: triangles(:, :)
-    type(material_place_t) :: found
+    type(material_point_t) :: found
     real(rp), parameter :: TOLERANCE = 1.0e-9_rp ! the same as in solid_loads
     real(rp) :: w(3), distance, nearest
     integer :: t, i
@@ -34,7 +34,7 @@ contains
       found%is_found = .true.
       found%is_in_triangle = .true.
       found%corner = triangles(:, t)
-      found%share = w
+      found%weight = w
       return
     end do
     if (size(triangles) > 0) return
@@ -45,13 +45,13 @@ contains
       nearest = min(nearest, distance)
     end do
     found%is_found = nearest <= NEAR*length
-    found%share = [1.0_rp, 0.0_rp, 0.0_rp]
-  end function find_place
+    found%weight = [1.0_rp, 0.0_rp, 0.0_rp]
+  end function find_material_point
 
   !> gradient(2, 3) [1/m] of the shares of a place in a triangle when it moves in x and y.
-  pure function share_gradient(points, place) result(gradient)
+  pure function weight_gradient(points, place) result(gradient)
     real(rp), intent(in) :: points(:, :)
-    type(material_place_t), intent(in) :: place
+    type(material_point_t), intent(in) :: place
     real(rp) :: gradient(2, 3), area
     integer :: c
     area = twice_area(points(:2, place%corner(1)), points(:2, place%corner(2)), points(:2, place%corner(3)))
@@ -60,7 +60,7 @@ contains
         gradient(:, c) = [b(2) - d(2), d(1) - b(1)]/area
       end associate
     end do
-  end function share_gradient
+  end function weight_gradient
 
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(2), b(2), c(2)

@@ -16,7 +16,7 @@ module measurement_sampling
   !> Between which points of the wing each place lies: the height is the sum of share*z of the corners.
   type :: surface_sample_t
     integer, allocatable :: corner(:, :)    !< (3, n) points; beside the wing the ends of an edge, the second twice
-    real(rp), allocatable :: share(:, :)    !< (3, n)
+    real(rp), allocatable :: weight(:, :)   !< (3, n)
     logical, allocatable :: is_beside(:)    !< (n) beside the wing
   contains
     procedure :: init => sample_init
@@ -29,7 +29,7 @@ contains
     class(surface_sample_t), intent(out) :: self
     integer, intent(in) :: n
     allocate (self%corner(3, n), source=1)
-    allocate (self%share(3, n), source=0.0_rp)
+    allocate (self%weight(3, n), source=0.0_rp)
     allocate (self%is_beside(n), source=.true.)
   end subroutine sample_init
 
@@ -104,14 +104,14 @@ contains
             end if
             sample%is_beside(k) = .false.
             sample%corner(:, k) = triangles(:, t)
-            sample%share(:, k) = w
+            sample%weight(:, k) = w
           end do
         end do
       end associate
     end do
     do k = 1, size(node, 2)
       if (sample%is_beside(k)) call find_nearest_edge(positions, edges, [x(node(1, k)), y(node(2, k))], &
-                                                      sample%corner(:, k), sample%share(:, k))
+                                                      sample%corner(:, k), sample%weight(:, k))
     end do
   end subroutine sample_surface
 
@@ -123,7 +123,7 @@ contains
     integer :: c
     height = 0
     do c = 1, 3
-      height = height + sample%share(c, k)*positions(3, sample%corner(c, k))
+      height = height + sample%weight(c, k)*positions(3, sample%corner(c, k))
     end do
   end function sampled_height
 
@@ -137,40 +137,40 @@ contains
     real(rp) :: slope(2), p(2), q(2), dz(2), e(2), d(2), rise, length
     integer :: c
     associate (a => positions(:, sample%corner(1, k)), b => positions(:, sample%corner(2, k)), &
-               share => sample%share(:, k))
+               weight => sample%weight(:, k))
       if (.not. sample%is_beside(k)) then
         p = b(:2) - a(:2)
         q = positions(:2, sample%corner(3, k)) - a(:2)
         dz = [b(3), positions(3, sample%corner(3, k))] - a(3)
         slope = [dz(1)*q(2) - dz(2)*p(2), dz(2)*p(1) - dz(1)*q(1)]/(p(1)*q(2) - p(2)*q(1))
         do c = 1, 3
-          gradient(:, c) = share(c)*[-slope(1), -slope(2), 1.0_rp]
+          gradient(:, c) = weight(c)*[-slope(1), -slope(2), 1.0_rp]
         end do
         return
       end if
       gradient = 0
-      gradient(3, :) = share
-      if (.not. (share(2) > 0 .and. share(2) < 1)) return
+      gradient(3, :) = weight
+      if (.not. (weight(2) > 0 .and. weight(2) < 1)) return
       ! The foot of the perpendicular, s = (place - a).e/e.e, slides along the edge.
       e = b(:2) - a(:2)
       d = place - a(:2)
       length = dot_product(e, e)
       rise = b(3) - a(3)
-      gradient(:2, 2) = rise*(d - 2*share(2)*e)/length
+      gradient(:2, 2) = rise*(d - 2*weight(2)*e)/length
       gradient(:2, 1) = -gradient(:2, 2) - rise*e/length
     end associate
   end subroutine height_gradient
 
-  pure subroutine find_nearest_edge(positions, edges, place, corner, share)
+  pure subroutine find_nearest_edge(positions, edges, place, corner, weight)
     real(rp), intent(in) :: positions(:, :), place(2)
     integer, intent(in) :: edges(:, :)
     integer, intent(out) :: corner(3)
-    real(rp), intent(out) :: share(3)
+    real(rp), intent(out) :: weight(3)
     real(rp) :: e(2), d(2), s, distance, nearest, length
     integer :: k
     nearest = huge(nearest)
     corner = 1
-    share = [1.0_rp, 0.0_rp, 0.0_rp]
+    weight = [1.0_rp, 0.0_rp, 0.0_rp]
     do k = 1, size(edges, 2)
       e = positions(:2, edges(2, k)) - positions(:2, edges(1, k))
       d = place - positions(:2, edges(1, k))
@@ -181,7 +181,7 @@ contains
       if (.not. distance < nearest) cycle
       nearest = distance
       corner = [edges(1, k), edges(2, k), edges(2, k)]
-      share = [1 - s, s, 0.0_rp]
+      weight = [1 - s, s, 0.0_rp]
     end do
   end subroutine find_nearest_edge
 

@@ -7,7 +7,7 @@ module measurement_forces
   use measurement_instrument, only: instrument_t, CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, FORCE_GAIN, &
                                     FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, GRAVITY_X, GRAVITY_Z, LOAD_SHIFT_X, &
                                     LOAD_SHIFT_Y
-  use measurement_place, only: find_place, material_place_t, share_gradient
+  use measurement_place, only: find_material_point, material_point_t, weight_gradient
   use solid_rotation, only: rotation_derivative, rotation_matrix
   implicit none
   private
@@ -16,7 +16,7 @@ module measurement_forces
 
   !> Where and how a force acts.
   type :: applied_t
-    type(material_place_t) :: place
+    type(material_point_t) :: place
     real(rp) :: magnitude = 0             !< [N]
     real(rp) :: direction(3) = 0          !< unit vector
     logical :: is_applied = .false.       !< there is a force, and it acts on the wing
@@ -26,20 +26,20 @@ module measurement_forces
 contains
 
   !> The force of `load`, of which `place` is the stated place, on the wing of points(3, :) and triangles and of
-  !> `length` [m]. force(3, :) [N] gets it, and nothing else. It acts `aside` [m] of where the instrument lets it act.
-  subroutine apply_load(instrument, load, place, points, triangles, length, aside, applied, force)
+  !> `length` [m]. force(3, :) [N] gets it, and nothing else. It acts `load_offset` [m] of where the instrument lets it act.
+  subroutine apply_load(instrument, load, place, points, triangles, length, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
-    type(material_place_t), intent(in) :: place
-    real(rp), intent(in) :: points(:, :), length, aside(2)
+    type(material_point_t), intent(in) :: place
+    real(rp), intent(in) :: points(:, :), length, load_offset(2)
     integer, intent(in) :: triangles(:, :)
     type(applied_t), intent(out) :: applied
     real(rp), intent(inout) :: force(:, :)
     real(rp) :: shift(2)
     integer :: c
-    shift = instrument%values([LOAD_SHIFT_X, LOAD_SHIFT_Y]) + aside
+    shift = instrument%values([LOAD_SHIFT_X, LOAD_SHIFT_Y]) + load_offset
     applied%place = place
-    if (any(abs(shift) > 0)) applied%place = find_place(points, triangles, length, load%point + shift)
+    if (any(abs(shift) > 0)) applied%place = find_material_point(points, triangles, length, load%point + shift)
     applied%is_valid = applied%place%is_found
     applied%is_applied = load%force > 0 .and. applied%is_valid
     applied%direction = load%direction
@@ -50,7 +50,7 @@ contains
     if (.not. applied%is_applied) return
     do c = 1, 3
       associate (node => applied%place%corner(c))
-        force(:, node) = force(:, node) + applied%place%share(c)*applied%magnitude*applied%direction
+        force(:, node) = force(:, node) + applied%place%weight(c)*applied%magnitude*applied%direction
       end associate
     end do
   end subroutine apply_load
@@ -119,7 +119,7 @@ contains
     integer :: c
     derivative = 0
     if (.not. (applied%is_applied .and. applied%place%is_in_triangle)) return
-    slope = share_gradient(points, applied%place)
+    slope = weight_gradient(points, applied%place)
     do c = 1, 3
       derivative(:, applied%place%corner(c)) = slope(axis, c)*applied%magnitude*applied%direction
     end do
@@ -133,7 +133,7 @@ contains
     if (.not. applied%is_applied) return
     do c = 1, 3
       associate (node => applied%place%corner(c))
-        force(:, node) = force(:, node) + applied%place%share(c)*vector
+        force(:, node) = force(:, node) + applied%place%weight(c)*vector
       end associate
     end do
   end subroutine spread_force

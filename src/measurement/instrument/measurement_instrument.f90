@@ -22,8 +22,8 @@
 module measurement_instrument
   use base_errors, only: require
   use base_kinds, only: rp
+  use base_parameter, only: define_effect, define_parameter, parameter_t
   use measurement_data, only: measurement_t
-  use solid_parameter, only: define_effect, define_parameter, parameter_t
   implicit none
   private
   public :: instrument_t, missing_for

@@ -18,7 +18,7 @@ module measurement_mode_target
   use base_kinds, only: rp
   use base_lapack, only: factorise, orthogonalise, solve_factorised
   use measurement_modes, only: measured_mode_t
-  use measurement_place, only: find_place, material_place_t
+  use measurement_place, only: find_material_point, material_point_t
   use solid_model, only: solid_model_t
   implicit none
   private
@@ -33,7 +33,7 @@ module measurement_mode_target
     real(rp) :: frequency = 0              !< [Hz] computed
     real(rp), allocatable :: seen(:)       !< (places) v in the units of the measurement, as long as this is along it
     real(rp), private :: log_frequency = 0, log_sigma = 1, lambda = 0
-    type(material_place_t), allocatable, private :: places(:)
+    type(material_point_t), allocatable, private :: sites(:)
     real(rp), allocatable, private :: sigma(:), s(:), normal(:, :), phi(:, :), beta(:), gram(:, :), lambdas(:)
   contains
     procedure :: init => target_init
@@ -58,12 +58,12 @@ contains
     self%number = mode%number
     self%log_frequency = log(mode%frequency)
     self%log_sigma = mode%frequency_sigma/mode%frequency
-    allocate (self%places(n), self%seen(n))
+    allocate (self%sites(n), self%seen(n))
     self%seen = 0
     self%sigma = mode%sigma
     self%s = mode%shape/mode%sigma
     do k = 1, n
-      self%places(k) = find_place(model%points(:, :model%n_points), model%triangles, model%size, mode%place(:, k))
+      self%sites(k) = find_material_point(model%points(:, :model%n_points), model%triangles, model%size, mode%place(:, k))
     end do
     if (n == 0) return
     allocate (full(n, n), source=0.0_rp)
@@ -88,15 +88,15 @@ contains
   end subroutine fill_units
 
   !> What the places see of shape(3, :), over the sd.
-  pure function look(self, shape) result(phi)
+  pure function observe(self, shape) result(phi)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: shape(:, :)
     real(rp) :: phi(size(self%s))
     integer :: k
     do k = 1, size(phi)
-      phi(k) = dot_product(self%places(k)%share, shape(3, self%places(k)%corner))/self%sigma(k)
+      phi(k) = dot_product(self%sites(k)%weight, shape(3, self%sites(k)%corner))/self%sigma(k)
     end do
-  end function look
+  end function observe
 
   !> MAC of the mode with the space of shapes(3, :, :); negative if they are more than the places can tell, or not seen.
   real(rp) function target_assurance(self, shapes) result(mac)
@@ -109,7 +109,7 @@ contains
     if (size(shapes, 3) >= size(self%s)) return
     allocate (phi(size(self%s), size(shapes, 3)))
     do i = 1, size(phi, 2)
-      phi(:, i) = look(self, shapes(:, :, i))
+      phi(:, i) = observe(self, shapes(:, :, i))
       if (maxval(abs(phi(:, i)*self%sigma)) < SEEN*maxval(abs(shapes(:, :, i)))) return
     end do
     call orthogonalise(phi, q, r)
@@ -140,7 +140,7 @@ contains
       if (allocated(self%phi)) deallocate (self%phi)
       allocate (self%phi(size(self%s), m))
       do i = 1, m
-        self%phi(:, i) = look(self, shapes(:, :, i))
+        self%phi(:, i) = observe(self, shapes(:, :, i))
       end do
       self%gram = matmul(transpose(self%phi), self%phi)
       trace = sum(self%phi**2)
@@ -175,7 +175,7 @@ contains
       return
     end if
     do i = 1, size(force, 1)
-      dphi(:, i) = look(self, shapes(:, :, i))
+      dphi(:, i) = observe(self, shapes(:, :, i))
     end do
     v = matmul(self%phi, self%beta)
     dv = matmul(dphi, self%beta)

@@ -4,12 +4,12 @@
 module common_instrument
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_suggest, only: suggestion_t
   use measurement_instrument, only: instrument_t, N_INSTRUMENT
-  use solid_parameter, only: parameter_t
   implicit none
   private
   public :: register_instrument_keys, register_idle_instrument, read_instrument, instrument_lines, instrument_hint

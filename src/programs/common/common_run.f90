@@ -68,7 +68,7 @@ contains
     call world%broadcast_integer(state)
     call world%broadcast_text(message)
     call world%broadcast_text(inputs)
-    call share_identity(self, inputs)
+    call broadcast_identity(self, inputs)
     if (state /= LOCK_HELD) then
       self%code = merge(EXIT_USER, EXIT_UNWRITABLE, state == LOCK_TAKEN)
       call failure%raise(message)
@@ -79,7 +79,7 @@ contains
   end subroutine run_begin
 
   !> The name that rank 0 has chosen.
-  subroutine share_identity(self, inputs)
+  subroutine broadcast_identity(self, inputs)
     class(run_t), intent(inout) :: self
     character(*), intent(in) :: inputs
     character(:), allocatable :: id
@@ -87,7 +87,7 @@ contains
     call self%world%broadcast_text(id)
     if (.not. self%world%is_root) call self%identity%start(inputs)
     self%identity%id = id
-  end subroutine share_identity
+  end subroutine broadcast_identity
 
   !> Fails if a new run would meet the results of an earlier one; unless these are to move aside, the files that match
   !> `patterns` but for those that are read. Nothing is changed yet. Collective.

@@ -11,7 +11,7 @@ module common_wing_effects
   use solid_params, only: solid_params_t
   implicit none
   private
-  public :: register_effect_keys, read_effect_places, unplaced_effect, refuse_root_compliance
+  public :: register_effect_keys, read_effect_sites, effect_without_site, refuse_root_compliance
 
 contains
 
@@ -30,7 +30,7 @@ contains
   end subroutine register_effect_keys
 
   !> Reads them; mistakes go to `errors`.
-  subroutine read_effect_places(c, params, errors)
+  subroutine read_effect_sites(c, params, errors)
     type(config_t), intent(in) :: c
     type(solid_params_t), intent(inout) :: params
     type(message_list_t), intent(inout) :: errors
@@ -55,10 +55,10 @@ contains
       call c%complain(errors, 'Wing', 'soft_place', quoted(text)//' is no VEIN SHARE')
       return
     end if
-    call parse_real(text(first(2):last(2)), params%effects%soft_share, problem)
+    call parse_real(text(first(2):last(2)), params%effects%soft_fraction, problem)
     if (allocated(problem)) then
       call c%complain(errors, 'Wing', 'soft_place', problem)
-    else if (.not. (params%effects%soft_share > 0 .and. params%effects%soft_share < 1)) then
+    else if (.not. (params%effects%soft_fraction > 0 .and. params%effects%soft_fraction < 1)) then
       call c%complain(errors, 'Wing', 'soft_place', 'the share of the length lies between 0 and 1')
     end if
     associate (name => text(first(1):last(1)))
@@ -72,7 +72,7 @@ contains
         params%effects%soft_vein = name
       end if
     end associate
-  end subroutine read_effect_places
+  end subroutine read_effect_sites
 
   !> A clamp that gives way is a matter of statics: a wing in motion is held by its frame.
   subroutine refuse_root_compliance(c, params, errors)
@@ -85,7 +85,7 @@ contains
   end subroutine refuse_root_compliance
 
   !> What [Wing] lacks to seek or to set parameter `number`; '' if nothing, as for what is no effect.
-  function unplaced_effect(params, number) result(problem)
+  function effect_without_site(params, number) result(problem)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number
     character(:), allocatable :: problem
@@ -97,5 +97,5 @@ contains
     do i = 1, size(needs)
       if (problem == '') problem = lacks(params%effects, needs(i))
     end do
-  end function unplaced_effect
+  end function effect_without_site
 end module common_wing_effects

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A wing's stiffness as the section [Wing] of an ini file, for [include].
 module common_wing_fragment
+  use base_parameter, only: parameter_t
   use common_wing_size, only: wing_size
   use base_kinds, only: rp
   use base_text, only: number_text
-  use solid_effect_places, only: effect_place_lines
-  use solid_params, only: parameter_t, solid_params_t, N_COMMON
+  use solid_effect_sites, only: effect_site_lines
+  use solid_params, only: solid_params_t, N_COMMON
   use solid_wing, only: Z_SIDES
   use solid_wing_case, only: wing_case_t
   implicit none
@@ -18,23 +19,23 @@ contains
 
   !> The section with every value that differs from what it would be without, the side that these mean by +z, and the
   !> fingerprint and the size of their wing, without which the values mean nothing.
-  function wing_lines(p, setup) result(text)
+  function wing_lines(p, wing_case) result(text)
     type(solid_params_t), intent(in) :: p
-    type(wing_case_t), intent(in) :: setup !< the wing for which the values were found
+    type(wing_case_t), intent(in) :: wing_case !< the wing for which the values were found
     character(:), allocatable :: text, list, side
     type(parameter_t) :: known
     real(rp) :: found(2)
     integer :: i
-    side = trim(setup%wing%z_side)
+    side = trim(wing_case%wing%z_side)
     if (side == '') side = trim(Z_SIDES(1))
-    text = '[Wing]'//NL//'fingerprint = '//setup%fingerprint//'; of the wing that these values belong to'//NL
-    found = wing_size(setup%wing)
+    text = '[Wing]'//NL//'fingerprint = '//wing_case%fingerprint//'; of the wing that these values belong to'//NL
+    found = wing_size(wing_case%wing)
     text = text//'found_size = '//number_text(found(1))//' '//number_text(found(2))//'; m, length and mean chord of that wing'//NL
-    if (setup%asked_size(1) > 0) text = text//'length = '//number_text(setup%asked_size(1))//'; m'//NL
-    if (setup%asked_size(2) > 0) text = text//'mean_chord = '//number_text(setup%asked_size(2))//'; m'//NL
+    if (wing_case%requested_size(1) > 0) text = text//'length = '//number_text(wing_case%requested_size(1))//'; m'//NL
+    if (wing_case%requested_size(2) > 0) text = text//'mean_chord = '//number_text(wing_case%requested_size(2))//'; m'//NL
     text = text//'z_side = '//side//';'//NL//'E = '//number_text(p%young)//'; Pa'//NL//'D = '// &
            number_text(p%plate)//'; N m'//NL// &
-           'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_place_lines(p%effects)
+           'cross_springs = '//trim(merge('yes', 'no ', p%cross_springs))//';'//NL//effect_site_lines(p%effects)
     if (p%slack < 1) text = text//'slack = '//number_text(p%slack)//';'//NL//'slack_width = '// &
                             number_text(p%slack_width)//'; m'//NL
     list = ''

@@ -3,8 +3,9 @@
 module common_wing_report
   use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_VERSION
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use base_text, only: number_text
-  use solid_params, only: membrane_note, parameter_t
+  use solid_params, only: membrane_note
   use solid_wing_case, only: wing_case_t
   implicit none
   private
@@ -52,7 +53,7 @@ contains
         ' of their stiffness where they are more than ', p%slack_width, ' m too short'
       do i = 1, size(p%joint)
         write (unit, '(a,a,es11.4,a)') 'joint     '//p%joint_names(i), ' ', p%joint(i), ' N m/rad'// &
-          trim(merge(' (as the vein)', '              ', s%asked%joint(i) < 0))
+          trim(merge(' (as the vein)', '              ', s%requested%joint(i) < 0))
       end do
       do i = p%count_usual() + 1, p%count()
         effect = p%describe(i)

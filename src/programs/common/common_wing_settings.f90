@@ -2,8 +2,9 @@
 !> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
 !> and its mass. Whatever a user can do wrong is found here. SI units.
 module common_wing_settings
+  use base_parameter, only: parameter_t
   use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
-  use common_wing_effects, only: read_effect_places, unplaced_effect
+  use common_wing_effects, only: read_effect_sites, effect_without_site
   use common_wing_size, only: notice_other_size, scale_wing
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -13,7 +14,7 @@ module common_wing_settings
   use solid_inertia, only: inertia_t
   use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_model, only: solid_model_t
-  use solid_params, only: default_params, membrane_note, parameter_t, solid_params_t
+  use solid_params, only: default_params, membrane_note, solid_params_t
   use solid_wing_case, only: wing_case_t
   use parallel_world, only: world_t
   use solid_wing_file, only: read_wing, load_shared_wing => load_wing
@@ -66,8 +67,8 @@ contains
     call read_material(config, s, errors, notices)
     call read_mass(config, needs_mass, s, errors, notices)
     call notice_assumptions(config, s%wing, needs_mass, notices)
-    if (s%has_mass) call notice_magnitudes(config, s%wing, s%asked, s%material, s%mass, notices)
-    call s%model%init(s%wing, s%asked, failure)
+    if (s%has_mass) call notice_magnitudes(config, s%wing, s%requested, s%material, s%mass, notices)
+    call s%model%init(s%wing, s%requested, failure)
     if (failure%failed) then
       call errors%add(s%path//': '//failure%reason)
       return
@@ -144,7 +145,7 @@ contains
     character(:), allocatable :: note
     real(rp) :: joint
     logical :: is_soft
-    associate (p => s%asked)
+    associate (p => s%requested)
       p = default_params(s%wing)
       p%young = c%get_real('Wing', 'E')
       p%plate = c%get_real('Wing', 'D')
@@ -159,7 +160,7 @@ contains
       if (.not. joint > 0 .and. abs(joint + 1) > 0) &
         call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1: as the vein without the joint')
       p%joint = joint
-      call read_effect_places(c, p, errors)
+      call read_effect_sites(c, p, errors)
       call read_parameters(c, p, errors)
       call membrane_note(p, note, is_soft)
       if (is_soft .and. size(s%wing%triangles) > 0) call notices%add(note)
@@ -254,8 +255,8 @@ contains
       known = params%describe(number)
       if (known%is_log .and. .not. value > 0) then
         problem = quoted(name)//' must be positive'
-      else if (unplaced_effect(params, number) /= '') then
-        problem = quoted(name)//' '//unplaced_effect(params, number)
+      else if (effect_without_site(params, number) /= '') then
+        problem = quoted(name)//' '//effect_without_site(params, number)
       else if (known%is_effect .and. .not. (value >= known%lower .and. value <= known%upper)) then
         problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)
       else

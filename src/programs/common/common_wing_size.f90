@@ -24,7 +24,7 @@ contains
     integer :: i
     length = config%get_real('Wing', 'length')
     chord = config%get_real('Wing', 'mean_chord')
-    s%asked_size = [length, chord]
+    s%requested_size = [length, chord]
     associate (points => s%wing%points)
       if (length > 0) s%scale = length/maxval(points(1, :))
       points = s%scale(1)*points

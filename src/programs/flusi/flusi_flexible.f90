@@ -77,10 +77,10 @@ contains
   end function wants_wing_file
 
   !> Reads [Wing] and the file that it names; `found` tells whether there is a wing. Collective with `world`.
-  subroutine read_wing_file(config, ini, setup, found, errors, notices, world)
+  subroutine read_wing_file(config, ini, wing_case, found, errors, notices, world)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
-    type(wing_case_t), intent(out) :: setup
+    type(wing_case_t), intent(out) :: wing_case
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
@@ -104,26 +104,26 @@ contains
         return
       end if
     end if
-    call load_wing(config, ini, wants_flexible(config), setup, found, errors, notices, world)
+    call load_wing(config, ini, wants_flexible(config), wing_case, found, errors, notices, world)
     if (.not. found) return
-    if (size(setup%wing%triangles) == 0) then
+    if (size(wing_case%wing%triangles) == 0) then
       call config%complain(errors, 'Wing', 'file', 'has no triangles: a flow needs a surface')
       found = .false.
     end if
     if (.not. found .or. .not. wants_flexible(config)) return
-    call refuse_root_compliance(config, setup%asked, errors)
+    call refuse_root_compliance(config, wing_case%requested, errors)
     ! Curvatures, places and sections are those of a wing in this plane.
-    if (any(abs(setup%wing%points(3, :)) > FLAT*setup%model%size)) then
+    if (any(abs(wing_case%wing%points(3, :)) > FLAT*wing_case%model%size)) then
       call config%complain(errors, 'Wing', 'file', 'is not flat in the plane z = 0, as wings = flexible need it')
       found = .false.
     end if
   end subroutine read_wing_file
 
-  !> What the coupler needs. `has_wing` tells whether `setup` holds a wing; without one the keys are read all the same, so that
+  !> What the coupler needs. `has_wing` tells whether `wing_case` holds a wing; without one the keys are read all the same, so that
   !> their mistakes are told with that of the wing. `t_end` is the end of the run, T.
-  subroutine read_coupler(config, setup, has_wing, flight, grid, t_end, units, units_given, params, errors, notices)
+  subroutine read_coupler(config, wing_case, has_wing, flight, grid, t_end, units, units_given, params, errors, notices)
     type(config_t), intent(in) :: config
-    type(wing_case_t), intent(in) :: setup
+    type(wing_case_t), intent(in) :: wing_case
     logical, intent(in) :: has_wing
     type(flight_params_t), intent(in) :: flight
     type(grid_t), intent(in) :: grid
@@ -137,7 +137,7 @@ contains
                    config%is_given('units', 'density')])) &
       call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
                            '[units] must say what L, T and the density are')
-    if (has_wing .and. units_given .and. setup%has_mass) call set_mechanics(config, setup, grid, units, params)
+    if (has_wing .and. units_given .and. wing_case%has_mass) call set_mechanics(config, wing_case, grid, units, params)
     params%gravity = config%get_reals(F, 'gravity')
     params%friction = config%get_word(F, 'load') == 'pressure_viscous'
     params%extrapolates = config%get_switch(F, 'load_extrapolated')
@@ -175,25 +175,25 @@ contains
   end subroutine read_coupler
 
   !> The part of the wing: its model, its inertia, and the fluid that it carries along.
-  subroutine set_mechanics(config, setup, grid, units, params)
+  subroutine set_mechanics(config, wing_case, grid, units, params)
     type(config_t), intent(in) :: config
-    type(wing_case_t), intent(in) :: setup
+    type(wing_case_t), intent(in) :: wing_case
     type(grid_t), intent(in) :: grid
     type(unit_scales_t), intent(in) :: units
     type(coupler_params_t), intent(inout) :: params
     real(rp), allocatable :: span_chord(:, :)
-    params%model = setup%model
-    call params%inertia%init(setup%model, setup%mass%nodal)
-    call read_damping(config, setup%model, params%inertia)
+    params%model = wing_case%model
+    call params%inertia%init(wing_case%model, wing_case%mass%nodal)
+    call read_damping(config, wing_case%model, params%inertia)
     params%membrane = 0
-    if (setup%mass%area > 0) params%membrane = setup%mass%membrane/setup%mass%area
-    params%density = setup%material%vein_density
+    if (wing_case%mass%area > 0) params%membrane = wing_case%mass%membrane/wing_case%mass%area
+    params%density = wing_case%material%vein_density
     params%units = units
     ! A plane flow runs along the length of the sheet, whose width is the depth that has no end.
-    span_chord = setup%wing%points(:2, :)
+    span_chord = wing_case%wing%points(:2, :)
     if (grid%is_2d) span_chord = span_chord([2, 1], :)
-    params%added_mass = added_mass_ratio(span_chord, setup%wing%triangles, setup%mass%nodal, units%mass/units%length**3)
-    params%light_layer = light_layer(setup%wing%points, setup%wing%triangles, setup%mass%nodal)
+    params%added_mass = added_mass_ratio(span_chord, wing_case%wing%triangles, wing_case%mass%nodal, units%mass/units%length**3)
+    params%light_layer = light_layer(wing_case%wing%points, wing_case%wing%triangles, wing_case%mass%nodal)
   end subroutine set_mechanics
 
   !> Remarks on keys of the load that is looked at beside the wings, which those without thickness do not need.

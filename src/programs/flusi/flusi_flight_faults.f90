@@ -17,7 +17,7 @@ module flusi_flight_faults
 
   real(rp), parameter :: CELLS = 4       !< of thickness that a wing in the mask should have
   real(rp), parameter :: ROUNDING = 1.0e-9_rp
-  integer, parameter :: LOOKS = 64       !< in one beat
+  integer, parameter :: N_SAMPLES = 64   !< in one beat
   character(*), parameter :: AXES = 'xyz'
 
 contains
@@ -67,8 +67,8 @@ contains
     end do
     has_left = .false.
     have_touched = .false.
-    do k = 0, LOOKS
-      time = duration(flight, t_end)*k/LOOKS
+    do k = 0, N_SAMPLES
+      time = duration(flight, t_end)*k/N_SAMPLES
       call place(flight, time, surfaces)
       do i = 1, size(surfaces)
         if (has_left(i) .or. way_out(surfaces(i), grid) == 0) cycle

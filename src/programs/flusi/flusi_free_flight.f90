@@ -24,10 +24,10 @@ contains
 
   !> Mistakes and doubts of a free flight; nothing of another one. Completes the masses of rigid wings that have [Wing] and
   !> the gravity on flexible ones.
-  subroutine check_free_flight(config, setup, has_file, flexible, units, units_given, fluid, flight, coupler, errors, &
+  subroutine check_free_flight(config, wing_case, has_file, flexible, units, units_given, fluid, flight, coupler, errors, &
                                notices)
     type(config_t), intent(in) :: config
-    type(wing_case_t), intent(in) :: setup  !< of [Wing]
+    type(wing_case_t), intent(in) :: wing_case !< of [Wing]
     logical, intent(in) :: has_file, flexible, units_given
     type(unit_scales_t), intent(in) :: units
     type(fluid_params_t), intent(in) :: fluid
@@ -54,8 +54,8 @@ contains
       call set_gravity(config, units, flight, coupler, errors)
       wings = size(flight%wings)*sum(coupler%inertia%mass)/units%mass
     else
-      if (has_file .and. setup%has_mass .and. units_given .and. .not. config%is_given(SECTION, 'wing_mass') .and. &
-          .not. config%is_given(SECTION, 'Jxx')) call take_masses(setup, units, flight)
+      if (has_file .and. wing_case%has_mass .and. units_given .and. .not. config%is_given(SECTION, 'wing_mass') .and. &
+          .not. config%is_given(SECTION, 'Jxx')) call take_masses(wing_case, units, flight)
       wings = mass_of_wings(flight)
       if (.not. config%is_given(SECTION, 'wing_mass') .and. config%is_given(SECTION, 'Jxx') .and. &
           flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) then
@@ -94,15 +94,15 @@ contains
   end subroutine drop_masses
 
   !> Rigid wings with the mass of every point of [Wing].
-  subroutine take_masses(setup, units, flight)
-    type(wing_case_t), intent(in) :: setup
+  subroutine take_masses(wing_case, units, flight)
+    type(wing_case_t), intent(in) :: wing_case
     type(unit_scales_t), intent(in) :: units
     type(flight_params_t), intent(inout) :: flight
     integer :: i
     do i = 1, size(flight%wings)
       associate (wing => flight%wings(i))
-        if (size(wing%points, 2) /= size(setup%mass%nodal)) cycle
-        wing%moments = moments_of_points(setup%mass%nodal/units%mass, wing%points)
+        if (size(wing%points, 2) /= size(wing_case%mass%nodal)) cycle
+        wing%moments = moments_of_points(wing_case%mass%nodal/units%mass, wing%points)
       end associate
     end do
   end subroutine take_masses

@@ -20,13 +20,13 @@ module flusi_memory
   end type memory_t
 
   !> The part of one field or spectrum that a rank holds, in bytes.
-  type :: share_t
+  type :: portion_t
     real(rp) :: field = 0    !< a field on its points
     real(rp) :: spectrum = 0 !< a field on its modes inside the truncation
     real(rp) :: exchange = 0 !< exchange buffers of a field
     real(rp) :: planes = 1   !< its planes, a number
     real(rp) :: whole = 0, whole_exchange = 0 !< the same of a spectrum without truncation
-  end type share_t
+  end type portion_t
 
   integer, parameter :: FIELDS_IN = 7 !< velocity, vorticity, divergence
 
@@ -37,15 +37,15 @@ contains
     type(settings_t), intent(in) :: settings
     integer, intent(in) :: ranks
     type(memory_t) :: m
-    type(share_t) :: s
+    type(portion_t) :: s
     real(rp) :: kept, flow, writing
     integer :: n_out, n_sent, parts
     associate (p => settings%fluid, o => settings%output)
       n_out = merge(6, 3, p%sponge) + merge(1, 0, settings%needs_pressure())
       if (p%transform == 'p3dfft') then
-        call share_of_blocks(p, ranks, m, s)
+        call blocks_portion(p, ranks, m, s)
       else
-        call share_of_sticks(p, ranks, m, s)
+        call sticks_portion(p, ranks, m, s)
       end if
       if (.not. m%possible) return
       n_sent = merge(FIELDS_IN - 1, FIELDS_IN, m%rows == 1) ! the vorticity along z is made of the velocity
@@ -54,7 +54,7 @@ contains
       if (settings%needs_pressure()) kept = kept + s%spectrum
       if (settings%needs_trials()) kept = kept + 3*s%spectrum
       if (settings%needs_fields()) kept = kept + 6*s%field
-      if (settings%looks_at_pressure()) kept = kept + s%field
+      if (settings%samples_pressure()) kept = kept + s%field
       if (o%wing_sides) kept = kept + s%field
       kept = kept + o%held_fields(p%grid%n(1))*s%field
       flow = merge(3, 0, o%needs_flow())*s%spectrum
@@ -83,11 +83,11 @@ contains
   end function estimate_memory
 
   !> The builtin transform's shares; see spectral_pencil for the two exchange buffers.
-  subroutine share_of_sticks(p, ranks, m, s)
+  subroutine sticks_portion(p, ranks, m, s)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: ranks
     type(memory_t), intent(inout) :: m
-    type(share_t), intent(out) :: s
+    type(portion_t), intent(out) :: s
     type(sticks_t) :: sticks
     real(rp) :: lines, row_sticks, near, far
     call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible)
@@ -115,14 +115,14 @@ contains
       s%whole_exchange = 16*(near + far)
       m%largest_buffer = max(m%largest_buffer, near, far)
     end associate
-  end subroutine share_of_sticks
+  end subroutine sticks_portion
 
   !> P3DFFT's shares; the rank with the lowest modes has most sticks.
-  subroutine share_of_blocks(p, ranks, m, s)
+  subroutine blocks_portion(p, ranks, m, s)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: ranks
     type(memory_t), intent(inout) :: m
-    type(share_t), intent(out) :: s
+    type(portion_t), intent(out) :: s
     type(sticks_t) :: sticks
     integer :: block(2)
     real(rp) :: lines, box
@@ -139,5 +139,5 @@ contains
     s%whole = 16*(p%grid%n(1)/2 + 1)*lines*s%planes
     s%exchange = 16*box + 3*max(16*box, s%whole)
     m%largest_buffer = 16*box
-  end subroutine share_of_blocks
+  end subroutine blocks_portion
 end module flusi_memory

@@ -76,7 +76,7 @@ module flusi_settings
     procedure :: needs_fields => settings_needs_fields
     procedure :: needs_pressure => settings_needs_pressure
     procedure :: needs_trials => settings_needs_trials
-    procedure :: looks_at_pressure => settings_looks_at_pressure
+    procedure :: samples_pressure => settings_samples_pressure
   end type settings_t
 
 contains
@@ -205,7 +205,7 @@ contains
     character(*), intent(in) :: name
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
-    type(wing_case_t) :: setup
+    type(wing_case_t) :: wing_case
     logical :: has_file
     integer :: errors_before
     real(rp) :: metre, file_unit, unit
@@ -214,9 +214,9 @@ contains
     has_file = .false.
     errors_before = errors%count()
     if (wants_wing_file(s%config)) then
-      call read_wing_file(s%config, name, setup, has_file, errors, notices, world)
+      call read_wing_file(s%config, name, wing_case, has_file, errors, notices, world)
       call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
-                              notices, world, setup%wing)
+                              notices, world, wing_case%wing)
     else
       call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
                               notices, world)
@@ -226,9 +226,9 @@ contains
       if (errors%count() > errors_before) return ! all that follows would be wrong by the same factor
     end if
     s%flexible = has_file .and. wants_flexible(s%config)
-    if (wants_flexible(s%config)) call read_coupler(s%config, setup, has_file, s%flight, s%fluid%grid, s%fluid%t_max, &
+    if (wants_flexible(s%config)) call read_coupler(s%config, wing_case, has_file, s%flight, s%fluid%grid, s%fluid%t_max, &
                                                     s%units%scales(), s%units%given, s%coupler, errors, notices)
-    call check_free_flight(s%config, setup, has_file, s%flexible, s%units%scales(), s%units%given, s%fluid, s%flight, &
+    call check_free_flight(s%config, wing_case, has_file, s%flexible, s%units%scales(), s%units%given, s%fluid, s%flight, &
                            s%coupler, errors, notices)
     call check_place(s%config, s%flight, s%fluid%grid, errors)
     if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%t_max, errors)
@@ -315,24 +315,24 @@ contains
   !> Whether any pass will be asked for velocity or vorticity in physical space.
   pure logical function settings_needs_fields(self) result(needs)
     class(settings_t), intent(in) :: self
-    needs = self%output%needs_fields() .or. (self%looks_at_pressure() .and. self%coupler%needs_fields())
+    needs = self%output%needs_fields() .or. (self%samples_pressure() .and. self%coupler%needs_fields())
   end function settings_needs_fields
 
   !> Whether the coupling will make trials of the flow.
   pure logical function settings_needs_trials(self) result(needs)
     class(settings_t), intent(in) :: self
-    needs = self%looks_at_pressure() .and. self%coupler%needs_trials()
+    needs = self%samples_pressure() .and. self%coupler%needs_trials()
   end function settings_needs_trials
 
   !> Whether any pass will be asked for the pressure.
   pure logical function settings_needs_pressure(self) result(needs)
     class(settings_t), intent(in) :: self
-    needs = self%output%pressure .or. self%output%wing_sides .or. self%looks_at_pressure()
+    needs = self%output%pressure .or. self%output%wing_sides .or. self%samples_pressure()
   end function settings_needs_pressure
 
   !> Whether the load that bends the wings is that of the pressure beside them.
-  pure logical function settings_looks_at_pressure(self) result(looks)
+  pure logical function settings_samples_pressure(self) result(looks)
     class(settings_t), intent(in) :: self
     looks = self%flexible .and. .not. self%flight%thin%is_thin
-  end function settings_looks_at_pressure
+  end function settings_samples_pressure
 end module flusi_settings

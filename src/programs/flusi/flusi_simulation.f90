@@ -66,7 +66,7 @@ module flusi_simulation
     procedure :: init => simulation_init
     procedure :: run => simulation_run
     procedure :: finish => simulation_finish
-    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, look_ahead, bend, push, move_wings, fail
+    procedure, private :: restart, is_done, write_end, back_up, back_up_failed, request_fields, bend, push, move_wings, fail
   end type simulation_t
 
 contains
@@ -179,7 +179,7 @@ contains
     end if
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
-        call self%look_ahead(.false., request)
+        call self%request_fields(.false., request)
         call self%timers%start(self%t_step)
         call fluid%step(request, self%failure, self%wings)
         call self%timers%stop(self%t_step)
@@ -228,7 +228,7 @@ contains
   subroutine write_end(self, request)
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
-    call self%look_ahead(.true., request)
+    call self%request_fields(.true., request)
     call self%fluid%evaluate(request, self%failure, self%wings)
     if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
     if (self%failure%failed) return
@@ -239,14 +239,14 @@ contains
   end subroutine write_end
 
   !> Decides what is due, and takes of the present state what the step that follows would change.
-  subroutine look_ahead(self, is_last, request)
+  subroutine request_fields(self, is_last, request)
     class(simulation_t), intent(inout) :: self
     logical, intent(in) :: is_last
     type(request_t), intent(out) :: request
-    call self%output%look_ahead(self%fluid, is_last, request, self%averages)
-    if (self%output%integrals_due) call self%series%look_at_spectra(self%fluid)
+    call self%output%request_fields(self%fluid, is_last, request, self%averages)
+    if (self%output%integrals_due) call self%series%record_spectra(self%fluid)
     if (allocated(self%coupler)) call self%coupler%add_request(request)
-  end subroutine look_ahead
+  end subroutine request_fields
 
   !> Takes the load on the flexible wings where they are.
   subroutine sample_loads(self)

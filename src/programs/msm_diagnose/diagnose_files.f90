@@ -14,7 +14,7 @@ module diagnose_files
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_next, only: next_t
-  use diagnosis_wing_quantities, only: setup_coordinates, setup_params, setup_t
+  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t
   use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
@@ -58,20 +58,20 @@ contains
     real(rp), intent(in) :: q(:)
     character(*), intent(in) :: what, path
     type(failure_t), intent(inout) :: failure
-    type(setup_t) :: setup
+    type(fit_case_t) :: fit_case
     type(solid_params_t) :: params
     character(:), allocatable :: mesh
     logical :: ok
-    call setup_params(s%experiment, s%setup%wing, s%catalogue%kinds, q, setup, params)
+    call fit_case_params(s%experiment, s%wing_case%wing, s%catalogue%parameters, q, fit_case, params)
     mesh = ''
     if (s%fits_finer) then
       params = coarsen_params(params)
       mesh = '; fitted on a mesh of half the size'//NL
     end if
-    call write_text(path, '; Stiffness of '//s%setup%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
+    call write_text(path, '; Stiffness of '//s%wing_case%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
-                    wing_lines(params, s%setup)//mass_lines(s, q)// &
-                    instrument_lines(setup%experiment%instrument_at(setup_coordinates(setup, q))), ok)
+                    wing_lines(params, s%wing_case)//mass_lines(s, q)// &
+                    instrument_lines(fit_case%experiment%instrument_at(fit_case_coordinates(fit_case, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment
 
@@ -88,10 +88,10 @@ contains
     logical :: is_valid
     n = simulator%n_observations
     allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
-    call d%stand_at_baseline(simulator)
+    call d%restore_baseline(simulator)
     call simulator%evaluate(d%plain%q, [integer ::], base, jacobian, is_valid)
     extended = base
-    call d%stand_at_extended(simulator)
+    call d%restore_extended(simulator)
     if (d%extended%is_found) call simulator%evaluate(d%extended%q, [integer ::], extended, jacobian, is_valid)
     white(:, 1) = base
     white(:, 2) = extended
@@ -99,7 +99,7 @@ contains
     call file%create_serial(s%name//'.h5.part', failure)
     call put_attribute(file, '/', 'schema', 'flusi-msm diagnosis', failure)
     call put_attribute(file, '/', 'version', 1, failure)
-    call put_attribute(file, '/', 'wing', s%setup%path, failure)
+    call put_attribute(file, '/', 'wing', s%wing_case%path, failure)
     call put_attribute(file, '/', 'measurement', s%measurement_path, failure)
     call file%make_group('/loads', failure)
     do l = 1, size(s%measurement%loads)
@@ -164,8 +164,8 @@ contains
       write (line, '(2(",",es12.5))') next%now(1), next%after(next%order(i))
       text = text//trim(line)//new_line('a')
     end do
-    do i = 1, size(next%places)
-      associate (load => next%places(i))
+    do i = 1, size(next%sites)
+      associate (load => next%sites(i))
         write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), &
           next%now(1), load%after
         text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')

@@ -2,11 +2,11 @@
 !> What the causes of a verdict have become, in words: one sentence for each cause, with a part for each of its parameters.
 module diagnose_findings
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use diagnosis_case, only: diagnosis_case_t
   use diagnose_words, only: finding_t, finding_text, strength_text
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
-  use inference_simulator, only: quantity_t
   use least_squares_profile, only: interval_t
   implicit none
   private
@@ -50,7 +50,7 @@ contains
         size_of = norm2(one%tangents(:, k))
         if (size_of < FAINT) cycle
         step = d%detectable_snr(e)/size_of
-        associate (q => s%catalogue%quantities(one%columns(k)))
+        associate (q => s%catalogue%parameters(one%columns(k)))
           if (.not. step < min(merge(FAR, huge(step), q%is_log), q%upper - q%null)) cycle
           if (text /= '') text = text//'; '
           text = text//strength_text(make_finding(q, s%catalogue%effects(e)%variants(one%variant)%label, q%null + step))
@@ -95,10 +95,10 @@ contains
         end if
         at = findloc(fit%active, one%columns(k), 1)
         if (at <= n) cycle
-        finding = make_finding(s%catalogue%quantities(one%columns(k)), &
+        finding = make_finding(s%catalogue%parameters(one%columns(k)), &
                                s%catalogue%effects(one%effect)%variants(one%variant)%label, fit%q(one%columns(k)))
         if (present(intervals)) then
-          if (allocated(intervals)) call add_interval(finding, s%catalogue%quantities(one%columns(k))%is_log, intervals(at - n))
+          if (allocated(intervals)) call add_interval(finding, s%catalogue%parameters(one%columns(k))%is_log, intervals(at - n))
         end if
         if (text /= '') text = text//'; '
         text = text//finding_text(finding)
@@ -107,18 +107,18 @@ contains
   end function fit_text
 
   !> A parameter at the coordinate q, without an interval.
-  function make_finding(quantity, place, q) result(finding)
-    type(quantity_t), intent(in) :: quantity
+  function make_finding(parameter, place, q) result(finding)
+    class(parameter_t), intent(in) :: parameter
     character(*), intent(in) :: place
     real(rp), intent(in) :: q
     type(finding_t) :: finding
-    finding%name = quantity%name
-    finding%unit = quantity%unit
+    finding%name = parameter%name
+    finding%unit = parameter%unit
     finding%place = place
-    finding%null = quantity%null
+    finding%null = parameter%null
     finding%best = q
-    if (.not. quantity%is_log) return
-    finding%null = exp(quantity%null)
+    if (.not. parameter%is_log) return
+    finding%null = exp(parameter%null)
     finding%best = exp(q)
   end function make_finding
 

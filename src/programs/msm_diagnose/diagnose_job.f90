@@ -41,8 +41,8 @@ module diagnose_job
     type(diagnose_settings_t) :: settings
     type(wing_simulator_t) :: simulator
     type(diagnosis_t) :: diagnosis
-    type(discretisation_error_t) :: band
-    logical :: has_band = .false. !< the band can be sought
+    type(discretisation_error_t) :: discretisation
+    logical :: has_discretisation = .false. !< the band can be sought
     type(failure_t) :: failure
     type(lock_t), private :: lock !< of the files, on rank 0
     type(journal_t), private :: journal !< of what was computed, on rank 0
@@ -83,16 +83,16 @@ contains
     type(diagnose_command_t), intent(in) :: command
     type(failure_t) :: failure
     associate (s => self%settings)
-      call self%simulator%init(self%world, s%experiment, s%setup%wing, s%catalogue%quantities, s%catalogue%kinds, &
+      call self%simulator%init(self%world, s%experiment, s%wing_case%wing, s%catalogue%parameters, &
                                s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns, s%parts)
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
       if (s%options%is_scale_known .and. .not. s%measurement%is_plan) self%simulator%noise%factor = 1
-      self%has_band = s%finds_band .and. command%action /= DIAGNOSE_PLAN
+      self%has_discretisation = s%finds_discretisation .and. command%action /= DIAGNOSE_PLAN
     end associate
-    if (.not. self%has_band) return
-    call self%band%init(self%world, self%settings, failure)
-    self%has_band = .not. failure%failed
+    if (.not. self%has_discretisation) return
+    call self%discretisation%init(self%world, self%settings, failure)
+    self%has_discretisation = .not. failure%failed
     if (failure%failed .and. self%world%is_root) &
       write (error_unit, '(a)') 'notice: what the mesh does is not known: '//failure%reason
   end subroutine diagnose_begin
@@ -104,7 +104,7 @@ contains
     type(next_t) :: next
     type(zeros_t) :: zeros
     type(unknown_t) :: unknown
-    type(residual_check_t), allocatable :: questions(:)
+    type(residual_check_t), allocatable :: checks(:)
     type(draws_file_t) :: store
     character(:), allocatable :: warning
     store%path = self%settings%draws_path
@@ -116,13 +116,13 @@ contains
       return
     end if
     call begin_journal(self, command)
-    if (self%has_band) then
-      call self%band%find(self%settings, self%simulator)
-      if (.not. self%band%is_found) write (error_unit, '(a)') 'notice: what the mesh does is not known, and not '// &
+    if (self%has_discretisation) then
+      call self%discretisation%find(self%settings, self%simulator)
+      if (.not. self%discretisation%is_found) write (error_unit, '(a)') 'notice: what the mesh does is not known, and not '// &
         'counted as an error: one of the two meshes could not be fitted'
     end if
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, &
-                       store, self%band)
+                       store, self%discretisation)
     if (self%failure%failed) then
       self%code = EXIT_NUMERICAL
       return
@@ -132,16 +132,16 @@ contains
     call judge_variance(self%settings%noise, self%diagnosis%scale)
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
-    call ask(self, questions)
+    call check_baseline(self, checks)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
-    call print_verdict(output_unit, self%settings, self%diagnosis, self%band, next, zeros, unknown)
+    call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
     call write_fragments(self%settings, self%diagnosis, self%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)
     ! The verdict comes last: where it is, all is.
-    call write_diagnosis_json(self%settings, self%diagnosis, self%band, next, questions, zeros, unknown, self%failure)
+    call write_diagnosis_json(self%settings, self%diagnosis, self%discretisation, next, checks, zeros, unknown, self%failure)
     if (command%wants_code) self%code = self%diagnosis%decision%verdict
     if (self%failure%failed) self%code = EXIT_UNWRITABLE
   end subroutine diagnose_lead
@@ -185,14 +185,14 @@ contains
       '.journal is of a diagnosis of the same inputs that did not end; this one goes on with it'
     flush (error_unit)
     self%simulator%journal => journal
-    if (self%has_band) call self%band%use_journal(journal)
+    if (self%has_discretisation) call self%discretisation%use_journal(journal)
   end subroutine begin_journal
 
   !> Does tasks for rank 0. On the other ranks.
   subroutine diagnose_serve(self)
     class(diagnose_t), intent(inout) :: self
-    if (self%has_band) then
-      call self%band%serve(self%simulator)
+    if (self%has_discretisation) then
+      call self%discretisation%serve(self%simulator)
     else
       call self%simulator%serve()
     end if
@@ -201,33 +201,33 @@ contains
   !> Ends `serve`. On rank 0.
   subroutine diagnose_shut_down(self)
     class(diagnose_t), intent(inout) :: self
-    if (self%has_band) then
-      call self%band%shut_down(self%simulator)
+    if (self%has_discretisation) then
+      call self%discretisation%shut_down(self%simulator)
     else
       call self%simulator%shut_down()
     end if
   end subroutine diagnose_shut_down
 
   !> Puts the plain questions to the residuals of the baseline.
-  subroutine ask(self, questions)
+  subroutine check_baseline(self, checks)
     class(diagnose_t), intent(inout) :: self
-    type(residual_check_t), allocatable, intent(out) :: questions(:)
+    type(residual_check_t), allocatable, intent(out) :: checks(:)
     real(rp) :: residuals(self%simulator%n_observations), jacobian(self%simulator%n_observations, 0)
     real(rp) :: both(self%simulator%n_observations, 2)
     logical :: is_valid
-    call self%diagnosis%stand_at_baseline(self%simulator)
+    call self%diagnosis%restore_baseline(self%simulator)
     call self%simulator%evaluate(self%diagnosis%baseline%q, [integer ::], residuals, jacobian, is_valid)
-    call self%diagnosis%stand_at_extended(self%simulator)
+    call self%diagnosis%restore_extended(self%simulator)
     both(:, 1) = residuals
     both(:, 2) = self%simulator%labels%observed
     call self%diagnosis%whitener%apply(both)
     if (is_valid) then
       call check_residuals(self%simulator%labels, both(:, 1), both(:, 2), self%settings%catalogue%n_baseline, &
-                              self%diagnosis%scale, questions)
+                              self%diagnosis%scale, checks)
     else
-      allocate (questions(0))
+      allocate (checks(0))
     end if
-  end subroutine ask
+  end subroutine check_baseline
 
   !> The values of [Wing], or where a fit for the band has come from there; then points about the values of [Wing].
   function starts(self) result(points)
@@ -235,16 +235,16 @@ contains
     real(rp), allocatable :: points(:, :)
     real(rp) :: pair(2)
     integer :: s, i
-    allocate (points(size(self%simulator%quantities), self%settings%n_starts))
+    allocate (points(size(self%simulator%parameters), self%settings%n_starts))
     do s = 1, size(points, 2)
       points(:, s) = self%simulator%null_point()
-      if (s == 1 .and. allocated(self%band%start)) points(:, s) = self%band%start
+      if (s == 1 .and. allocated(self%discretisation%start)) points(:, s) = self%discretisation%start
       if (s == 1) cycle
       do i = 1, self%settings%catalogue%n_baseline
-        if (.not. self%simulator%quantities(i)%is_log) cycle
+        if (.not. self%simulator%parameters(i)%is_log) cycle
         pair = random_uniforms(self%settings%options%seed, START_STREAM, int(s, i8)*1000000_i8 + i)
         points(i, s) = points(i, s) + START_SPREAD*(2*pair(1) - 1)
-        points(i, s) = max(self%simulator%quantities(i)%lower, min(self%simulator%quantities(i)%upper, points(i, s)))
+        points(i, s) = max(self%simulator%parameters(i)%lower, min(self%simulator%parameters(i)%upper, points(i, s)))
       end do
     end do
   end function starts
@@ -257,7 +257,7 @@ contains
     call self%journal%finish(self%code /= EXIT_UNWRITABLE)
     call self%lock%release()
     call self%simulator%free()
-    if (self%has_band) call self%band%free()
+    if (self%has_discretisation) call self%discretisation%free()
     self%code = self%world%max_integer(self%code)
   end subroutine diagnose_finish
 end module diagnose_job

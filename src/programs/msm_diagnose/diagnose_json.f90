@@ -31,12 +31,12 @@ module diagnose_json
 contains
 
   !> Writes the file.
-  subroutine write_diagnosis_json(s, d, band, next, questions, zeros, unknown, failure)
+  subroutine write_diagnosis_json(s, d, discretisation, next, checks, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    type(discretisation_error_t), intent(in) :: band
+    type(discretisation_error_t), intent(in) :: discretisation
     type(next_t), intent(in) :: next
-    type(residual_check_t), intent(in) :: questions(:)
+    type(residual_check_t), intent(in) :: checks(:)
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
@@ -47,17 +47,17 @@ contains
     call json%put('schema', 'flusi-msm diagnosis')
     call json%put('schema_version', SCHEMA_VERSION)
     call json%put('program', 'msm_diagnose '//BUILD_VERSION//' ('//BUILD_COMMIT//')')
-    call json%put('wing', s%setup%path)
+    call json%put('wing', s%wing_case%path)
     call json%put('measurement', s%measurement_path)
     call json%put('seed', int(s%options%seed))
     call put_verdict(json, s, d, unknown)
     call put_noise(json, s, d)
     call json%open_object('mesh_band')
-    call json%put('is_found', band%is_found)
-    call json%put('points', band%n_points)
+    call json%put('is_found', discretisation%is_found)
+    call json%put('points', discretisation%n_points)
     call json%put('is_fitted_on', s%fits_finer)
-    call json%put('rms_m', band%rms)
-    call json%put('snr', band%snr)
+    call json%put('rms_m', discretisation%rms)
+    call json%put('snr', discretisation%snr)
     call json%close()
     call put_baseline(json, s, d)
     call json%open_list('effects')
@@ -70,12 +70,12 @@ contains
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
     call json%open_list('questions')
-    do i = 1, size(questions)
+    do i = 1, size(checks)
       call json%open_object('')
-      call json%put('name', questions(i)%name)
-      call json%put('statistic', questions(i)%statistic)
-      call json%put('p', questions(i)%p)
-      call json%put('sentence', questions(i)%sentence)
+      call json%put('name', checks(i)%name)
+      call json%put('statistic', checks(i)%statistic)
+      call json%put('p', checks(i)%p)
+      call json%put('sentence', checks(i)%sentence)
       call json%close()
     end do
     call json%close()
@@ -90,12 +90,12 @@ contains
     end do
     call json%close()
     call json%open_list('new_loads')
-    do i = 1, size(next%places)
+    do i = 1, size(next%sites)
       call json%open_object('')
-      call json%put('place_m', next%places(i)%place)
-      call json%put('force_n', next%places(i)%force)
-      call json%put('direction', next%places(i)%direction)
-      call json%put('separation_sd', next%places(i)%after)
+      call json%put('place_m', next%sites(i)%place)
+      call json%put('force_n', next%sites(i)%force)
+      call json%put('direction', next%sites(i)%direction)
+      call json%put('separation_sd', next%sites(i)%after)
       call json%put('separation_now_sd', next%now(1))
       call json%close()
     end do
@@ -149,11 +149,11 @@ contains
       call json%put('snr', v%snr)
       call json%put('remainder_log_p', v%remainder_log_p)
       call json%put('rejection_power', v%name_power)
-      call json%put('is_together', v%is_together)
+      call json%put('is_together', v%is_joint)
       call json%put('set_because', trim(v%reason))
       call json%put('linear_word', verdict_word(d%linear%verdict))
       call json%put('posterior_none', v%posterior_none)
-      call json%put('posterior_together', v%posterior_together)
+      call json%put('posterior_together', v%posterior_joint)
       call json%put('posterior_unknown', v%posterior_unknown)
       call json%open_list('causes')
       do i = 1, size(v%causes)
@@ -198,7 +198,7 @@ contains
     call json%put('is_found', s%outliers%n > 0)
     call json%put('heights_left_out', s%outliers%n)
     call json%put('heights_tested', s%outliers%n_tested)
-    call json%put('share_90', s%outliers%share)
+    call json%put('share_90', s%outliers%fraction)
     call json%close()
     call json%close()
   end subroutine put_noise
@@ -226,7 +226,7 @@ contains
     integer :: i
     call json%open_list('parameters')
     do i = 1, size(fit%active)
-      associate (one => s%catalogue%quantities(fit%active(i)), q => fit%q(fit%active(i)))
+      associate (one => s%catalogue%parameters(fit%active(i)), q => fit%q(fit%active(i)))
         call json%open_object('')
         call json%put('name', one%name)
         call json%put('unit', one%unit)
@@ -252,7 +252,7 @@ contains
       associate (columns => d%design%candidates(d%decision%causes(i))%columns)
         do k = 1, size(columns)
           call json%open_object('')
-          call json%put('name', s%catalogue%quantities(columns(k))%name)
+          call json%put('name', s%catalogue%parameters(columns(k))%name)
           call json%put('sentence', parameter_finding(s, d, i, k))
           call json%close()
         end do
@@ -304,7 +304,7 @@ contains
           call json%put('shows_from', shows_from(s, d, e))
           call json%open_list('parameters')
           do i = 1, size(one%columns)
-            call json%put('', s%catalogue%quantities(one%columns(i))%name)
+            call json%put('', s%catalogue%parameters(one%columns(i))%name)
           end do
           call json%close()
         end associate
@@ -333,9 +333,9 @@ contains
         do i = 1, size(d%intervals)
           column = d%extended%active(size(d%baseline%active) + i)
           ends = [d%intervals(i)%lower, d%intervals(i)%best, d%intervals(i)%upper]
-          if (s%catalogue%quantities(column)%is_log) ends = exp(ends)
+          if (s%catalogue%parameters(column)%is_log) ends = exp(ends)
           call json%open_object('')
-          call json%put('name', s%catalogue%quantities(column)%name)
+          call json%put('name', s%catalogue%parameters(column)%name)
           call json%put('lower_best_upper', ends)
           call json%put('has_lower', d%intervals(i)%has_lower)
           call json%put('has_upper', d%intervals(i)%has_upper)

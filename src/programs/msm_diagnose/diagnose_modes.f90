@@ -7,7 +7,7 @@ module diagnose_modes
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_words, only: fixed
   use diagnosis_wing_modes, only: mass_effects_at
-  use diagnosis_wing_quantities, only: KIND_POINT_MASS
+  use diagnosis_wing_parameters, only: KIND_POINT_MASS
   use inference_engine, only: diagnosis_t
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
@@ -80,12 +80,12 @@ contains
     integer :: i
     text = ''
     if (s%measurement%count_modes() == 0) return
-    effects = mass_effects_at(s%experiment, s%catalogue%kinds, q)
-    point = s%setup%material%point
+    effects = mass_effects_at(s%experiment, s%catalogue%parameters, q)
+    point = s%wing_case%material%point
     do i = 1, size(q)
-      if (s%catalogue%kinds(i)%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) point = [s%catalogue%kinds(i)%disc(:2), q(i)]
+      if (s%catalogue%parameters(i)%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) point = [s%catalogue%parameters(i)%disc(:2), q(i)]
     end do
-    associate (m => s%setup%material)
+    associate (m => s%wing_case%material)
       text = NL//'[Mass]'//NL//'vein_factor = '//number_text(m%vein_factor*effects%veins)//';'//NL//'membrane_factor = '// &
              number_text(m%membrane_factor*effects%membrane)//';'//NL//'membrane_gradient = '// &
              number_text(m%gradient + effects%gradient)//';'//NL

@@ -48,7 +48,8 @@ contains
     write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
     if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
       'Errors of heights count as independent and as correlated ones, in full: how they mix is not known before.'
-    if (s%finds_band) write (unit, '(a)') 'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
+    if (s%finds_discretisation) write (unit, '(a)') &
+      'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
     flush (unit)
     call write_plan(s, found%design, found%snr, found%helpful, failure)
   end subroutine print_plan
@@ -64,7 +65,7 @@ contains
       'effect                with one more load at x, y [m]      force [N]   found with 90 % from'
     do e = 1, size(helpful)
       if (.not. helpful(e)%is_found) cycle
-      associate (effect => s%catalogue%effects(e), one => helpful(e), q => s%catalogue%quantities(helpful(e)%quantity))
+      associate (effect => s%catalogue%effects(e), one => helpful(e), q => s%catalogue%parameters(helpful(e)%parameter))
         if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, one%strength))
         if (.not. q%is_log) write (value, '(es10.3)') one%strength
         if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
@@ -89,7 +90,7 @@ contains
         return
       end if
       associate (one => design%candidates(best(1)))
-        associate (q => s%catalogue%quantities(one%columns(best(2))))
+        associate (q => s%catalogue%parameters(one%columns(best(2))))
           strength = least*q%prior_sd
           if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
           if (.not. q%is_log) write (value, '(es10.3)') strength
@@ -115,7 +116,7 @@ contains
     call json%put('schema', 'flusi-msm diagnosis plan')
     call json%put('schema_version', SCHEMA_VERSION)
     call json%put('program', 'msm_diagnose '//BUILD_VERSION//' ('//BUILD_COMMIT//')')
-    call json%put('wing', s%setup%path)
+    call json%put('wing', s%wing_case%path)
     call json%put('measurement', s%measurement_path)
     call json%put('level', LEVEL)
     call json%put('power', 0.9_rp)
@@ -154,7 +155,7 @@ contains
       call json%put('missing', effect%missing)
       if (best(1) > 0) then
         associate (one => design%candidates(best(1)))
-          associate (q => s%catalogue%quantities(one%columns(best(2))))
+          associate (q => s%catalogue%parameters(one%columns(best(2))))
             call json%put('parameter', q%name)
             call json%put('unit', q%unit)
             call json%put('is_factor', q%is_log)

@@ -8,7 +8,7 @@ module diagnose_settings
   use common_instrument, only: read_instrument
   use common_outliers, only: choose_heights
   use common_overwrite_guard, only: refuse_overwriting
-  use common_sought, only: read_sought
+  use common_free_parameters, only: read_free_parameters
   use common_wing_settings, only: check_name, find_beside, load_wing
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_noise, only: estimate_noise, plan_noise
@@ -36,7 +36,7 @@ module diagnose_settings
     character(:), allocatable :: measurement_path
     type(outliers_t) :: outliers
     integer :: n_starts = 1
-    logical :: finds_band = .false.         !< what another mesh changes counts as an error
+    logical :: finds_discretisation = .false. !< what another mesh changes counts as an error
     character(:), allocatable :: name       !< first part of the names of the files to write
     character(:), allocatable :: draws_path !< of the file with the null distribution; empty: it is not kept
   end type diagnose_settings_t
@@ -63,14 +63,14 @@ contains
     call s%config%load_text(text, path, registry, errors, notices, .false., world)
     if (s%config%asks_for_unbuilt()) return
     call read_options(s, refine, errors)
-    call load_wing(s%config, path, .false., s%setup, found, errors, notices, world)
+    call load_wing(s%config, path, .false., s%wing_case, found, errors, notices, world)
     if (.not. found) return
     if (s%config%is_given('Measurement', 'file')) then
       call find_beside(path, s%config%get_text('Measurement', 'file'), s%measurement_path, problem, world)
       if (allocated(problem)) then
         call s%config%complain(errors, 'Measurement', 'file', problem)
       else
-        call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors, may_plan)
+        call load_measurement(world, s%measurement_path, s%wing_case%wing, s%measurement, errors, may_plan)
         if (errors%count() == 0) then
           if (s%measurement%is_plan .and. size(s%measurement%x) > 0) &
             call notices%add(s%measurement_path//': the plan of an experiment, without heights, for --plan alone')
@@ -79,10 +79,10 @@ contains
       end if
     end if
     call check_outputs(s, errors)
-    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
+    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%wing_case%model%size)
     call read_instrument(s%config, s%instrument, errors)
-    call read_sought(s%config, 'Diagnose', s%setup%asked, s%instrument, .true., s%sought, errors)
-    if (size(s%sought%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
+    call read_free_parameters(s%config, 'Diagnose', s%wing_case%requested, s%instrument, .true., s%free_parameters, errors)
+    if (size(s%free_parameters%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
                                                'the baseline seeks parameters of the wing only, not of the measurement')
     if (errors%count() > 0) return
     if (s%fits_finer) call take_finer(s)
@@ -97,11 +97,11 @@ contains
     type(effect_t), allocatable :: list(:)
     integer :: e
     if (s%measurement%count_modes() == 0) return
-    if (.not. s%setup%has_mass) call s%config%complain(errors, 'Mass', 'membrane_law', &
+    if (.not. s%wing_case%has_mass) call s%config%complain(errors, 'Mass', 'membrane_law', &
                                   'the measurement holds natural modes, which need a valid mass of the wing')
     list = list_effects()
     do e = 1, size(list)
-      if (all(list(e)%needs /= NEED_UNSTRESSED_REST) .or. .not. is_active(list, e, s%setup%asked%effects)) cycle
+      if (all(list(e)%needs /= NEED_UNSTRESSED_REST) .or. .not. is_active(list, e, s%wing_case%requested%effects)) cycle
       call s%config%complain(errors, 'Wing', 'parameters', &
         'natural modes are those of a wing that is flat and free of stress at rest: without pretension and camber')
       exit
@@ -117,7 +117,7 @@ contains
                                               '_next_measurements.csv', '_plan.json']
     type(message_list_t) :: inputs
     integer :: i
-    call inputs%add(s%setup%path)
+    call inputs%add(s%wing_case%path)
     if (allocated(s%measurement_path)) call inputs%add(s%measurement_path)
     do i = 1, size(ENDINGS)
       call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(ENDINGS(i)), inputs, errors)
@@ -129,11 +129,11 @@ contains
   subroutine take_finer(s)
     type(diagnose_settings_t), intent(inout) :: s
     type(message_list_t) :: messages
-    s%file_wing = s%setup%wing
-    s%file_asked = s%setup%asked
-    call refine_wing(s%file_wing, s%setup%wing)
-    s%setup%asked = refine_params(s%file_asked)
-    if (s%setup%has_mass) call lump_mass(s%setup%wing, s%setup%material, s%setup%mass, messages)
+    s%file_wing = s%wing_case%wing
+    s%file_requested = s%wing_case%requested
+    call refine_wing(s%file_wing, s%wing_case%wing)
+    s%wing_case%requested = refine_params(s%file_requested)
+    if (s%wing_case%has_mass) call lump_mass(s%wing_case%wing, s%wing_case%material, s%wing_case%mass, messages)
   end subroutine take_finer
 
   subroutine read_options(s, refine, errors)
@@ -146,7 +146,7 @@ contains
       s%prior_decades = c%get_real('Diagnose', 'prior_decades')
       choice = c%get_word('Diagnose', 'refine')
       if (refine /= '') choice = refine
-      s%finds_band = choice /= 'no'
+      s%finds_discretisation = choice /= 'no'
       s%fits_finer = choice == 'fit'
       s%n_starts = c%get_integer('Diagnose', 'starts')
       o%is_scale_known = c%get_word('Diagnose', 'noise') == 'declared'
@@ -177,21 +177,21 @@ contains
     options%tolerance = s%config%get_real('Solver', 'tolerance')
     options%step_limit = s%config%get_real('Solver', 'step_limit')
     options%factorisation_limit = s%config%get_integer('Solver', 'factorisation_limit')
-    if (is_loaded_from_both_sides(s%measurement) .and. size(s%setup%wing%joints) > 0) &
-      s%setup%asked%effects%has_sides = .true.
+    if (is_loaded_from_both_sides(s%measurement) .and. size(s%wing_case%wing%joints) > 0) &
+      s%wing_case%requested%effects%has_sides = .true.
     allocate (masses(0))
-    if (s%setup%has_mass) masses = s%setup%mass%nodal
-    if (s%setup%has_mass) call s%parts%init(s%setup%wing, s%setup%mass)
-    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, [integer ::], options, failure, s%instrument, &
+    if (s%wing_case%has_mass) masses = s%wing_case%mass%nodal
+    if (s%wing_case%has_mass) call s%parts%init(s%wing_case%wing, s%wing_case%mass)
+    call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, [integer ::], options, failure, s%instrument, &
                            masses=masses)
     if (failure%failed) then
       call errors%add(failure%reason)
       return
     end if
-    s%setup%model = s%experiment%model
+    s%wing_case%model = s%experiment%model
     call make_bins(s%experiment, usual_size(s%experiment, s%config%get_integer('Diagnose', 'observations')), s%bins)
-    call make_catalogue(s%experiment, s%setup%wing, s%sought%numbers, s%prior_decades, s%catalogue)
-    call make_patterns(s%experiment, s%setup%wing, s%patterns)
+    call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue)
+    call make_patterns(s%experiment, s%wing_case%wing, s%patterns)
     if (s%measurement%is_plan) then
       call plan_noise(s%experiment, s%noise)
       return

@@ -23,11 +23,11 @@ module diagnose_summary
 contains
 
   !> At most 15 lines.
-  subroutine print_verdict(unit, s, d, band, next, zeros, unknown)
+  subroutine print_verdict(unit, s, d, discretisation, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    type(discretisation_error_t), intent(in) :: band
+    type(discretisation_error_t), intent(in) :: discretisation
     type(next_t), intent(in) :: next
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
@@ -35,10 +35,11 @@ contains
     character(:), allocatable :: extended, what
     integer :: i
     call print_data(unit, s)
-    if (band%is_found) then
-      what = 'heights by '//fixed(1.0e6_rp*band%rms, 2)//' um rms'
+    if (discretisation%is_found) then
+      what = 'heights by '//fixed(1.0e6_rp*discretisation%rms, 2)//' um rms'
       if (s%bins%n == 0) what = 'modes'
-      what = what//' after a refit, as a signal-to-noise ratio of '//fixed(band%snr, 1)//' ('//number_text(band%n_points)//' points'
+      what = what//' after a refit, as a signal-to-noise ratio of '//fixed(discretisation%snr, 1)//' ('// &
+             number_text(discretisation%n_points)//' points'
       if (s%fits_finer) what = what//', on which all is fitted'
       write (unit, '(a)') 'mesh      changes '//what//')'
     end if
@@ -95,7 +96,7 @@ contains
     character(:), allocatable :: text
     text = cause_finding(s, d, i)
     if (text == '') text = s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect)%sentence
-    if (d%decision%verdict == VERDICT_SET .and. size(d%decision%set) > 1 .and. .not. d%decision%is_together) &
+    if (d%decision%verdict == VERDICT_SET .and. size(d%decision%set) > 1 .and. .not. d%decision%is_joint) &
       text = 'if it is '//s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect)%title//': '//text
   end function told_cause
 
@@ -125,8 +126,8 @@ contains
     rival = effect_name(next%rivals(1))
     after = next%after(next%order(1))
     what = 'repeat '//s%measurement%surface_name(next%order(1))
-    if (size(next%places) > 0) then
-      associate (load => next%places(1))
+    if (size(next%sites) > 0) then
+      associate (load => next%sites(1))
         if (load%after > after) then
           after = load%after
           what = 'push '//merge('up  ', 'down', load%direction(3) > 0)
@@ -202,7 +203,7 @@ contains
         text = text//' '//s%catalogue%effects(d%decision%set(i))%title
         if (i < size(d%decision%set)) text = text//';'
       end do
-      if (d%decision%is_together) then
+      if (d%decision%is_joint) then
         text = 'consistent with'
         do i = 1, size(d%decision%causes)
           text = text//' '//cause_name(s, d, i)//trim(merge(' and', '    ', i < size(d%decision%causes)))

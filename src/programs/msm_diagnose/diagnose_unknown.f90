@@ -40,7 +40,7 @@ contains
       call json%open_object('')
       call json%put('centre_m', unknown%centre(i))
       call json%put('radius_m', unknown%radius(i))
-      call json%put('share', sum(unknown%region%share, mask=unknown%region%part == i))
+      call json%put('share', sum(unknown%region%fraction, mask=unknown%region%part == i))
       call json%open_list('places_m')
       do k = 1, size(unknown%region%pattern)
         if (unknown%region%part(k) == i) call json%put('', unknown%place(:, k))
@@ -80,7 +80,7 @@ contains
     text = 'around ('//millimetres(middle(1))//', '//millimetres(middle(2))//') mm, radius '// &
            millimetres(unknown%radius(1))//' mm'
     if (unknown%region%is_one_place) then
-      text = text//', probability '//number_text(nint(100*sum(unknown%region%share, mask=unknown%region%part == 1)))// &
+      text = text//', probability '//number_text(nint(100*sum(unknown%region%fraction, mask=unknown%region%part == 1)))// &
              ' % if it is one place'
     else if (unknown%region%n_parts > 1) then
       text = text//', the first of '//number_text(unknown%region%n_parts)//' regions'

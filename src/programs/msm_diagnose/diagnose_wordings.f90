@@ -4,7 +4,7 @@
 module diagnose_wordings
   use base_kinds, only: rp
   use solid_effects, only: effect_wording
-  use solid_wording, only: displayed, factor => word_factor, plain => word_plain, share => word_share, wording_t, DEGREES, &
+  use solid_wording, only: displayed, factor => word_factor, plain => word_plain, fraction => word_fraction, wording_t, DEGREES, &
                            SCALE_EXPONENT, SCALE_FACTOR, SCALE_HALF, SCALE_LINEAR, SCALE_PLAIN
   implicit none
   private
@@ -98,8 +98,8 @@ contains
     case ('load_shift_y')
       call plain(w, 'm', BESIDE, BESIDE, 'toward +y', 'toward -y', '', 0.0_rp)
     case ('nonlinearity')
-      call share(w, 'The wing bends so far that twice the force is not twice the way: with', &
-                 'The wing bends more in proportion to the force than was assumed: with', 'of what geometry alone makes')
+      call fraction(w, 'The wing bends so far that twice the force is not twice the way: with', &
+                    'The wing bends more in proportion to the force than was assumed: with', 'of what geometry alone makes')
     case ('gravity_x')
       call weight(w, 'x')
     case ('gravity_y')

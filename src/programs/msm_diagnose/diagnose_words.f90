@@ -13,7 +13,7 @@
 module diagnose_words
   use base_kinds, only: rp
   use diagnose_wordings, only: find_wording
-  use solid_wording, only: displayed, wording_t, SCALE_PLAIN, SCALE_SHARE
+  use solid_wording, only: displayed, wording_t, SCALE_PLAIN, SCALE_FRACTION
   implicit none
   private
   public :: finding_t, finding_text, fixed, strength_text
@@ -62,14 +62,14 @@ contains
       has = has([2, 1])
     end if
     n%nothing = 0
-    if (n%w%scale == SCALE_SHARE) then
+    if (n%w%scale == SCALE_FRACTION) then
       n%nothing = n%w%reference
     else if (n%w%scale /= SCALE_PLAIN) then
       n%is_times = n%shown(2) >= TIMES_FROM .or. (n%shown(2) < LEAST_TIMES .and. n%shown(2) > 0)
       if (n%is_times) n%nothing = 1
       if (.not. n%is_times) n%shown = 100*(n%shown - 1)
     end if
-    n%is_absolute = n%is_times .or. n%w%scale == SCALE_SHARE
+    n%is_absolute = n%is_times .or. n%w%scale == SCALE_FRACTION
     n%is_up = n%shown(2) >= n%nothing
     n%places = places_for(n%shown, has .and. finding%has_interval)
     text = told(n, has, finding%has_interval)

@@ -72,7 +72,7 @@ contains
     call self%runner%init(self%settings%experiment)
     call self%pool%init(self%world, self%settings%experiment, self%runner, self%settings%limits)
     if (self%world%is_root) &
-      call print_wing(output_unit, what(), self%settings%setup)
+      call print_wing(output_unit, what(), self%settings%wing_case)
 
   contains
 

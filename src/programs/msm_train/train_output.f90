@@ -37,11 +37,11 @@ contains
     logical :: is_soft, ok
     p = settings%experiment%params(trained%coordinates)
     call membrane_note(p, note, is_soft)
-    text = '; Stiffness of '//settings%setup%path//', trained on '//settings%measurement_path//NL// &
+    text = '; Stiffness of '//settings%wing_case%path//', trained on '//settings%measurement_path//NL// &
            '; by msm_train '//BUILD_VERSION//' ('//BUILD_COMMIT//').'//NL//';'//NL// &
            outcome_lines(settings, space, trained, '; ')//free_note(space, trained)// &
            '; These values of E and joints belong to the '//note//'.'//NL// &
-           '; [include] file = '//settings%result//NL//NL//wing_lines(p, settings%setup)// &
+           '; [include] file = '//settings%result//NL//NL//wing_lines(p, settings%wing_case)// &
            instrument_lines(settings%experiment%instrument_at(trained%coordinates))
     call write_text(settings%result, text, ok)
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
@@ -142,7 +142,7 @@ contains
     call put_attribute(file, '/', 'unknowns', names(2:), failure)
     call put_attribute(file, '/', 'units', units(3:), failure)
     call put_attribute(file, '/', 'cost', trim(merge('chi2', 'h   ', settings%use_chi2)), failure)
-    call put_attribute(file, '/', 'wing', settings%setup%path, failure)
+    call put_attribute(file, '/', 'wing', settings%wing_case%path, failure)
     call put_attribute(file, '/', 'measurement', settings%measurement_path, failure)
     call put_attribute(file, '/', 'lower', space%box%lower, failure)
     call put_attribute(file, '/', 'upper', space%box%upper, failure)

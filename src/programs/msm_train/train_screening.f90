@@ -9,9 +9,10 @@ module train_screening
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
-  use solid_params, only: parameter_t, N_COMMON, PARAM_YOUNG
+  use solid_params, only: N_COMMON, PARAM_YOUNG
   use train_evaluation, only: print_loads, solve_all_cold
   use train_settings, only: masses_of, train_settings_t
   use training_pool, only: worker_pool_t
@@ -29,9 +30,9 @@ contains
     type(train_settings_t), intent(inout) :: settings
     type(failure_t), intent(out) :: failure
     integer :: i
-    associate (asked => settings%setup%asked)
-      call settings%experiment%init(settings%measurement, settings%setup%wing, asked, &
-                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, asked%count_usual())], settings%options, &
+    associate (requested => settings%wing_case%requested)
+      call settings%experiment%init(settings%measurement, settings%wing_case%wing, requested, &
+                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, requested%count_usual())], settings%options, &
                                     failure, settings%instrument, [integer ::], masses_of(settings))
     end associate
   end subroutine prepare_screen

@@ -9,7 +9,7 @@ module train_settings
   use common_instrument, only: read_instrument
   use common_outliers, only: choose_heights
   use common_overwrite_guard, only: refuse_overwriting
-  use common_sought, only: read_sought
+  use common_free_parameters, only: read_free_parameters
   use common_train_keys, only: register_train_keys
   use common_wing_settings, only: check_name, find_beside, load_wing
   use io_config, only: config_t
@@ -34,7 +34,7 @@ module train_settings
 
   type, extends(training_case_t) :: train_settings_t
     type(config_t) :: config
-    type(wing_case_t) :: setup
+    type(wing_case_t) :: wing_case
     type(measurement_t) :: measurement
     type(instrument_t) :: instrument        !< what the measurement is taken to have done
     character(:), allocatable :: measurement_path
@@ -75,16 +75,16 @@ contains
     if (number > s%n_individuals) return
     call read_options(s, errors)
     if (writes) call check_outputs(s, path, world, errors)
-    call load_wing(s%config, path, .false., s%setup, found, errors, notices, world, wing)
+    call load_wing(s%config, path, .false., s%wing_case, found, errors, notices, world, wing)
     if (.not. found) return
     scale = s%config%get_word('Train', 'scale')
     call read_measurement_file(s, path, measurement, world, errors)
     if (errors%count() == 0) &
       call choose_heights(s%config, s%measurement_path, s%is_paper, s%measurement, outliers, notices)
-    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%setup%model%size)
+    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%wing_case%model%size)
     call read_instrument(s%config, s%instrument, errors)
-    call read_sought(s%config, 'Train', s%setup%asked, s%instrument, &
-                     scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), s%sought, errors)
+    call read_free_parameters(s%config, 'Train', s%wing_case%requested, s%instrument, &
+                              scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), s%free_parameters, errors)
     if (errors%count() > 0) return
     call make_experiment(s, errors)
     if (errors%count() > 0) return
@@ -149,7 +149,7 @@ contains
     if (allocated(problem)) then
       call s%config%complain(errors, 'Measurement', 'file', problem)
     else
-      call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
+      call load_measurement(world, s%measurement_path, s%wing_case%wing, s%measurement, errors)
       if (allocated(s%measurement%loads) .and. s%measurement%count_modes() > 0) then
         if (size(s%measurement%loads) == 0) call s%config%complain(errors, 'Measurement', 'file', &
           'holds natural modes and no bending test; a training needs bending tests, msm_diagnose takes both')
@@ -161,11 +161,11 @@ contains
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
     type(failure_t) :: failure
-    if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%setup%asked%cross_springs = .true.
-    call s%experiment%init(s%measurement, s%setup%wing, s%setup%asked, s%sought%numbers, s%options, failure, &
-                           s%instrument, s%sought%instrument_numbers, masses_of(s))
+    if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%wing_case%requested%cross_springs = .true.
+    call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, s%free_parameters%numbers, s%options, failure, &
+                           s%instrument, s%free_parameters%instrument_numbers, masses_of(s))
     if (failure%failed) call errors%add(failure%reason)
-    s%setup%model = s%experiment%model
+    s%wing_case%model = s%experiment%model
     select case (s%config%get_word('Train', 'cost'))
     case ('h')
       if (sum(s%experiment%comparisons%n_heights) == 0) &
@@ -175,7 +175,7 @@ contains
     case default
       s%use_chi2 = size(s%measurement%observations) > 0
     end select
-    if (s%n_stages == 2 .and. .not. (any(s%sought%numbers == PARAM_YOUNG) .and. s%sought%count() > 1)) &
+    if (s%n_stages == 2 .and. .not. (any(s%free_parameters%numbers == PARAM_YOUNG) .and. s%free_parameters%count() > 1)) &
      call s%config%complain(errors, 'Train', 'stages', 'the second stage fixes E, and must have something left to seek')
   end subroutine make_experiment
 
@@ -184,7 +184,7 @@ contains
     type(train_settings_t), intent(in) :: s
     real(rp), allocatable :: masses(:)
     allocate (masses(0))
-    if (s%setup%has_mass) masses = s%setup%mass%nodal
+    if (s%wing_case%has_mass) masses = s%wing_case%mass%nodal
   end function masses_of
 
   subroutine read_search(s, errors)
@@ -277,7 +277,7 @@ contains
     call settle_word('Train', 'stages', number_text(s%n_stages))
     call settle_word('Polish', 'polish', trim(merge('yes', 'no ', s%polish)))
     call settle_word('Measurement', 'outliers', trim(merge('keep     ', 'leave_out', s%is_paper)))
-    call settle_word('Wing', 'cross_springs', trim(merge('yes', 'no ', s%setup%asked%cross_springs)))
+    call settle_word('Wing', 'cross_springs', trim(merge('yes', 'no ', s%wing_case%requested%cross_springs)))
 
   contains
 
@@ -314,11 +314,11 @@ contains
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     integer :: i, number
-    if (.not. any(s%sought%numbers == PARAM_YOUNG)) return
-    do i = 1, size(s%setup%asked%joint)
-      number = N_COMMON + size(s%setup%asked%vein_factor) + i
-      if (s%setup%asked%joint(i) < 0 .and. .not. any(s%sought%numbers == number)) &
-       call notices%add('joint:'//trim(s%setup%asked%joint_names(i))//' is not sought and keeps the stiffness of a '// &
+    if (.not. any(s%free_parameters%numbers == PARAM_YOUNG)) return
+    do i = 1, size(s%wing_case%requested%joint)
+      number = N_COMMON + size(s%wing_case%requested%vein_factor) + i
+      if (s%wing_case%requested%joint(i) < 0 .and. .not. any(s%free_parameters%numbers == number)) &
+       call notices%add('joint:'//trim(s%wing_case%requested%joint_names(i))//' is not sought and keeps the stiffness of a '// &
                          'vein of the E of [Wing], '//number_text(s%experiment%model%params%joint(i))//' N m/rad')
     end do
   end subroutine add_notices

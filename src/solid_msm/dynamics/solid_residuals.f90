@@ -73,7 +73,7 @@ contains
     integer, intent(inout) :: n_iterations
     real(rp), parameter :: LESS = 0.9_rp, DEPENDENT = 1.0e-12_rp
     integer, parameter :: FEW = 20
-    real(rp) :: share(MOST), size_b, size_image, last
+    real(rp) :: coefficient(MOST), size_b, size_image, last
     integer :: i, k
     x = 0
     left = 0
@@ -83,7 +83,7 @@ contains
     associate (z => self%directions, orthogonal => self%images, r => self%left, upper => self%upper)
       r = b
       do k = 1, self%n
-        call take(orthogonal(:, :, k), r, share(k))
+        call take(orthogonal(:, :, k), r, coefficient(k))
       end do
       left = sqrt(inner(r, r))/size_b
       last = huge(last)
@@ -106,12 +106,12 @@ contains
         if (.not. upper(k, k) > DEPENDENT*size_image) exit ! nor if it is not a number
         orthogonal(:, :, k) = self%image/upper(k, k)
         self%n = k
-        call take(orthogonal(:, :, k), r, share(k))
+        call take(orthogonal(:, :, k), r, coefficient(k))
         left = sqrt(inner(r, r))/size_b
       end do
       do k = self%n, 1, -1
-        share(k) = (share(k) - dot_product(upper(k, k + 1:self%n), share(k + 1:self%n)))/upper(k, k)
-        x = x + share(k)*z(:, :, k)
+        coefficient(k) = (coefficient(k) - dot_product(upper(k, k + 1:self%n), coefficient(k + 1:self%n)))/upper(k, k)
+        x = x + coefficient(k)*z(:, :, k)
       end do
     end associate
   end subroutine residuals_solve
@@ -136,12 +136,12 @@ contains
   end subroutine multiply
 
   !> Takes the part along the unit vector `e` out of `r`.
-  pure subroutine take(e, r, share)
+  pure subroutine take(e, r, coefficient)
     real(rp), intent(in), contiguous :: e(:, :)
     real(rp), intent(inout), contiguous :: r(:, :)
-    real(rp), intent(out) :: share
-    share = inner(e, r)
-    r = r - share*e
+    real(rp), intent(out) :: coefficient
+    coefficient = inner(e, r)
+    r = r - coefficient*e
   end subroutine take
 
   !> The inner product, in twelve sums side by side, which is faster than in one.

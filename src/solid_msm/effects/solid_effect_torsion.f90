@@ -6,7 +6,7 @@ module solid_effect_torsion
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_SIDED_VEINS, &
                           STAGE_MOMENTS
   use solid_element_stiffness, only: stiffness_t
-  use solid_wording, only: word_share
+  use solid_wording, only: word_fraction
   implicit none
   private
   public :: torsion_effect
@@ -52,7 +52,7 @@ contains
                       '`[Wing] sided_veins = yes` makes room for it'
     text%data = 'a membrane'
     text%confused = 'D, E of single veins'
-    call word_share(text%words(1), 'Veins resist being twisted: with', &
+    call word_fraction(text%words(1), 'Veins resist being twisted: with', &
       'Veins resist being twisted less than was assumed: with', 'of their stiffness against bending (solid round veins: 0.77)', &
       0.0_rp)
   end subroutine tell_torsion

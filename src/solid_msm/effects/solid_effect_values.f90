@@ -12,7 +12,7 @@ module solid_effect_values
     real(rp), allocatable :: value(:)         !< of all parameters, each in its unit
     real(rp) :: disc(3) = 0                   !< [m] x, y and radius of the damage; radius 0: none
     character(:), allocatable :: soft_vein    !< with one more soft hinge; not allocated: none
-    real(rp) :: soft_share = 0                !< its place, of the vein's length
+    real(rp) :: soft_fraction = 0                !< its place, of the vein's length
     logical :: has_sided_veins = .false.      !< veins feel the membrane's normal
     logical :: has_sides = .false.            !< joints can tell up from down
   contains

@@ -12,9 +12,9 @@
 !> All that a mass does is linear in the factors and in the point mass.
 module solid_mass_effects
   use base_kinds, only: rp
+  use base_parameter, only: define_effect, parameter_t
   use solid_added_mass, only: strip_added_mass
   use solid_mass, only: mass_t
-  use solid_parameter, only: define_effect, parameter_t
   use solid_wing, only: wing_t
   implicit none
   private
@@ -28,7 +28,7 @@ module solid_mass_effects
     real(rp) :: veins = 1, membrane = 1, gradient = 0, added = 1
     real(rp) :: point = 0                        !< [kg]
     integer :: corner(3) = 1                     !< points of the wing that carry it
-    real(rp) :: share(3) = [1.0_rp, 0.0_rp, 0.0_rp] !< their shares
+    real(rp) :: weight(3) = [1.0_rp, 0.0_rp, 0.0_rp] !< their shares
   contains
     procedure :: get => effects_get
     procedure :: set => effects_set
@@ -133,7 +133,7 @@ contains
       mass(3, i) = mass(3, i) + density*effects%added*self%added(i)
     end do
     do c = 1, 3
-      mass(:, effects%corner(c)) = mass(:, effects%corner(c)) + effects%share(c)*effects%point
+      mass(:, effects%corner(c)) = mass(:, effects%corner(c)) + effects%weight(c)*effects%point
     end do
   end subroutine parts_masses
 
@@ -161,7 +161,7 @@ contains
       slope(3, :n) = density*effects%added*self%added
     case default
       do c = 1, 3
-        slope(:, effects%corner(c)) = slope(:, effects%corner(c)) + effects%share(c)
+        slope(:, effects%corner(c)) = slope(:, effects%corner(c)) + effects%weight(c)
       end do
     end select
   end subroutine parts_derivative

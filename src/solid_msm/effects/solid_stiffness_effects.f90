@@ -7,12 +7,12 @@
 module solid_stiffness_effects
   use base_errors, only: require
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use solid_effect, only: effect_site_t, effect_t
   use solid_effect_damage, only: add_damage
   use solid_effect_soft, only: add_hinge
   use solid_effects, only: find_effect, list_effects, modulus_factors, values_of
   use solid_model, only: solid_model_t
-  use solid_parameter, only: parameter_t
   use solid_stiffness, only: allocate_stiffness, apply_effects, bending_stiffness, clear_stiffness, &
                              has_own_stiffness, stiffness_t
   implicit none

@@ -19,10 +19,10 @@ module solid_wording
   use base_kinds, only: rp
   implicit none
   private
-  public :: wording_t, displayed, word_factor, word_share, word_plain
+  public :: wording_t, displayed, word_factor, word_fraction, word_plain
 
   integer, parameter, public :: SCALE_FACTOR = 1, SCALE_EXPONENT = 2, SCALE_LINEAR = 3, SCALE_CONTRAST = 4, SCALE_HALF = 5, &
-                                SCALE_PLAIN = 6, SCALE_SHARE = 7
+                                SCALE_PLAIN = 6, SCALE_FRACTION = 7
   real(rp), parameter, public :: DEGREES = 57.295779513082323_rp !< of one rad
 
   type :: wording_t
@@ -76,13 +76,13 @@ contains
   end subroutine word_factor
 
   !> A number without a unit that is told as it is.
-  pure subroutine word_share(w, up, down, than, reference)
+  pure subroutine word_fraction(w, up, down, than, reference)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: up, down, than
     real(rp), intent(in), optional :: reference
     call word_plain(w, '', up, down, '', '', than, reference)
-    w%scale = SCALE_SHARE
-  end subroutine word_share
+    w%scale = SCALE_FRACTION
+  end subroutine word_fraction
 
   !> An amount in a unit.
   pure subroutine word_plain(w, unit, up, down, more, less, than, reference)

@@ -60,13 +60,13 @@ contains
     end do
   end subroutine make_layout
 
-  !> The hinge at the point inside vein number `vein` that is nearest to `share` (0 to 1) of its length; 0 if the vein
+  !> The hinge at the point inside vein number `vein` that is nearest to `fraction` (0 to 1) of its length; 0 if the vein
   !> has no point inside, or if a joint is there already.
-  pure integer function hinge_in_vein(wing, plans, vein, share) result(found)
+  pure integer function hinge_in_vein(wing, plans, vein, fraction) result(found)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), intent(in) :: plans(:)
     integer, intent(in) :: vein
-    real(rp), intent(in) :: share
+    real(rp), intent(in) :: fraction
     real(rp) :: way(size(wing%veins(vein)%nodes))
     integer :: k, n, h, at
     found = 0
@@ -77,7 +77,7 @@ contains
       do k = 2, n
         way(k) = way(k - 1) + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))
       end do
-      at = 1 + minloc(abs(way(2:n - 1)/way(n) - share), 1)
+      at = 1 + minloc(abs(way(2:n - 1)/way(n) - fraction), 1)
       do h = 1, size(plans)
         if (plans(h)%nodes(2) /= nodes(at) .or. plans(h)%joint > 0) cycle
         if (any(plans(h)%nodes(1) == nodes([at - 1, at + 1])) .and. &

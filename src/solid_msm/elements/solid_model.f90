@@ -173,7 +173,7 @@ contains
     associate (name => self%params%effects%soft_vein)
       do v = 1, size(wing%veins)
         if (wing%veins(v)%name /= name) cycle
-        self%layout%soft_hinge = hinge_in_vein(wing, self%plans, v, self%params%effects%soft_share)
+        self%layout%soft_hinge = hinge_in_vein(wing, self%plans, v, self%params%effects%soft_fraction)
         if (self%layout%soft_hinge == 0) &
           call failure%raise("the soft place in vein '"//name//"' is at no free point: it has none inside, or "// &
                              'a joint is there')

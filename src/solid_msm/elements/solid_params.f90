@@ -19,13 +19,12 @@
 module solid_params
   use base_errors, only: require
   use base_kinds, only: rp
+  use base_parameter, only: define => define_parameter, parameter_t
   use solid_effects, only: describe_effect, effects_t, start_effects
-  use solid_parameter, only: define => define_parameter, parameter_t
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_bending, &
-            membrane_note
+  public :: solid_params_t, default_params, membrane_thickness, membrane_bending, membrane_note
 
   integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
                                 PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8

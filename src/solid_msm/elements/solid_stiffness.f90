@@ -124,7 +124,7 @@ contains
     integer, intent(in) :: number
     logical, intent(in) :: per_log
     type(stiffness_t), intent(inout) :: self
-    real(rp) :: k, share(2), modulus(size(plans))
+    real(rp) :: k, fraction(2), modulus(size(plans))
     integer :: h, n_veins, vein, joint
     n_veins = size(params%vein_factor)
     call clear_stiffness(self)
@@ -149,17 +149,17 @@ contains
           cycle
         end if
         k = bending_stiffness(params, plans(h), layout%mean_diameter, modulus(h))
-        share = compliances(params, plans(h), layout%mean_diameter, modulus(h))
-        share = share/sum(share)
+        fraction = compliances(params, plans(h), layout%mean_diameter, modulus(h))
+        fraction = fraction/sum(fraction)
         if (number == PARAM_YOUNG) then
           self%hinge(h) = k
         else if (number == PARAM_ROOT) then
           if (plans(h)%is_root) self%hinge(h) = k
         else if (number == PARAM_EXPONENT) then
-          where (share > 0) share = share*log(plans(h)%diameters/layout%mean_diameter)
-          self%hinge(h) = k*sum(share)*params%diameter_exponent
+          where (fraction > 0) fraction = fraction*log(plans(h)%diameters/layout%mean_diameter)
+          self%hinge(h) = k*sum(fraction)*params%diameter_exponent
         else if (vein <= n_veins) then
-          self%hinge(h) = k*sum(share, mask=plans(h)%veins == vein)
+          self%hinge(h) = k*sum(fraction, mask=plans(h)%veins == vein)
         end if
       end do
     end select

@@ -98,11 +98,11 @@ contains
     real(rp), intent(out), optional :: g(3, TWIST_NODES), h(3*TWIST_NODES, 3*TWIST_NODES)
     logical, intent(in), optional :: semidefinite
     real(rp) :: p(3), area(3, 2), tau, slope(3, TWIST_NODES), pull(3, 2)
-    real(rp) :: share(TWIST_NODES), b(3, 3, TWIST_NODES, 2) ! dp/dx = share 1, dA/dx = b
+    real(rp) :: weight(TWIST_NODES), b(3, 3, TWIST_NODES, 2) ! dp/dx = share 1, dA/dx = b
     real(rp) :: m(3, 3)
     logical :: exact
     integer :: i, j
-    call frame(self, u, p, area, share, b)
+    call frame(self, u, p, area, weight, b)
     tau = dot_product(p, cross(area(:, 1), area(:, 2)))
     energy = 0.5_rp*stiffness*tau**2
     if (.not. present(g) .and. .not. present(h)) return
@@ -110,7 +110,7 @@ contains
     pull(:, 2) = cross(p, area(:, 1))
     slope = 0
     do i = 1, self%n_nodes
-      slope(:, i) = share(i)*cross(area(:, 1), area(:, 2)) + matmul(pull(:, 1), b(:, :, i, 1)) + &
+      slope(:, i) = weight(i)*cross(area(:, 1), area(:, 2)) + matmul(pull(:, 1), b(:, :, i, 1)) + &
                     matmul(pull(:, 2), b(:, :, i, 2))
     end do
     if (present(g)) g = stiffness*tau*slope
@@ -133,7 +133,7 @@ contains
     pure function crossed(i, j) result(c)
       integer, intent(in) :: i, j
       real(rp) :: c(3, 3)
-      c = -share(i)*matmul(skew(area(:, 2)), b(:, :, j, 1)) + share(i)*matmul(skew(area(:, 1)), b(:, :, j, 2)) - &
+      c = -weight(i)*matmul(skew(area(:, 2)), b(:, :, j, 1)) + weight(i)*matmul(skew(area(:, 1)), b(:, :, j, 2)) - &
           matmul(transpose(b(:, :, i, 1)), matmul(skew(p), b(:, :, j, 2)))
     end function crossed
 
@@ -145,10 +145,10 @@ contains
     real(rp), intent(in) :: moment, u(3, TWIST_NODES)
     real(rp), intent(out) :: energy
     real(rp), intent(out), optional :: g(3, TWIST_NODES), h(3*TWIST_NODES, 3*TWIST_NODES)
-    real(rp) :: p(3), area(3, 2), share(TWIST_NODES), b(3, 3, TWIST_NODES, 2), bend(3), n(3), coefficient(TWIST_NODES)
+    real(rp) :: p(3), area(3, 2), weight(TWIST_NODES), b(3, 3, TWIST_NODES, 2), bend(3), n(3), coefficient(TWIST_NODES)
     real(rp) :: turn(3, 3, TWIST_NODES)
     integer :: i, j
-    call frame(self, u, p, area, share, b)
+    call frame(self, u, p, area, weight, b)
     coefficient = 0
     coefficient(:3) = [1/self%lengths(1), -1/self%lengths(1) - 1/self%lengths(2), 1/self%lengths(2)]
     bend = matmul(self%x0(:, :3) + u(:, :3), coefficient(:3))
@@ -193,15 +193,15 @@ contains
   end subroutine add_curvature
 
   !> p, both areas and their derivatives.
-  pure subroutine frame(self, u, p, area, share, b)
+  pure subroutine frame(self, u, p, area, weight, b)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: u(3, TWIST_NODES)
-    real(rp), intent(out) :: p(3), area(3, 2), share(TWIST_NODES), b(3, 3, TWIST_NODES, 2)
+    real(rp), intent(out) :: p(3), area(3, 2), weight(TWIST_NODES), b(3, 3, TWIST_NODES, 2)
     real(rp) :: lever(3)
     integer :: side, t, i
-    share = 0
-    share(:3) = 0.5_rp*[-1/self%lengths(1), 1/self%lengths(1) - 1/self%lengths(2), 1/self%lengths(2)]
-    p = matmul(self%x0(:, :3) + u(:, :3), share(:3))
+    weight = 0
+    weight(:3) = 0.5_rp*[-1/self%lengths(1), 1/self%lengths(1) - 1/self%lengths(2), 1/self%lengths(2)]
+    p = matmul(self%x0(:, :3) + u(:, :3), weight(:3))
     area = area_vectors(self, u)
     b = 0
     do side = 1, 2

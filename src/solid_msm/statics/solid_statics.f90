@@ -286,7 +286,7 @@ contains
     logical, intent(out) :: accepted
     integer, parameter :: MOST = 8
     real(rp), parameter :: GOOD = 0.6_rp ! reduction
-    real(rp) :: last_size, change, share
+    real(rp) :: last_size, change, fraction
     integer :: step
     accepted = .false.
     work%last_du = work%du
@@ -299,9 +299,9 @@ contains
       call work%newton_step(model, work%g)
       work%last_du = work%du - work%last_du
       change = sum(work%last_du**2)
-      share = 0
-      if (change > 0) share = sum(work%last_du*work%du)/change
-      work%step = work%du - share*(work%step + work%last_du)
+      fraction = 0
+      if (change > 0) fraction = sum(work%last_du*work%du)/change
+      work%step = work%du - fraction*(work%step + work%last_du)
       work%last_du = work%du
       call extension_axial(model%springs, model%stiffness%extension, work%trial, work%axial, work%step)
       work%trial = work%trial + work%step

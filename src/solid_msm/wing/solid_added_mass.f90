@@ -21,7 +21,7 @@ contains
   function strip_added_mass(wing) result(added)
     type(wing_t), intent(in) :: wing
     real(rp) :: added(size(wing%points, 2))
-    real(rp) :: area, place(2), share
+    real(rp) :: area, place(2), corner_mass
     integer :: t, k, a, b
     added = 0
     do t = 1, size(wing%triangles, 2)
@@ -32,9 +32,9 @@ contains
           a = c(k)
           b = c(mod(k, 3) + 1)
           place = 0.5_rp*(wing%points(:2, a) + wing%points(:2, b))
-          share = 0.5_rp*area/3*areal_mass(wing, place)
-          added(a) = added(a) + share
-          added(b) = added(b) + share
+          corner_mass = 0.5_rp*area/3*areal_mass(wing, place)
+          added(a) = added(a) + corner_mass
+          added(b) = added(b) + corner_mass
         end do
       end associate
     end do

@@ -137,7 +137,7 @@ contains
     type(mass_params_t), intent(in) :: params
     type(mass_t), intent(inout) :: mass
     type(message_list_t), intent(inout) :: messages
-    real(rp) :: weights(size(wing%points, 2)), share(size(wing%points, 2)), area, scale, root, span
+    real(rp) :: weights(size(wing%points, 2)), membrane_nodal(size(wing%points, 2)), area, scale, root, span
     integer :: t, k
     if (params%membrane_law == MEMBRANE_BILINEAR) then
       weights = params%weights(1) + params%weights(2)*wing%points(1, :) + params%weights(3)*wing%points(2, :)
@@ -152,23 +152,23 @@ contains
                         number_text(wing%points(2, k))//' m; use other weights or a constant density')
       return
     end do
-    share = 0
+    membrane_nodal = 0
     do t = 1, size(wing%triangles, 2)
       associate (c => wing%triangles(:, t))
         area = triangle_area(wing%points(:, c))
         mass%area = mass%area + area
         do k = 1, 3
-          share(c(k)) = share(c(k)) + area*(sum(weights(c)) + weights(c(k)))/12
+          membrane_nodal(c(k)) = membrane_nodal(c(k)) + area*(sum(weights(c)) + weights(c(k)))/12
         end do
       end associate
     end do
     scale = params%areal_density
-    if (params%membrane_law == MEMBRANE_BILINEAR) scale = params%membrane_mass/sum(share)
+    if (params%membrane_law == MEMBRANE_BILINEAR) scale = params%membrane_mass/sum(membrane_nodal)
     root = sum(wing%points(1, wing%root))/max(1, size(wing%root))
     span = maxval(wing%points(1, :)) - minval(wing%points(1, :))
-    share = scale*params%membrane_factor*exp(params%gradient*((wing%points(1, :) - root)/span - 0.5_rp))*share
-    mass%nodal = mass%nodal + share
-    mass%membrane = sum(share)
+    membrane_nodal = scale*params%membrane_factor*exp(params%gradient*((wing%points(1, :) - root)/span - 0.5_rp))*membrane_nodal
+    mass%nodal = mass%nodal + membrane_nodal
+    mass%membrane = sum(membrane_nodal)
   end subroutine add_membrane
 
   !> Shares what sits on the wing between the corners of its triangle, or gives it to the nearest point of a wing without any.

@@ -16,11 +16,11 @@ module solid_wing_case
     type(wing_t) :: wing
     character(FINGERPRINT_LENGTH) :: fingerprint = '' !< of the wing in its file (solid_wing_fingerprint)
     type(solid_model_t) :: model
-    type(solid_params_t) :: asked          !< parameters before joints became as stiff as their veins
+    type(solid_params_t) :: requested      !< parameters before joints became as stiff as their veins
     type(mass_params_t) :: material
     type(mass_t) :: mass
     logical :: has_mass = .false.
-    real(rp) :: asked_size(2) = 0          !< largest x and mean chord that the run asks for [m]; 0: as in the file
+    real(rp) :: requested_size(2) = 0      !< largest x and mean chord that the run asks for [m]; 0: as in the file
     real(rp) :: scale(2) = 1               !< along x and y of the wing against that in its file
     integer :: tip = 0                     !< the point farthest from the centre of the root
   end type wing_case_t

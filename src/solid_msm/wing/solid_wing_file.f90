@@ -14,7 +14,7 @@ module solid_wing_file
   use solid_wing, only: wing_t, z_side_choices, Z_SIDES
   use solid_wing_check, only: check_wing, joint_on_vein
   use solid_wing_datasets, only: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
-  use solid_wing_mass, only: read_wing_mass, share_wing_mass
+  use solid_wing_mass, only: read_wing_mass, broadcast_wing_mass
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -83,10 +83,10 @@ contains
       call world%broadcast_text(text)
       call messages%add(text)
     end do
-    if (n == 0) call share_wing(world, wing)
+    if (n == 0) call broadcast_wing(world, wing)
   end subroutine load_wing
 
-  subroutine share_wing(world, wing)
+  subroutine broadcast_wing(world, wing)
     type(world_t), intent(in) :: world
     type(wing_t), intent(inout) :: wing
     real(rp), allocatable :: flat(:)
@@ -123,8 +123,8 @@ contains
     side = wing%z_side
     call world%broadcast_text(side)
     wing%z_side = side
-    call share_wing_mass(world, wing%mass)
-  end subroutine share_wing
+    call broadcast_wing_mass(world, wing%mass)
+  end subroutine broadcast_wing
 
   !> Schema, version and index base: without them nothing else can be understood.
   subroutine read_header(file, report)

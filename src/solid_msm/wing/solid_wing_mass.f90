@@ -12,7 +12,7 @@ module solid_wing_mass
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: read_wing_mass, share_wing_mass
+  public :: read_wing_mass, broadcast_wing_mass
 
 contains
 
@@ -64,7 +64,7 @@ contains
   end subroutine read_positive
 
   !> All ranks get what rank 0 has. Collective.
-  subroutine share_wing_mass(world, mass)
+  subroutine broadcast_wing_mass(world, mass)
     type(world_t), intent(in) :: world
     type(wing_mass_t), intent(inout) :: mass
     character(:), allocatable :: text
@@ -79,5 +79,5 @@ contains
     mass%weights = numbers(3:)
     if (.not. allocated(mass%source)) mass%source = ''
     call world%broadcast_text(mass%source)
-  end subroutine share_wing_mass
+  end subroutine broadcast_wing_mass
 end module solid_wing_mass

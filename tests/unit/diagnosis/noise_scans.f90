@@ -4,7 +4,8 @@
 module noise_scans
   use base_kinds, only: i8, rp
   use base_random, only: fill_gaussians
-  use inference_simulator, only: quantity_t, simulator_t
+  use base_parameter, only: parameter_t
+  use inference_simulator, only: simulator_t
   implicit none
   private
   public :: scans_t, make_scans
@@ -14,21 +15,21 @@ module noise_scans
 
   type, extends(simulator_t) :: scans_t
     real(rp), allocatable :: data(:)
-    real(rp) :: share = 0
+    real(rp) :: fraction = 0
   contains
     procedure :: evaluate => scans_evaluate
     procedure :: covariance => scans_covariance
     procedure :: directions => scans_directions
-    procedure :: common_share => scans_common_share
-    procedure :: set_common_share => scans_set_common_share
+    procedure :: common_fraction => scans_common_fraction
+    procedure :: set_common_fraction => scans_set_common_fraction
   end type scans_t
 
 contains
 
-  !> Draws scans whose own errors have variance 1 and whose common ones are the part `share` of the whole.
-  subroutine make_scans(scans, share, wave, seed)
+  !> Draws scans whose own errors have variance 1 and whose common ones are the part `fraction` of the whole.
+  subroutine make_scans(scans, fraction, wave, seed)
     type(scans_t), intent(out) :: scans
-    real(rp), intent(in) :: share, wave
+    real(rp), intent(in) :: fraction, wave
     integer(i8), intent(in) :: seed
     real(rp) :: own(N_POINTS*N_SCANS), drawn(N_POINTS*N_SCANS), factor(N_POINTS, N_POINTS)
     integer :: i, j, n
@@ -38,14 +39,14 @@ contains
     scans%n_patterns = 1
     scans%labels%surface = [((j, i=1, N_POINTS), j=1, N_SCANS)]
     scans%labels%block = scans%labels%surface
-    scans%quantities = [quantity_t('level', '1', .false., 0.0_rp, 10.0_rp)]
+    scans%parameters = [parameter_t('level', '1', prior_sd=10.0_rp)]
     call fill_gaussians(seed, 1_i8, 0_i8, own)
     call fill_gaussians(seed, 2_i8, 0_i8, drawn)
     factor = cholesky(correlation())
     scans%data = own + 3
     do j = 1, N_SCANS
       associate (rows => scans%data((j - 1)*N_POINTS + 1:j*N_POINTS))
-        rows = rows + sqrt(share/(1 - share))*matmul(factor, drawn((j - 1)*N_POINTS + 1:j*N_POINTS)) + wave*wave_of()
+        rows = rows + sqrt(fraction/(1 - fraction))*matmul(factor, drawn((j - 1)*N_POINTS + 1:j*N_POINTS)) + wave*wave_of()
       end associate
     end do
   end subroutine make_scans
@@ -97,7 +98,7 @@ contains
     real(rp), intent(out) :: c(:, :)
     real(rp) :: r(N_POINTS, N_POINTS)
     integer :: i
-    r = correlation()*self%share/(1 - self%share)
+    r = correlation()*self%fraction/(1 - self%fraction)
     c = r(mod(rows - 1, N_POINTS) + 1, mod(rows - 1, N_POINTS) + 1)
     do i = 1, size(rows)
       c(i, i) = c(i, i) + 1
@@ -117,14 +118,14 @@ contains
     is_valid = size(q) == self%n_baseline
   end subroutine scans_directions
 
-  pure real(rp) function scans_common_share(self) result(share)
+  pure real(rp) function scans_common_fraction(self) result(fraction)
     class(scans_t), intent(in) :: self
-    share = self%share
-  end function scans_common_share
+    fraction = self%fraction
+  end function scans_common_fraction
 
-  subroutine scans_set_common_share(self, share)
+  subroutine scans_set_common_fraction(self, fraction)
     class(scans_t), intent(inout) :: self
-    real(rp), intent(in) :: share
-    self%share = share
-  end subroutine scans_set_common_share
+    real(rp), intent(in) :: fraction
+    self%fraction = fraction
+  end subroutine scans_set_common_fraction
 end module noise_scans

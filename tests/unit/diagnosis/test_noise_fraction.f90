@@ -35,9 +35,9 @@ contains
     logical :: is_new
     do k = 1, DRAWS
       call make_scans(scans, truth, wave, int(k, i8))
-      scans%share = before
+      scans%fraction = before
       call find_noise_fraction(scans, [3.0_rp], is_new)
-      found(k) = scans%share
+      found(k) = scans%fraction
     end do
     mean = sum(found)/DRAWS
     error = sqrt(sum((found - mean)**2)/(DRAWS - 1)/DRAWS)
@@ -50,9 +50,9 @@ contains
     type(scans_t) :: scans
     logical :: is_new
     call make_scans(scans, 0.0_rp, 0.0_rp, 99_i8)
-    scans%share = 0.5_rp
+    scans%fraction = 0.5_rp
     call find_noise_fraction(scans, [3.0_rp], is_new)
-    call t%check('none are found where there are none', scans%share < 0.1_rp .and. is_new)
+    call t%check('none are found where there are none', scans%fraction < 0.1_rp .and. is_new)
   end subroutine find_none
 
   !> Errors that are declared as twice what they are, 1/4 of the variance, are told too large; those that are declared right, or

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A task of a diagnosis gives the same to the bit whatever its rank has done before: the wing in the file that the first
-!> argument names, with E off its null, and in between every other quantity of the catalogue off its own. Ranks that have done
+!> argument names, with E off its null, and in between every other parameter of the catalogue off its own. Ranks that have done
 !> other tasks would give other numbers otherwise, and results depend on their number.
 program test_wing_tasks
   use base_errors, only: failure_t
@@ -31,7 +31,7 @@ program test_wing_tasks
   call t%start(parallel=.false.)
   wing = wing_of_argument()
   call make()
-  q = catalogue%kinds%null
+  q = catalogue%parameters%null
   q(1) = q(1) + 0.1_rp
   allocate (before(runner%most_output(), 2), now(runner%most_output()))
   do k = 1, 2
@@ -41,10 +41,10 @@ program test_wing_tasks
   n_moved = 0
   name = ''
   do i = 2, size(q)
-    if (catalogue%quantities(i)%name == name) cycle ! one of its places is enough
-    name = catalogue%quantities(i)%name
+    if (catalogue%parameters(i)%name == name) cycle ! one of its places is enough
+    name = catalogue%parameters(i)%name
     other = q
-    other(i) = min(other(i) + 0.01_rp*catalogue%quantities(i)%prior_sd, catalogue%quantities(i)%upper)
+    other(i) = min(other(i) + 0.01_rp*catalogue%parameters(i)%prior_sd, catalogue%parameters(i)%upper)
     now = done(1, other)
     if (status == 0 .and. any(abs(now - before(:, 1)) > 0)) n_moved = n_moved + 1
     do k = 1, 2
@@ -96,7 +96,7 @@ contains
     call make_bins(bare, 0.1_rp*bare%model%size, bins)
     call make_catalogue(bare, wing, [params%find('E')], 1.0_rp, catalogue)
     call make_patterns(bare, wing, patterns)
-    call runner%init(bare, wing, catalogue%kinds, bins, patterns)
+    call runner%init(bare, wing, catalogue%parameters, bins, patterns)
   end subroutine make
 
   !> What task k gives at the point, without warm start, with a derivative with respect to E.

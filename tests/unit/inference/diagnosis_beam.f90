@@ -8,7 +8,8 @@
 module diagnosis_beam
   use base_kinds, only: i8, rp
   use base_random, only: fill_gaussians
-  use inference_simulator, only: effect_t, labels_t, quantity_t, simulator_t, variant_t
+  use base_parameter, only: parameter_t
+  use inference_simulator, only: effect_t, labels_t, simulator_t, variant_t
   implicit none
   private
   public :: beam_t, make_beam
@@ -83,17 +84,17 @@ contains
         end do
       end do
     end do
-    allocate (beam%quantities(N_ALL))
+    allocate (beam%parameters(N_ALL))
     do i = 1, N_ALL
-      beam%quantities(i)%name = 'p'
-      beam%quantities(i)%unit = '1'
-      beam%quantities(i)%prior_sd = 0.5_rp
-      beam%quantities(i)%lower = -8
-      beam%quantities(i)%upper = 8
+      beam%parameters(i)%name = 'p'
+      beam%parameters(i)%unit = '1'
+      beam%parameters(i)%prior_sd = 0.5_rp
+      beam%parameters(i)%lower = -8
+      beam%parameters(i)%upper = 8
     end do
-    beam%quantities(:N_BASE)%prior_sd = 2.3_rp
-    beam%quantities(:N_BASE)%is_log = .true.
-    beam%quantities(2:5)%null = log(0.05_rp)
+    beam%parameters(:N_BASE)%prior_sd = 2.3_rp
+    beam%parameters(:N_BASE)%is_log = .true.
+    beam%parameters(2:5)%null = log(0.05_rp)
     allocate (beam%effects(12))
     call enter(beam%effects(E_ROOT), 'root', [P_ROOT])
     call enter(beam%effects(E_GRADIENT), 'gradient', [P_GRADIENT])

@@ -15,11 +15,11 @@ module snapping_beam
 
   type, extends(solver_state_t) :: place_t
     logical :: is_snapped = .false., is_known = .false.
-    real(rp) :: x = 0                      !< of the quantity that decides
+    real(rp) :: x = 0                      !< of the parameter that decides
   end type place_t
 
   type, extends(beam_t) :: snapping_t
-    integer :: surface = 5, column = 1     !< that snaps, quantity that decides
+    integer :: surface = 5, column = 1     !< that snaps, parameter that decides
     real(rp) :: farthest = huge(1.0_rp)    !< step at which it does not snap
     real(rp) :: fold = huge(1.0_rp)        !< it has the other shape above
     type(place_t) :: here, tried

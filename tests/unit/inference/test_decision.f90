@@ -39,7 +39,7 @@ contains
   subroutine test_unknown()
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: one
-    real(rp) :: z(design%k), share
+    real(rp) :: z(design%k), fraction
     z = 12*drift()
     call hypotheses%init(design, N_EFFECTS, z)
     hypotheses%unknown = -1.0e3_rp
@@ -47,13 +47,13 @@ contains
     call test%check('drift is named where nothing else is probable', one%verdict == VERDICT_NAMED .and. &
                     one%posterior_unknown < 1.0e-6_rp .and. size(one%set) == 1)
     ! With o the odds of unknown against drift alone, and s those of everything else, P(unknown) = o/(1 + o + s).
-    share = (1 - one%posterior(E_DRIFT))/one%posterior(E_DRIFT)
-    call test%check('  but not certain', share > 1.0e-6_rp)
-    call set_unknown(hypotheses, 1 + share/2)
+    fraction = (1 - one%posterior(E_DRIFT))/one%posterior(E_DRIFT)
+    call test%check('  but not certain', fraction > 1.0e-6_rp)
+    call set_unknown(hypotheses, 1 + fraction/2)
     call verdict_on(z, hypotheses, one)
     call test%check('a set where unknown causes lead with less than one half', one%verdict == VERDICT_SET .and. &
                     one%posterior_unknown > one%posterior(E_DRIFT) .and. one%posterior_unknown < 0.5_rp)
-    call set_unknown(hypotheses, 1 + 2*share)
+    call set_unknown(hypotheses, 1 + 2*fraction)
     call verdict_on(z, hypotheses, one)
     call test%check('unknown where they have more than one half', one%verdict == VERDICT_UNKNOWN .and. &
                     one%posterior_unknown > 0.5_rp .and. size(one%set) == 0)
@@ -79,7 +79,7 @@ contains
     call make_pair('two causes are twice as probable as one', 2.0_rp, z, hypotheses, one)
     call test%check('  which has a further one beside it', one%has_further .and. size(one%set) == 1)
     call test%check('  and keeps its name', one%verdict == VERDICT_NAMED .and. one%set(1) == E_DRIFT .and. &
-                    .not. one%is_together .and. one%probability > 0.9_rp)
+                    .not. one%is_joint .and. one%probability > 0.9_rp)
   end subroutine test_further
 
   !> Two causes that are six times as probable as drift alone are the answer, together. Unknown causes that are more probable
@@ -89,14 +89,14 @@ contains
     type(decision_t) :: one
     real(rp) :: z(design%k), left, drift_alone
     call make_pair('two causes are six times as probable as one', 6.0_rp, z, hypotheses, one)
-    call test%check('  and the answer, together', one%is_together .and. size(one%set) == 2)
-    left = 1 - one%posterior_together
+    call test%check('  and the answer, together', one%is_joint .and. size(one%set) == 2)
+    left = 1 - one%posterior_joint
     call test%check('  but not certain', left > 0.05_rp)
     drift_alone = one%posterior(E_DRIFT)
     call set_unknown(hypotheses, (1 - left/2)/drift_alone) ! against everything else: 1 - left/2
     call verdict_on(z, hypotheses, one)
-    call test%check('both where unknown causes lead with less than one half', one%is_together .and. &
-                    one%posterior_unknown > one%posterior_together .and. one%posterior_unknown < 0.5_rp)
+    call test%check('both where unknown causes lead with less than one half', one%is_joint .and. &
+                    one%posterior_unknown > one%posterior_joint .and. one%posterior_unknown < 0.5_rp)
     call set_unknown(hypotheses, (1 + left)/drift_alone)
     call verdict_on(z, hypotheses, one)
     call test%check('unknown where they have more than one half', one%verdict == VERDICT_UNKNOWN .and. &
@@ -122,7 +122,7 @@ contains
       call hypotheses%init(design, N_EFFECTS, z)
       hypotheses%unknown = -1.0e3_rp
       call verdict_on(z, hypotheses, one)
-      odds = one%posterior_together/one%posterior(E_DRIFT)
+      odds = one%posterior_joint/one%posterior(E_DRIFT)
       if (odds > wanted) high = 0.5_rp*(low + high)
       if (odds <= wanted) low = 0.5_rp*(low + high)
     end do

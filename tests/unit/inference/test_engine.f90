@@ -101,7 +101,7 @@ contains
     real(rp) :: least, most
     associate (v => decision)
       least = sum(v%posterior(v%set))
-      most = least + v%posterior_together ! those of the set, with others or without
+      most = least + v%posterior_joint    ! those of the set, with others or without
       select case (v%verdict)
       case (VERDICT_ADEQUATE)
         least = v%posterior_none
@@ -110,9 +110,9 @@ contains
         least = v%posterior_unknown
         most = least
       case (VERDICT_NAMED)
-        least = max(0.9_rp, merge(v%posterior_together, least, v%is_together))
+        least = max(0.9_rp, merge(v%posterior_joint, least, v%is_joint))
       end select
-    is_coherent = abs(sum(v%posterior) + v%posterior_none + v%posterior_together + v%posterior_unknown - 1) < ROUNDING &
+    is_coherent = abs(sum(v%posterior) + v%posterior_none + v%posterior_joint + v%posterior_unknown - 1) < ROUNDING &
                     .and. v%probability > least - ROUNDING .and. v%probability < most + ROUNDING .and. &
                     (size(v%set) > 0 .eqv. any(v%verdict == [VERDICT_NAMED, VERDICT_SET]))
     end associate
@@ -265,7 +265,7 @@ contains
   subroutine test_whole_run()
     type(diagnosis_t), target :: d
     type(diagnosis_options_t) :: options
-    type(residual_check_t), allocatable :: questions(:)
+    type(residual_check_t), allocatable :: checks(:)
     real(rp) :: q(size(q0)), residuals(beam%n_observations), jacobian(beam%n_observations, 0)
     logical :: is_valid
     integer :: i
@@ -285,11 +285,11 @@ contains
     call d%whitener%apply_one(residuals)
     beam%labels%observed = beam%data
     call d%whitener%apply_one(beam%labels%observed)
-    call check_residuals(beam%labels, residuals, beam%labels%observed, N_BASE, 1.0_rp, questions)
-    do i = 1, size(questions)
-      if (questions(i)%name == 'sign') exit
+    call check_residuals(beam%labels, residuals, beam%labels%observed, N_BASE, 1.0_rp, checks)
+    do i = 1, size(checks)
+      if (checks(i)%name == 'sign') exit
     end do
-    call check(questions(i)%p < 0.01_rp, 'the residuals depend on the sign of the force')
+    call check(checks(i)%p < 0.01_rp, 'the residuals depend on the sign of the force')
     call beam%observe(q0, beam%sigma, 700002)
     beam%data = cshift(beam%data, 28)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
@@ -307,13 +307,13 @@ contains
     options%n_draws = 1000
     options%validates = .false.
     q = point_of(P_ONE_WAY, 12.0_rp, 0)
-    upper = beam%quantities(P_ONE_WAY)%upper
+    upper = beam%parameters(P_ONE_WAY)%upper
     call beam%observe(q, beam%sigma, 700001)
-    beam%quantities(P_ONE_WAY)%upper = 0.8_rp*q(P_ONE_WAY)
+    beam%parameters(P_ONE_WAY)%upper = 0.8_rp*q(P_ONE_WAY)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(.not. failure%failed .and. d%decision%verdict == VERDICT_SET .and. d%decision%reason == AT_BOUND .and. &
                d%is_null_excluded, 'what stands at a bound is no name')
-    beam%quantities(P_ONE_WAY)%upper = upper
+    beam%parameters(P_ONE_WAY)%upper = upper
   end subroutine test_bound
 
   !> A soft place between those that are scanned is found where it is, with the p of the scan alone.
@@ -354,7 +354,7 @@ contains
     other = point_of(P_DRIFT, 15.0_rp, 1)
     call beam%observe(one + other - q0, beam%sigma, 700005)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
-    call check(.not. failure%failed .and. d%decision%verdict == VERDICT_NAMED .and. d%decision%is_together .and. &
+    call check(.not. failure%failed .and. d%decision%verdict == VERDICT_NAMED .and. d%decision%is_joint .and. &
                size(d%decision%set) == 2 .and. any(d%decision%set == E_ONE_WAY) .and. any(d%decision%set == E_DRIFT), &
                'two effects are named together')
     call check(all(d%intervals%lower < d%intervals%upper) .and. size(d%intervals) == 2, 'each with an interval')

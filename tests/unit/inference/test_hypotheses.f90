@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Odds of several causes, unknown causes made of known quantities, whether names could have been rejected, finer places,
+!> Odds of several causes, unknown causes made of known parameters, whether names could have been rejected, finer places,
 !> and what a name needs of intervals, on a wing in closed form (diagnosis_beam).
 program test_hypotheses
   use base_errors, only: failure_t
@@ -80,8 +80,8 @@ contains
     integer :: c, n
     call make_beam(other)
     call other%observe(q0, other%sigma, 1)
-    n = size(other%quantities) - P_SOFT + 1
-    other%field = [(c, c=P_SOFT, size(other%quantities))]
+    n = size(other%parameters) - P_SOFT + 1
+    other%field = [(c, c=P_SOFT, size(other%parameters))]
     other%family = [other%family, (maxval(other%family) + 1, c=1, n)]
     call build_design(other, q0, wide, failure)
     worst = 0
@@ -240,22 +240,22 @@ contains
     found%active = [(c, c=1, N_BASE), P_DRIFT, P_TORSION, P_BOTH]
     found%q = q0 + 1
     found%is_at_bound = [(.false., c=1, N_BASE + 3)]
-    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call find_support(beam%parameters, causes, N_BASE, found, intervals, is_excluded, is_bound)
     call check(.not. (is_excluded .or. is_bound), 'no cause without intervals')
     intervals(1) = interval_t(lower=0.5_rp, has_lower=.true.)
-    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call find_support(beam%parameters, causes, N_BASE, found, intervals, is_excluded, is_bound)
     call check(.not. is_excluded, 'nor for that of another cause')
     intervals(3) = interval_t(upper=-0.5_rp, has_upper=.true.)
-    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call find_support(beam%parameters, causes, N_BASE, found, intervals, is_excluded, is_bound)
     call check(is_excluded .and. .not. is_bound, 'but one parameter of each is enough')
     found%is_at_bound(N_BASE + 2) = .true.
-    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call find_support(beam%parameters, causes, N_BASE, found, intervals, is_excluded, is_bound)
     call check(.not. is_bound, 'whatever another one of the same cause is at')
     found%is_at_bound(N_BASE + 3) = .true.
-    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call find_support(beam%parameters, causes, N_BASE, found, intervals, is_excluded, is_bound)
     call check(is_bound, 'unless it stands at a bound')
     found%q = q0
-    call find_support(beam%quantities, causes, N_BASE, found, intervals, is_excluded, is_bound)
+    call find_support(beam%parameters, causes, N_BASE, found, intervals, is_excluded, is_bound)
     call check(.not. is_bound, 'which is not where it has no effect')
   end subroutine test_support
 

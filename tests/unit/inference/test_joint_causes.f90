@@ -54,7 +54,7 @@ contains
         one%df = 1
         one%columns = [i]
         one%basis = reshape(direction/norm2(direction), [K, 1])
-        call one%strengths%init([1.0_rp])
+        call one%size_prior%init([1.0_rp])
       end associate
     end do
   end subroutine make_design

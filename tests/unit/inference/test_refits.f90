@@ -38,7 +38,7 @@ contains
     call make_beam(beam%beam_t)
     beam%column = P_ONE_WAY
     beam%sigma = 0.0004_rp
-    q0 = beam%quantities%null
+    q0 = beam%parameters%null
     q = q0
     q(P_ONE_WAY) = TRUTH
     call beam%observe(q, beam%sigma, 920001)
@@ -68,7 +68,7 @@ contains
     call make_beam(beam%beam_t)
     beam%n_nuisances = beam%n_nuisances + 1
     beam%size = 20
-    q0 = beam%quantities%null
+    q0 = beam%parameters%null
     call beam%observe(q0, beam%sigma, 930001)
     beam%data = beam%data - 3*beam%error(.true.)
     beam%edge = huge(beam%edge)
@@ -97,7 +97,7 @@ contains
     integer :: i
     call make_beam(beam%beam_t)
     beam%effects(E_SPAN)%variants(1)%columns = [P_TORSION]
-    q0 = beam%quantities%null
+    q0 = beam%parameters%null
     q = q0
     q(P_TORSION) = TRUTH
     call beam%observe(q, beam%sigma, 940001)

@@ -68,7 +68,7 @@ contains
   !> Whether the region of one place holds 0.9, and would not without its least probable place.
   logical function is_smallest(region)
     type(region_t), intent(in) :: region
-    is_smallest = sum(region%share) >= 0.9_rp .and. sum(region%share) - minval(region%share) < 0.9_rp
+    is_smallest = sum(region%fraction) >= 0.9_rp .and. sum(region%fraction) - minval(region%fraction) < 0.9_rp
   end function is_smallest
 
   !> Two bumps of bending compliance at the ends of the wing, as strong as a ratio of 40, are two parts of the region, or
@@ -89,8 +89,8 @@ contains
       end do
       call test%check('both are in the region', all(has))
       call test%check('parts come in the order of their shares, which add up to 1 at most', &
-                      region%n_parts == maxval(region%part) .and. sum(region%share) < 1 + 1.0e-12_rp .and. &
-                      sum(region%share, mask=region%part == 1) >= sum(region%share, mask=region%part == region%n_parts))
+                      region%n_parts == maxval(region%part) .and. sum(region%fraction) < 1 + 1.0e-12_rp .and. &
+                      sum(region%fraction, mask=region%part == 1) >= sum(region%fraction, mask=region%part == region%n_parts))
       call test%check('parts are connected, and apart from each other', &
                       are_parts(region, beam%pattern_place(:, family%patterns)))
       call find_region(design, z, beam%pattern_place, 10*DISTANCE, region)

@@ -30,7 +30,7 @@ program test_relinearisation
   error%beam => beam
   options%n_draws = 1000
   options%validates = .false.
-  q0 = beam%quantities%null
+  q0 = beam%parameters%null
   q = q0
   q(P_ONE_WAY) = TRUTH
   call beam%observe(q, beam%sigma, 800001)
@@ -38,7 +38,7 @@ program test_relinearisation
   beam%data = beam%data + error_of(beam)
   call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, known, failure)
   call t%check('with the right error the joint is named', known%decision%verdict == VERDICT_NAMED .and. &
-               all(known%decision%set == E_ONE_WAY) .and. .not. known%decision%is_together)
+               all(known%decision%set == E_ONE_WAY) .and. .not. known%decision%is_joint)
   beam%angle = 0
   call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, blind, failure)
   call t%check('with that of the baseline the twist is a second cause', any(blind%decision%set == E_TORSION))

@@ -55,7 +55,7 @@ contains
 
   subroutine measure()
     real(rp) :: q(N_ALL)
-    q = beam%quantities%null
+    q = beam%parameters%null
     q(P_ONE_WAY) = 1
     call beam%observe(q, beam%sigma, 910001)
   end subroutine measure
@@ -75,7 +75,7 @@ contains
     farthest = beam%farthest
     beam%farthest = huge(farthest) ! the fit itself finds its way
     beam%here = place_t() ! nowhere yet
-    q = beam%quantities%null
+    q = beam%parameters%null
     call beam%directions(q, nuisances, patterns, is_valid)
     call whitener%init(beam, [(i, i=1, beam%n_observations)], failure)
     call whitener%add_directions(nuisances)

@@ -156,7 +156,7 @@ contains
     n_used = 0
     do k = 1, NX*NY
       if (any(ahead%corner(:, k) /= behind%corner(:, k)) .or. (ahead%is_beside(k) .neqv. behind%is_beside(k))) cycle
-      if (count(ahead%share(:, k) > 0) /= count(behind%share(:, k) > 0)) cycle
+      if (count(ahead%weight(:, k) > 0) /= count(behind%weight(:, k) > 0)) cycle
       call height_gradient(positions, sample, k, [x(node(1, k)), y(node(2, k))], gradient)
       derivative = 0
       do i = 1, 3

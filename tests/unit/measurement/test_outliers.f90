@@ -29,7 +29,7 @@ contains
     call leave_out_outliers(m, out)
     call t%check('normal errors have none', out%n == 0)
     call t%check('of all heights', out%n_tested == N_LOADS*NX*NY)
-    call t%check('a share below 0.001 can be said', out%share(1) < 1.0e-12_rp .and. out%share(2) < 1.0e-3_rp)
+    call t%check('a share below 0.001 can be said', out%fraction(1) < 1.0e-12_rp .and. out%fraction(2) < 1.0e-3_rp)
     call lay_out(SIGMA/3, 1.0_rp)
     call leave_out_outliers(m, out)
     call t%check('nor where the declared errors are a third of them', out%n == 0)
@@ -37,7 +37,7 @@ contains
 
   !> Every fiftieth height is 40 sd aside, up or down, and some beside them 16 sd.
   subroutine test_specks()
-    real(rp) :: share
+    real(rp) :: fraction
     integer :: n, n_right, l, k
     call lay_out(SIGMA, 1.0_rp)
     call add_specks(40*SIGMA)
@@ -51,10 +51,10 @@ contains
     end do
     call t%check('specks are found', n_right >= nint(0.97_rp*n))
     call t%check('and nothing else', out%n == n_right)
-    share = real(n, rp)/(N_LOADS*NX*NY)
-    call t%check('their share lies in its interval', out%share(1) < share .and. share < out%share(2))
-    call t%check_close('which is as wide as that of a binomial share', out%share(2) - out%share(1), &
-                       2*1.645_rp*sqrt(share*(1 - share)/out%n_tested), rtol=0.02_rp)
+    fraction = real(n, rp)/(N_LOADS*NX*NY)
+    call t%check('their share lies in its interval', out%fraction(1) < fraction .and. fraction < out%fraction(2))
+    call t%check_close('which is as wide as that of a binomial share', out%fraction(2) - out%fraction(1), &
+                       2*1.645_rp*sqrt(fraction*(1 - fraction)/out%n_tested), rtol=0.02_rp)
     call t%check('what stays belongs together', all([(size(m%loads(l)%node, 2) == m%loads(l)%count() .and. &
                                                       size(m%loads(l)%sigma) == m%loads(l)%count(), l=1, N_LOADS)]))
     n = out%n

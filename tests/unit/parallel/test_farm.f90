@@ -42,7 +42,7 @@ contains
       do batch = 1, size(COUNTS)
         n = COUNTS(batch)
         context = [(sqrt(real(k + batch, rp)), k=1, batch)]
-        call farm%share(runner, context)
+        call farm%broadcast(runner, context)
         length = N_OUTPUT - modulo(batch, 3)
         allocate (inputs(N_INPUT, n), outputs(length, n), seconds(n), statuses(n), want(length))
         order = [(n + 1 - k, k=1, n)]
@@ -80,7 +80,7 @@ contains
     call farm%start(t%world, N_INPUT, N_OUTPUT, root_works)
     is_right = .true.
     if (t%world%is_root) then
-      call farm%share(runner, [1.0_rp])
+      call farm%broadcast(runner, [1.0_rp])
       inputs = 0.1_rp
       inputs(1, :) = [(k, k=1, N)]
       runner%questions_left = 3
@@ -125,7 +125,7 @@ contains
     call farm%start(t%world, N_INPUT, N_OUTPUT)
     in_order = .true.
     if (t%world%is_root) then
-      call farm%share(runner, [1.0_rp])
+      call farm%broadcast(runner, [1.0_rp])
       inputs = 0
       inputs(1, :) = [1.0_rp, 2.0_rp, 3.0_rp]
       runner%n_done = 0

@@ -79,7 +79,7 @@ contains
     real(rp) :: most, shift
     integer :: i
     allocate (character(300) :: text(2))
-    associate (q => catalogue%quantities(column))
+    associate (q => catalogue%parameters(column))
       do i = 1, 2
         most = min(STEP*q%prior_sd, 0.5_rp*max(q%upper - q%null, q%null - q%lower))
         if (q%is_log) most = min(most, 0.3_rp)

@@ -88,14 +88,14 @@ contains
       call t%check_close('paper: tolfun', o%tolfun, 1.0e-11_rp)
     end associate
     call t%check('paper: two stages, no polish', s%n_stages == 2 .and. .not. s%polish)
-    call t%check('paper: cross-springs', s%setup%asked%cross_springs)
-    call t%check('paper: h, in a linear box',.not. s%use_chi2 .and. .not. any(s%sought%is_log))
-    do i = 1, s%sought%count()
-      if (s%sought%numbers(i) == PARAM_YOUNG) cycle
-      call t%check_close('paper: lower bound of a joint [N m/rad]', s%sought%lower(i), 1.0e-6_rp)
-      call t%check_close('paper: upper bound of a joint [N m/rad]', s%sought%upper(i), 1.0e-2_rp)
+    call t%check('paper: cross-springs', s%wing_case%requested%cross_springs)
+    call t%check('paper: h, in a linear box',.not. s%use_chi2 .and. .not. any(s%free_parameters%is_log))
+    do i = 1, s%free_parameters%count()
+      if (s%free_parameters%numbers(i) == PARAM_YOUNG) cycle
+      call t%check_close('paper: lower bound of a joint [N m/rad]', s%free_parameters%lower(i), 1.0e-6_rp)
+      call t%check_close('paper: upper bound of a joint [N m/rad]', s%free_parameters%upper(i), 1.0e-2_rp)
     end do
-    call t%check('paper: E and ten joints', s%sought%count() == 11)
+    call t%check('paper: E and ten joints', s%free_parameters%count() == 11)
     call read_settings('lambda = 9;'//NL//'tolfun = 1e-5;'//NL//'target = 2e-6;'//NL, &
                        'preset = paper;'//NL//'stages = 1;'//NL)
     associate (o => s%search)

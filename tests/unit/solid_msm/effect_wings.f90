@@ -45,7 +45,7 @@ contains
     params = default_params(wing)
     params%effects%disc = DISC
     params%effects%soft_vein = 'R4+5'
-    params%effects%soft_share = 0.45_rp
+    params%effects%soft_fraction = 0.45_rp
     params%joint = 2.0e-6_rp
     params%joint(3) = -1
     params%effects%has_sides = has_sides

@@ -3,10 +3,10 @@
 !> derivatives of the forces with respect to every effect are exact, in the model or not.
 program test_effect_forces
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use effect_wings, only: make_plain, model_of, STENCIL
   use solid_extension, only: extension_axial
   use solid_model, only: solid_model_t
-  use solid_parameter, only: parameter_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: bending_direction, damage_direction, hinge_direction, parameter_direction
   use solid_tangent, only: assemble_tangent

@@ -4,6 +4,7 @@
 program test_solid_effects
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use effect_wings, only: make_plain, model_of, DISC
   use sample_wings, only: make_beam
   use solid_effect, only: effect_t, effect_text_t, STAGE_NONE
@@ -18,7 +19,7 @@ program test_solid_effects
   use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
   use solid_layout, only: hinge_in_vein
   use solid_model, only: solid_model_t
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_tangent, only: assemble_tangent
   use solid_wing, only: wing_t
   use solid_wording, only: wording_t
@@ -327,7 +328,7 @@ contains
     integer :: h
     params = default_params(wing)
     params%effects%soft_vein = 'C' ! 24 equal segments along x, 9 mm
-    params%effects%soft_share = 0.55_rp
+    params%effects%soft_fraction = 0.55_rp
     call model%init(wing, params, failure)
     h = model%layout%soft_hinge
     call t%check('there is a hinge', h > 0)
@@ -342,12 +343,12 @@ contains
       if (plain%plans(h)%joint > 0 .and. plain%plans(h)%veins(1) == plain%plans(h)%veins(2)) exit
     end do
     associate (vein => plain%plans(h)%veins(1), point => plain%plans(h)%nodes(2))
-      call t%check('no place where a joint is', hinge_in_vein(wing, plain%plans, vein, share_of(vein, point)) == 0)
+      call t%check('no place where a joint is', hinge_in_vein(wing, plain%plans, vein, fraction_of(vein, point)) == 0)
     end associate
   end subroutine test_soft_place
 
   !> Place of a point along a vein, of its length.
-  pure real(rp) function share_of(vein, point)
+  pure real(rp) function fraction_of(vein, point)
     integer, intent(in) :: vein, point
     real(rp) :: way, here
     integer :: k
@@ -359,6 +360,6 @@ contains
         if (nodes(k) == point) here = way
       end do
     end associate
-    share_of = here/way
-  end function share_of
+    fraction_of = here/way
+  end function fraction_of
 end program test_solid_effects

@@ -4,12 +4,13 @@
 program test_solid_elements
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use derivative_checks, only: derivative_errors, STENCIL
   use sample_wings, only: make_fly_wing, make_beam
   use solid_extension, only: extension_axial
   use solid_hinge, only: hinge_t, hinge_evaluate, hinge_angle, turning_law, HINGE_NODES
   use solid_model, only: solid_model_t
-  use solid_params, only: solid_params_t, parameter_t, default_params
+  use solid_params, only: solid_params_t, default_params
   use solid_pattern, only: pattern_t
   use solid_stiffness, only: stiffness_t
   use solid_tangent, only: assemble_tangent

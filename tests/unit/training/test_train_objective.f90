@@ -223,11 +223,11 @@ contains
     integer(i8) :: fingerprint
     settings%experiment = experiment
     settings%restarts = 'none'
-    settings%sought%numbers = [1]
-    settings%sought%lower = [1.0_rp]
-    settings%sought%upper = [2.0_rp]
-    settings%sought%is_log = [.true.]
-    settings%sought%instrument_numbers = [integer ::]
+    settings%free_parameters%numbers = [1]
+    settings%free_parameters%lower = [1.0_rp]
+    settings%free_parameters%upper = [2.0_rp]
+    settings%free_parameters%is_log = [.true.]
+    settings%free_parameters%instrument_numbers = [integer ::]
     deallocate (settings%experiment%measurement%observations)
     allocate (settings%experiment%measurement%observations(1))
     associate (one => settings%experiment%measurement%observations(1))

@@ -36,7 +36,7 @@ contains
     integer, intent(in) :: cells !< per diameter
     type(fluid_t) :: fluid
     character(160) :: text
-    real(rp) :: force, expected, diameter, share, speed
+    real(rp) :: force, expected, diameter, fraction, speed
     write (text, '(a,es24.16,a,es24.16,3(a,i0),a,i0)') 'nu=', 1/re, NL//'[Penalization]'//NL//'eps=', c_eta, &
       NL//'[Resolution]'//NL//'nx=', 8*cells, NL//'ny=', 5*cells, NL//'nz=', 5*cells, &
       NL//'[Sponge]'//NL//'sponge_thickness=', cells
@@ -50,8 +50,8 @@ contains
     call run_to_end(fluid)
     force = fluid%sums%force(1, 1)
     diameter = 1 + 2*wall_shift(1/re, c_eta, 1.5_rp/cells)
-    share = PI/4*diameter**2/25
-    speed = 1 + share + drag_coefficient(re*diameter)*share/2
+    fraction = PI/4*diameter**2/25
+    speed = 1 + fraction + drag_coefficient(re*diameter)*fraction/2
     expected = drag_coefficient(re*diameter*speed)*PI/8*diameter**2*speed**2
   write (text, '(a,i0,a,f6.3,a,f6.3,a)') 'Re ', nint(re), ': hydrodynamic diameter', diameter, ', outer speed', speed, &
       ': the drag is Schiller and Naumann''s'

@@ -89,13 +89,13 @@ contains
     messages = 0
     do q = 0, columns - 1
       if (q == column) cycle
-      call send((inverse - 1)*sticks_of(rows, columns, row, column)*share(N(3), columns, q), bytes, messages)
-      call send(forward*sticks_of(rows, columns, row, q)*share(N(3), columns, column), bytes, messages)
+      call send((inverse - 1)*sticks_of(rows, columns, row, column)*part(N(3), columns, q), bytes, messages)
+      call send(forward*sticks_of(rows, columns, row, q)*part(N(3), columns, column), bytes, messages)
     end do
     do q = 0, rows - 1
       if (q == row) cycle
-      call send(inverse*kx_of(rows, row)*share(N(2), rows, q)*share(N(3), columns, column), bytes, messages)
-      call send(forward*kx_of(rows, q)*share(N(2), rows, row)*share(N(3), columns, column), bytes, messages)
+      call send(inverse*kx_of(rows, row)*part(N(2), rows, q)*part(N(3), columns, column), bytes, messages)
+      call send(forward*kx_of(rows, q)*part(N(2), rows, row)*part(N(3), columns, column), bytes, messages)
     end do
   end subroutine model
 
@@ -117,7 +117,7 @@ contains
         if ((jx/limit(1))**2 + (jy/limit(2))**2 < 1) sticks = sticks + 1
       end do
     end do
-    sticks = share(sticks, columns, column)
+    sticks = part(sticks, columns, column)
   end function sticks_of
 
   !> Columns kx that a row is dealt.
@@ -137,9 +137,9 @@ contains
   end function limit
 
   !> What part `i` of `parts` has of `n` things: the first ones have one more.
-  pure integer function share(n, parts, i)
+  pure integer function part(n, parts, i)
     integer, intent(in) :: n, parts, i
-    share = n/parts
-    if (i < mod(n, parts)) share = share + 1
-  end function share
+    part = n/parts
+    if (i < mod(n, parts)) part = part + 1
+  end function part
 end program test_traffic

@@ -10,7 +10,7 @@ module support_sphere
   use fluid_solver, only: fluid_t
   use fluid_sums, only: sums_t
   use fsi_body_volume, only: displaced_moments
-  use fsi_flyer, only: DAMPED, flyer_t, least_share
+  use fsi_flyer, only: DAMPED, flyer_t, least_fraction
   use fsi_moments, only: second_of_inertia, whole_t
   use fsi_rotation, only: cross
   use parallel_block, only: block_t
@@ -68,7 +68,7 @@ contains
                                                                        0.0_rp, 0.0_rp, 1.0_rp], [3, 3]))
       call flyer%state%start(self%whole())
       call own%add_part(flyer%body)
-      fluid%rhs%params%time_share = DAMPED*least_share(own, self%whole(), flyer%params%held)
+      fluid%rhs%params%dt_fraction = DAMPED*least_fraction(own, self%whole(), flyer%params%held)
     end associate
   end subroutine sphere_init
 

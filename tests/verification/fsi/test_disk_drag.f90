@@ -41,7 +41,7 @@ contains
     type(request_t) :: nothing
     type(failure_t) :: failure
     character(100) :: text
-    real(rp) :: expected, diameter, share, speed
+    real(rp) :: expected, diameter, fraction, speed
     call make_wings(test%world, '[Resolution]'//NL//'nx=72'//NL//'ny=48'//NL//'nz=48'//NL// &
               '[Geometry]'//NL//'xl=6'//NL//'yl=4'//NL//'zl=4'//NL//'[InitialCondition]'//NL//'inicond=MeanFlow'//NL// &
                     '[Time]'//NL//'Tmax=5'//NL//'CFL=0.5'//NL//'[ReynoldsNumber]'//NL//'nu='//number(1/re)//NL// &
@@ -56,8 +56,8 @@ contains
     call run_wings(fluid, wings)
     loads = wing_loads(wings, 1, fluid)
     diameter = 1 + 2*wall_shift(1/re, C_ETA, 1.0_rp/CELLS)
-    share = PI/4*diameter**2/16
-    speed = 1 + share + drag_coefficient(re*diameter)*share/2
+    fraction = PI/4*diameter**2/16
+    speed = 1 + fraction + drag_coefficient(re*diameter)*fraction/2
     expected = drag_coefficient(re*diameter*speed)*PI/8*diameter**2*speed**2
     write (text, '(a,i0,a,f6.3,a,f6.3)') 'Re ', nint(re), ': hydrodynamic diameter', diameter, ', outer speed', speed
     call test%check_close(trim(text)//': drag of Clift, Grace & Weber', loads%force(1), expected, rtol=0.08_rp)

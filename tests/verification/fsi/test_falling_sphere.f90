@@ -132,7 +132,7 @@ contains
     type(request_t) :: nothing
     type(failure_t) :: failure
     character(240) :: text
-    real(rp) :: diameter, share, speed, weight, falls
+    real(rp) :: diameter, fraction, speed, weight, falls
     write (text, '(a,es24.16,a,es24.16,7(a,i0),a,es24.16)') 'nu=', 1/re, NL//'[Penalization]'//NL//'eps=', c_eta, &
       NL//'[Resolution]'//NL//'nx=', box(1)*cells, NL//'ny=', box(2)*cells, NL//'nz=', box(3)*cells, &
       NL//'[Sponge]'//NL//'sponge_thickness=', cells, NL//'[Geometry]'//NL//'xl=', box(1), NL//'yl=', box(2), &
@@ -143,8 +143,8 @@ contains
                     '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=empty'//NL//'[ReynoldsNumber]'//NL// &
                     trim(text)//NL, fluid)
     diameter = 1 + 2*wall_shift(1/re, c_eta, 1.5_rp/cells)
-    share = PI/4*diameter**2/(box(1)*box(2))
-    speed = 1 + share + drag_coefficient(re*diameter)*share/2
+    fraction = PI/4*diameter**2/(box(1)*box(2))
+    speed = 1 + fraction + drag_coefficient(re*diameter)*fraction/2
     weight = drag_coefficient(re*diameter*speed)*PI/8*diameter**2*speed**2
     sphere%flyer%state%centre = [box(1)/2.0_rp, box(2)/2.0_rp, 2.5_rp]
     sphere%flyer%state%velocity = [0.0_rp, 0.0_rp, 0.3_rp]

@@ -4,6 +4,7 @@
 program test_wing_mirror
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use fluid_solver, only: fluid_t
   use fsi_coupler, only: coupler_t
   use fsi_coupler_params, only: coupler_params_t
@@ -15,7 +16,7 @@ program test_wing_mirror
   use io_units, only: unit_scales_t
   use sample_wings, only: make_fly_wing
   use solid_inertia, only: momenta_t
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_wing, only: wing_t, Z_SIDES
   use support_fluid, only: box_3d, make_fluid, NL
   use testkit, only: testkit_t
@@ -54,7 +55,7 @@ program test_wing_mirror
   plain%joint = 2.0e-6_rp
   plain%effects%disc = [4.0e-3_rp, 0.0_rp, 1.5e-3_rp]
   plain%effects%soft_vein = 'R4+5'
-  plain%effects%soft_share = 0.45_rp
+  plain%effects%soft_fraction = 0.45_rp
   plain%effects%has_sides = .true.
   plain%effects%has_sided_veins = .true.
   all_effects = plain

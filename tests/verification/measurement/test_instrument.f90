@@ -5,6 +5,7 @@
 program test_instrument
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use bench_places, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
@@ -13,7 +14,6 @@ program test_instrument
                                     HEIGHT_SCALE, N_INSTRUMENT, TILT_X
   use measurement_simulation, only: N_NUISANCES
   use solid_mass, only: lump_mass, mass_params_t, mass_t, MEMBRANE_UNIFORM
-  use solid_parameter, only: parameter_t
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
@@ -118,11 +118,11 @@ contains
     type(failure_t) :: failure
     type(solid_params_t) :: params
     real(rp), allocatable :: u(:, :), v(:, :)
-    integer :: i, sought(3)
+    integer :: i, free_parameters(3)
     params = wing_params(.true.)
-    sought = [params%find('E'), params%find('joint_hardening'), params%find('root_flap')]
+    free_parameters = [params%find('E'), params%find('joint_hardening'), params%find('root_flap')]
     call plain%init(m, wing, params, [params%find('E')], options, failure)
-    call experiment%init(m, wing, params, sought, options, failure, &
+    call experiment%init(m, wing, params, free_parameters, options, failure, &
                          instrument_numbers=pack([(i, i=1, N_INSTRUMENT)], [(i < GRAVITY_X, i=1, N_INSTRUMENT)]))
     call t%check('the experiment is made',.not. failure%failed)
     call t%check('it has all unknowns', experiment%count() == 3 + 19 .and. plain%count() == 1)

@@ -6,6 +6,7 @@ program test_measurement_beam
   use base_constants, only: PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use measurement_data, only: measurement_t, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_experiment, only: experiment_t
@@ -13,7 +14,7 @@ program test_measurement_beam
   use measurement_problem, only: wing_problem_t, wing_unknowns
   use measurement_write, only: write_measurement
   use sample_wings, only: make_beam
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t

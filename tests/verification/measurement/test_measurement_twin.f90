@@ -5,6 +5,7 @@
 program test_measurement_twin
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use bench_places, only: wing_of_argument
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
@@ -16,7 +17,7 @@ program test_measurement_twin
   use measurement_file, only: read_measurement
   use measurement_problem, only: wing_problem_t, wing_unknowns
   use measurement_write, only: write_measurement
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t

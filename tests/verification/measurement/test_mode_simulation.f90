@@ -4,6 +4,7 @@
 program test_mode_simulation
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use bench_places, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_mode_simulation, only: mode_simulation_t
@@ -13,7 +14,7 @@ program test_mode_simulation
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_ADDED, MASS_GRADIENT, MASS_POINT, MASS_VEINS
   use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: parameter_direction
   use solid_wing, only: wing_t
@@ -128,7 +129,7 @@ contains
     other%plate = 1.3_rp*params%plate
     call other%set_named('E_gradient', 0.3_rp)
     effects%corner = [1, 1, model%n_points]
-    effects%share = [0.0_rp, 0.0_rp, 1.0_rp]
+    effects%weight = [0.0_rp, 0.0_rp, 1.0_rp]
     effects%point = 1.0e-3_rp*(sum(parts%veins) + sum(parts%membrane))
     effects%gradient = -0.3_rp
     do i = 1, size(NAMES)

@@ -5,11 +5,12 @@
 program test_effect_sensitivities
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use bench_places, only: load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_sensitivity, only: direction_sensitivity, force_sensitivity, shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_stiffness, only: stiffness_t
@@ -50,7 +51,7 @@ contains
     params%joint = 1.0e-6_rp
     params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp]
     params%effects%soft_vein = 'R4+5'
-    params%effects%soft_share = 0.4_rp
+    params%effects%soft_fraction = 0.4_rp
     params%effects%has_sides = .true.
     params%effects%has_sided_veins = .true.
     if (.not. is_null) then

@@ -5,6 +5,7 @@ program test_solid_modal
   use base_constants, only: PI, TWO_PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use bench_places, only: wing_of_argument
   use cantilever, only: make_cantilever
   use solid_added_mass, only: strip_added_mass
@@ -15,7 +16,7 @@ program test_solid_modal
   use solid_modal, only: modal_t, mode_slopes_t
   use solid_model, only: solid_model_t
   use solid_motion, only: steady_motion_t
-  use solid_params, only: default_params, parameter_t, solid_params_t
+  use solid_params, only: default_params, solid_params_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction, hinge_direction, parameter_direction
   use solid_wing, only: wing_t
@@ -216,11 +217,11 @@ contains
     params%joint = 1.0e-6_rp
     params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp]
     params%effects%soft_vein = 'R4+5'
-    params%effects%soft_share = 0.4_rp
+    params%effects%soft_fraction = 0.4_rp
     params%effects%has_sided_veins = .true.
     effects = mass_effects_t()
     effects%corner = wing%triangles(:, size(wing%triangles, 2)/2)
-    effects%share = [0.5_rp, 0.3_rp, 0.2_rp]
+    effects%weight = [0.5_rp, 0.3_rp, 0.2_rp]
     if (.not. is_null) then
       call params%set_named('E_gradient', -0.7_rp)
       call params%set_named('damage', 0.4_rp)

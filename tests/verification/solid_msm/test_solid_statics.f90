@@ -3,12 +3,13 @@
 program test_solid_statics
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use sample_wings, only: make_fly_wing
   use solid_equilibrium, only: equilibrium_t
   use base_lapack, only: singular_values
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
-  use solid_params, only: solid_params_t, parameter_t, default_params, membrane_thickness, membrane_note
+  use solid_params, only: solid_params_t, default_params, membrane_thickness, membrane_note
   use solid_plate, only: plate_weights
   use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t

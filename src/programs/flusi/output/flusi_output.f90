@@ -38,7 +38,7 @@ module flusi_output
     real(rp), allocatable, private :: scratch(:, :, :, :)
   contains
     procedure :: init => output_init
-    procedure :: look_ahead => output_look_ahead
+    procedure :: request_fields => output_request_fields
     procedure :: write => output_write
     procedure :: flush => output_flush
     procedure :: write_failed => output_write_failed
@@ -77,7 +77,7 @@ contains
 
   !> Decides what has to be written for the state of `fluid`, and what its next pass must provide. Takes what the step
   !> that follows would change: Q, which stays in the scratch until `write`. Collective.
-  subroutine output_look_ahead(self, fluid, is_last, request, averages)
+  subroutine output_request_fields(self, fluid, is_last, request, averages)
     class(output_t), target, intent(inout) :: self
     type(fluid_t), target, intent(inout) :: fluid
     logical, intent(in) :: is_last !< the end of the run: everything is due
@@ -99,9 +99,9 @@ contains
     end associate
     if (self%fields_due .and. self%params%q_criterion) &
       call q_criterion(fluid%transform, fluid%rhs%state%u, self%scratch(:, :, :, 1))
-  end subroutine output_look_ahead
+  end subroutine output_request_fields
 
-  !> Writes what `look_ahead` found due, from the pass that has run since. Collective.
+  !> Writes what `request_fields` found due, from the pass that has run since. Collective.
   subroutine output_write(self, fluid, failure, wings, coupler, averages)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid

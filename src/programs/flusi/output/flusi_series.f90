@@ -38,7 +38,7 @@ module flusi_series
     procedure :: open => series_open
     procedure :: record => series_record
     procedure :: write_flight => series_write_flight
-    procedure :: look_at_spectra => series_look_at_spectra
+    procedure :: record_spectra => series_record_spectra
     procedure :: write_step => series_write_step
     procedure :: write_integrals => series_write_integrals
     procedure :: write_bending => series_write_bending
@@ -184,11 +184,11 @@ contains
 
   !> Remembers the energy spectra of the present state, if they are written, for the integrals of the step that follows and
   !> changes it. Collective.
-  subroutine series_look_at_spectra(self, fluid)
+  subroutine series_record_spectra(self, fluid)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     call self%spectra%record(fluid)
-  end subroutine series_look_at_spectra
+  end subroutine series_record_spectra
 
   !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
   !> `look` must have been called in this step.

@@ -195,15 +195,15 @@ contains
     real(rp), parameter :: MUCH = 0.02_rp
     type(beat_t) :: beat
     character(160) :: line
-    real(rp) :: share
+    real(rp) :: fraction
     text = ''
     if (settings%flight%tip_speed() <= 0) return
     beat = beat_statistics(series(1, :), series(2, :), period, n)
-    share = beat%mean/settings%flight%tip_speed()
-    write (line, '(a,f0.2,a)') 'slip        the largest |u - u_s| at a marker is ', 100*share, &
+    fraction = beat%mean/settings%flight%tip_speed()
+    write (line, '(a,f0.2,a)') 'slip        the largest |u - u_s| at a marker is ', 100*fraction, &
       ' % of the mean tip speed (mean of the last beat)'
     text = NL//trim(line)//NL
-    if (share > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
+    if (fraction > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
   end function thin_slip_text
 
   !> Whether the flow receives the power that the wings lose, means of the last beat. Nothing of wings that give and take
@@ -235,20 +235,20 @@ contains
     real(rp), parameter :: MUCH = 0.1_rp
     type(beat_t) :: beat
     character(160) :: line
-    real(rp) :: share
+    real(rp) :: fraction
     integer :: i
     text = ''
     if (settings%flight%tip_speed() <= 0) return
-    share = 0
+    fraction = 0
     do i = 1, size(settings%flight%wings)
       beat = beat_statistics(series(1, :), series(2 + settings%flight%wings(i)%color, :), period, n)
-      share = max(share, beat%mean/settings%flight%tip_speed())
+      fraction = max(fraction, beat%mean/settings%flight%tip_speed())
     end do
-    write (line, '(a,f0.1,a)') 'slip        rms |u - u_s| inside the wings is ', 100*share, &
+    write (line, '(a,f0.1,a)') 'slip        rms |u - u_s| inside the wings is ', 100*fraction, &
       ' % of the mean tip speed (last beat)'
     text = NL//trim(line)//NL
-    if (share > MUCH) text = text//'            the flow leaks through the wings, forces are too small: it falls '// &
-                             'in proportion to eps'//NL
+    if (fraction > MUCH) text = text//'            the flow leaks through the wings, forces are too small: it falls '// &
+                                'in proportion to eps'//NL
   end function slip_text
 
   !> Ratio of the means over some beats, with half the range of the ratios of the beats.

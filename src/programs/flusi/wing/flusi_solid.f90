@@ -16,7 +16,7 @@ module flusi_solid
   use flusi_solid_restart, only: load_solid, save_solid
   use flusi_solid_settings, only: load_solid_settings, solid_settings_t
   use flusi_wing_modes, only: find_modes
-  use flusi_wing_places, only: add_force
+  use flusi_wing_sites, only: add_force
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use io_identity, only: identity_t
@@ -103,7 +103,7 @@ contains
     run%world = world
     call read_settings(command, run%settings, .false., code)
     if (code /= EXIT_OK) return
-    call print_wing(output_unit, 'variable-step BDF2 in the frame of the wing', run%settings%setup)
+    call print_wing(output_unit, 'variable-step BDF2 in the frame of the wing', run%settings%wing_case)
     call run%start(command, started, code)
     if (started) call advance_all(run, code)
     if (run%is_open) call run%output%close(run%failure)
@@ -128,7 +128,7 @@ contains
     call self%files%begin(self%world, 'flusi --solid', self%settings%name, command%ini, self%settings%config, self%failure)
     if (.not. command%restart) call self%files%check_new(command%overwrite, patterns, self%failure)
     if (self%failure%failed) return
-    associate (s => self%settings, model => self%settings%setup%model)
+    associate (s => self%settings, model => self%settings%wing_case%model)
       allocate (self%force(3, model%n_all), source=0.0_rp)
       call self%stepper%init(model)
       call self%balance%init(model)
@@ -184,7 +184,7 @@ contains
     type(static_report_t) :: report
     real(rp), allocatable :: u(:, :), frequencies(:), shapes(:, :, :)
     integer :: i
-    associate (s => self%settings, model => self%settings%setup%model)
+    associate (s => self%settings, model => self%settings%wing_case%model)
       allocate (u(3, model%n_all), source=0.0_rp)
       if (size(s%released) > 0) then
         call load%init(model)
@@ -202,7 +202,7 @@ contains
         end if
       else if (s%mode > 0) then
         allocate (frequencies(s%mode), shapes(3, model%n_all, s%mode))
-        call find_modes(s%setup, frequencies, shapes, problem)
+        call find_modes(s%wing_case, frequencies, shapes, problem)
         if (.not. problem%failed) then
           u = s%amplitude*shapes(:, :, s%mode)
           write (output_unit, '(a,i0,a,f0.4,a)') 'mode      ', s%mode, ' of the unloaded wing: ', &
@@ -232,7 +232,7 @@ contains
     end if
     call reader%open(self%world, path, problem)
     if (problem%failed) return
-    call load_solid(reader, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work, &
+    call load_solid(reader, self%settings%wing_case%model, self%settings%is_mirrored, self%state, self%step, self%work, &
                     problem)
     call was%load(reader, problem)
     call self%files%judge(was, STATE_KEYS, none, command%accepts, remarks, problem)
@@ -256,7 +256,7 @@ contains
         has_failed = .not. run%report%converged
         if (has_failed) exit
         has_moved = .true.
-        call run%progress%step_done(run%step, state%time, s%dt, run%output%largest/s%setup%model%size, s%t_max, &
+        call run%progress%step_done(run%step, state%time, s%dt, run%output%largest/s%wing_case%model%size, s%t_max, &
                                     huge(1), seconds)
         call run%stop_rules%poll(run%world)
         if (run%stop_rules%backup_due .and. s%output%backup .and. .not. run%is_done()) call run%back_up()
@@ -292,7 +292,7 @@ contains
   subroutine run_advance(self)
     class(solid_run_t), intent(inout) :: self
     real(rp) :: h, before
-    associate (s => self%settings, state => self%state, model => self%settings%setup%model)
+    associate (s => self%settings, state => self%state, model => self%settings%wing_case%model)
       h = s%dt
       ! The last step is shorter if the end is no multiple of dt.
       if (s%t_max - state%time < (1 - PART)*s%dt) h = s%t_max - state%time
@@ -323,7 +323,7 @@ contains
     type(checkpoint_writer_t) :: writer
     if (self%failure%failed .or. self%step == 0) return
     call self%slots%begin(writer, self%failure)
-    call save_solid(writer, self%settings%setup%model, self%settings%is_mirrored, self%state, self%step, self%work)
+    call save_solid(writer, self%settings%wing_case%model, self%settings%is_mirrored, self%state, self%step, self%work)
     call self%slots%commit(writer, self%failure)
     call self%stop_rules%backup_done()
   end subroutine run_back_up

@@ -57,8 +57,8 @@ contains
     type(dynamic_state_t), intent(in) :: state
     logical, intent(in) :: is_restart
     type(failure_t), intent(inout) :: failure
-    call self%lines%init(settings%setup%wing)
-    allocate (self%u(3, settings%setup%model%n_points), self%v(3, settings%setup%model%n_points))
+    call self%lines%init(settings%wing_case%wing)
+    allocate (self%u(3, settings%wing_case%model%n_points), self%v(3, settings%wing_case%model%n_points))
     self%number = 0
     if (is_restart) then
       self%number = shape_number(settings, state%time) + 1
@@ -97,13 +97,13 @@ contains
     type(step_report_t), intent(in) :: report
     type(momenta_t) :: m
     integer :: i
-    associate (setup => settings%setup)
-      m = measure_motion(settings%inertia, setup%model, frame, state%u, state%v)
+    associate (wing_case => settings%wing_case)
+      m = measure_motion(settings%inertia, wing_case%model, frame, state%u, state%v)
       self%largest = 0
-      do i = 1, setup%model%n_points
+      do i = 1, wing_case%model%n_points
         self%largest = max(self%largest, norm2(state%u(:, i)))
       end do
-      call self%series%write([state%time, state%u(:, setup%tip), self%largest, m%kinetic, m%relative_kinetic, &
+      call self%series%write([state%time, state%u(:, wing_case%tip), self%largest, m%kinetic, m%relative_kinetic, &
                               m%elastic, work%loads, work%weight, work%frame, work%damped, &
                               work%imbalance(m%relative_kinetic + m%elastic), &
                               real([report%iterations, report%substeps], rp), report%residual, m%linear, m%angular])
@@ -124,14 +124,14 @@ contains
     self%saved = state%time
     write (label, '(i0.5)') self%number
     path = settings%name//'_'//trim(label)//'.h5'
-    associate (setup => settings%setup, n => settings%setup%model%n_points)
+    associate (wing_case => settings%wing_case, n => settings%wing_case%model%n_points)
       self%u = state%u(:, :n)
       self%v = state%v(:, :n)
       call file%create_serial(path//'.part', failure)
-      call put_wing(file, self%lines, setup%wing, self%u, failure)
+      call put_wing(file, self%lines, wing_case%wing, self%u, failure)
       call put_wing_vectors(file, self%lines, VECTORS(1), 'm/s', self%v, .true., failure)
       call put_attribute(file, '/', 'schema', 'flusi-msm shape', failure)
-      call put_attribute(file, '/', 'wing', setup%path, failure)
+      call put_attribute(file, '/', 'wing', wing_case%path, failure)
       call put_attribute(file, '/', 'time', state%time, failure)
       call put_attribute(file, '/', 'frame_omega', frame%omega, failure)
       call put_attribute(file, '/', 'frame_acceleration', frame%acceleration, failure)

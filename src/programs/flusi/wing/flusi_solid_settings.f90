@@ -5,7 +5,7 @@
 module flusi_solid_settings
   use flusi_settings, only: output_params_t
   use flusi_solid_keys, only: register_solid_keys
-  use flusi_wing_places, only: add_force, force_group_t, point_force_t, read_force_groups
+  use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
   use base_constants, only: PI, TWO_PI
@@ -41,7 +41,7 @@ module flusi_solid_settings
 
   type :: solid_settings_t
     type(config_t) :: config
-    type(wing_case_t) :: setup
+    type(wing_case_t) :: wing_case
     type(inertia_t) :: inertia
     class(motion_t), allocatable :: motion          !< along the axes of the wing file
     logical :: is_mirrored = .false.                !< the wing that flaps is the mirror image of the one in the file
@@ -99,20 +99,20 @@ contains
       call read_rest(s)
     end select
     call notice_idle_keys(s%config, notices)
-    call load_wing(s%config, path, .true., s%setup, found, errors, notices)
+    call load_wing(s%config, path, .true., s%wing_case, found, errors, notices)
     if (.not. found) return
-    call mirror_motion(s%setup%wing, s%motion, s%is_mirrored)
-    call refuse_root_compliance(s%config, s%setup%asked, errors)
+    call mirror_motion(s%wing_case%wing, s%motion, s%is_mirrored)
+    call refuse_root_compliance(s%config, s%wing_case%requested, errors)
     call read_forces(s, 'constant', s%law%constant, errors)
     call read_forces(s, 'ramped', s%law%ramped, errors)
     call read_forces(s, 'sinusoidal', s%law%sinusoidal, errors)
     call read_forces(s, 'released', s%released, errors)
     if (size(s%released) > 0 .and. s%mode > 0) &
       call s%config%complain(errors, 'Initial', 'mode', 'contradicts released: a wing starts in one shape')
-    if (s%mode > 3*s%setup%model%n_free) call s%config%complain(errors, 'Initial', 'mode', 'the wing has no such mode')
-    if (.not. s%setup%has_mass) return
-    call s%inertia%init(s%setup%model, s%setup%mass%nodal)
-    call read_damping(s%config, s%setup%model, s%inertia)
+    if (s%mode > 3*s%wing_case%model%n_free) call s%config%complain(errors, 'Initial', 'mode', 'the wing has no such mode')
+    if (.not. s%wing_case%has_mass) return
+    call s%inertia%init(s%wing_case%model, s%wing_case%mass%nodal)
+    call read_damping(s%config, s%wing_case%model, s%inertia)
   end subroutine load_solid_settings
 
   subroutine read_options(s, errors)
@@ -256,7 +256,7 @@ contains
     integer :: i
     section = 'Loads'
     if (key == 'released') section = 'Initial'
-    call read_force_groups(s%config, section, key, s%setup, groups, errors)
+    call read_force_groups(s%config, section, key, s%wing_case, groups, errors)
     allocate (forces(0))
     do i = 1, size(groups)
       forces = [forces, groups(i)%forces]

@@ -40,7 +40,7 @@ contains
       call settings%config%print_effective(output_unit)
       return
     end if
-    call print_wing(output_unit, 'end of the loading path from the flat wing', settings%setup)
+    call print_wing(output_unit, 'end of the loading path from the flat wing', settings%wing_case)
     if (settings%n_modes > 0) call solve_modes(settings, code, failure)
     n_failed = 0
     if (.not. failure%failed .and. size(settings%loads) > 0) call solve_all(settings, n_failed, failure)
@@ -57,13 +57,13 @@ contains
     type(failure_t), intent(inout) :: failure
     type(failure_t) :: numerical
     real(rp), allocatable :: frequencies(:), shapes(:, :, :)
-    allocate (frequencies(settings%n_modes), shapes(3, settings%setup%model%n_all, settings%n_modes))
-    call find_modes(settings%setup, frequencies, shapes, numerical)
+    allocate (frequencies(settings%n_modes), shapes(3, settings%wing_case%model%n_all, settings%n_modes))
+    call find_modes(settings%wing_case, frequencies, shapes, numerical)
     if (numerical%failed) then
       write (output_unit, '(a)') 'modes     failed: '//numerical%reason
       code = EXIT_NUMERICAL
     else
-      call save_modes(settings%setup, settings%name, settings%save_shapes, frequencies, shapes, failure)
+      call save_modes(settings%wing_case, settings%name, settings%save_shapes, frequencies, shapes, failure)
     end if
   end subroutine solve_modes
 
@@ -81,8 +81,8 @@ contains
     n_failed = 0
     call table%start(settings%name, failure)
     if (failure%failed) return
-    allocate (u(3, settings%setup%model%n_all), source=0.0_rp)
-    call work%init(settings%setup%model)
+    allocate (u(3, settings%wing_case%model%n_all), source=0.0_rp)
+    call work%init(settings%wing_case%model)
     call print_head(output_unit)
     do i = 1, size(settings%loads)
       call solve_one(settings, i, work, u, row)
@@ -115,7 +115,7 @@ contains
     type(static_row_t), intent(out) :: row
     real(rp) :: t0, t1
     integer :: n
-    associate (model => settings%setup%model, l => settings%loads(i))
+    associate (model => settings%wing_case%model, l => settings%loads(i))
       call cpu_time(t0)
       call work%solve(l%load%force, .false., settings%options, u, row%report)
       u = work%moved
@@ -124,7 +124,7 @@ contains
       if (.not. row%report%converged) return ! u belongs to a part of the load only
       n = model%n_points
       row%at_load = sum(l%applied*u)/l%magnitude
-      row%tip = u(:, settings%setup%tip)
+      row%tip = u(:, settings%wing_case%tip)
       row%largest = sqrt(maxval(sum(u(:, :n)**2, 1)))
     end associate
   end subroutine solve_one

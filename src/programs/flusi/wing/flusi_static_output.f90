@@ -75,7 +75,7 @@ contains
     end if
     associate (l => settings%loads(number), r => row%report)
       write (line, '(es16.8,*(es17.8))') real(number, rp), l%place, l%force, merge(1.0_rp, 0.0_rp, r%converged), &
-     residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%setup%model%size, row%seconds
+     residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%wing_case%model%size, row%seconds
     end associate
     self%text = self%text//NL//trim(line)
     call save(self, failure)
@@ -121,7 +121,7 @@ contains
     character(8), parameter :: none(0) = [character(8) ::]
     logical :: ok
     path = shape_file(settings, number)
-    associate (s => settings%setup, load => settings%loads(number))
+    associate (s => settings%wing_case, load => settings%loads(number))
       call lines%init(s%wing)
       call file%create_serial(path//'.h5.part', failure)
       call put_wing(file, lines, s%wing, u, failure)

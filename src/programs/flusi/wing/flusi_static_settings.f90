@@ -7,7 +7,7 @@ module flusi_static_settings
   use base_text, only: number_text
   use common_wing_settings, only: check_name, load_wing
   use flusi_static_keys, only: register_static_keys
-  use flusi_wing_places, only: add_force, force_group_t, read_force_groups
+  use flusi_wing_sites, only: add_force, force_group_t, read_force_groups
   use io_config, only: config_t
   use io_registry, only: registry_t
   use solid_loads, only: load_t
@@ -29,7 +29,7 @@ module flusi_static_settings
 
   type :: static_settings_t
     type(config_t) :: config
-    type(wing_case_t) :: setup
+    type(wing_case_t) :: wing_case
     type(static_load_t), allocatable :: loads(:)
     type(static_options_t) :: options
     character(:), allocatable :: name      !< of the files to write
@@ -53,7 +53,7 @@ contains
     if (s%config%asks_for_unbuilt()) return
     call read_options(s, errors)
     allocate (s%loads(0))
-    call load_wing(s%config, path, norm2(s%gravity) > 0 .or. s%n_modes > 0, s%setup, found, errors, notices)
+    call load_wing(s%config, path, norm2(s%gravity) > 0 .or. s%n_modes > 0, s%wing_case, found, errors, notices)
     if (found) call read_loads(s, errors)
   end subroutine load_static_settings
 
@@ -81,10 +81,10 @@ contains
     integer :: i, n, m
     rows = s%config%get_matrix('Loads', 'forces')
     points = s%config%get_matrix('Loads', 'point_forces')
-    call read_force_groups(s%config, 'Loads', 'named_forces', s%setup, groups, errors)
+    call read_force_groups(s%config, 'Loads', 'named_forces', s%wing_case, groups, errors)
     n = size(rows, 1)
     m = size(points, 1)
-    if (n > 0 .and. size(s%setup%wing%triangles) == 0) then
+    if (n > 0 .and. size(s%wing_case%wing%triangles) == 0) then
       call s%config%complain(errors, 'Loads', 'forces', 'this wing has no membrane; use point_forces or named_forces')
       return
     end if
@@ -94,13 +94,13 @@ contains
       call s%config%complain(errors, 'Loads', 'forces', 'there are no loads; give rows of x y force, point_forces, '// &
                              'named_forces, gravity, or [Modes] modes')
     do i = 1, size(s%loads)
-      call s%loads(i)%load%init(s%setup%model)
-      allocate (s%loads(i)%applied(3, s%setup%model%n_all), source=0.0_rp)
+      call s%loads(i)%load%init(s%wing_case%model)
+      allocate (s%loads(i)%applied(3, s%wing_case%model%n_all), source=0.0_rp)
     end do
     call read_rows(s, rows, s%loads(:n), errors)
     call read_points(s, points, s%loads(n + 1:n + m), errors)
     do i = 1, size(groups)
-      call take_group(s%setup%model, groups(i), s%loads(n + m + i))
+      call take_group(s%wing_case%model, groups(i), s%loads(n + m + i))
       if (.not. any(abs(s%loads(n + m + i)%load%force) > 0) .and. size(groups(i)%forces) > 1) &
         call s%config%complain(errors, 'Loads', 'named_forces', 'the forces of load '//number_text(i)//' cancel')
     end do
@@ -124,12 +124,12 @@ contains
       loads(i)%place = rows(i, 1:2)
       loads(i)%force(3) = rows(i, 3)
       failure = failure_t()
-      call loads(i)%load%add_at(s%setup%model, loads(i)%place, loads(i)%force, failure)
+      call loads(i)%load%add_at(s%wing_case%model, loads(i)%place, loads(i)%force, failure)
       if (failure%failed) then
         problems = problems//'; row '//number_text(i)//': the place '//number_text(rows(i, 1))//' '// &
                    number_text(rows(i, 2))//' m is not on the membrane'
       else
-        call check_force(s%setup%model, i, loads(i)%load, problems)
+        call check_force(s%wing_case%model, i, loads(i)%load, problems)
       end if
     end do
     if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'forces', problems(3:))
@@ -144,7 +144,7 @@ contains
     character(:), allocatable :: problems
     integer :: i, point
     problems = ''
-    associate (model => s%setup%model)
+    associate (model => s%wing_case%model)
       do i = 1, size(loads)
         if (points(i, 1) < 0.5_rp .or. points(i, 1) > model%n_points + 0.5_rp .or. &
             abs(points(i, 1) - anint(points(i, 1))) > 0) then
@@ -173,7 +173,7 @@ contains
       load%force = load%force + group%forces(k)%force
     end do
     associate (place => group%forces(1)%place)
-      load%place = matmul(model%points(:2, place%points(:place%n)), place%shares(:place%n))
+      load%place = matmul(model%points(:2, place%points(:place%n)), place%weights(:place%n))
     end associate
   end subroutine take_group
 
@@ -184,11 +184,11 @@ contains
     integer :: i
     load%applied = load%load%force
     if (norm2(s%gravity) > 0) then
-      call load%load%add_gravity(s%setup%mass%nodal, s%gravity)
+      call load%load%add_gravity(s%wing_case%mass%nodal, s%gravity)
       if (.not. any(abs(load%applied) > 0)) then
         load%applied = load%load%force
-        load%place = s%setup%mass%centre(:2)
-        load%force = s%setup%mass%total*s%gravity
+        load%place = s%wing_case%mass%centre(:2)
+        load%force = s%wing_case%mass%total*s%gravity
       end if
     end if
     do i = 1, size(load%applied, 2)

@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Where the effects of a wing act, as text: for input files, and to tell wings apart.
-module solid_effect_places
+module solid_effect_sites
   use base_text, only: number_text
   use solid_effects, only: effects_t
   implicit none
   private
-  public :: effect_place_lines
+  public :: effect_site_lines
 
 contains
 
   !> Lines of the section [Wing] of an ini file; empty where no effect has a place.
-  function effect_place_lines(effects) result(text)
+  function effect_site_lines(effects) result(text)
     type(effects_t), intent(in) :: effects
     character(:), allocatable :: text
     integer :: i
@@ -25,6 +25,6 @@ contains
     if (effects%has_sides) text = text//'sided_joints = yes;'//new_line('a')
     if (effects%has_sided_veins) text = text//'sided_veins = yes;'//new_line('a')
     if (allocated(effects%soft_vein)) text = text//'soft_place = '//effects%soft_vein//' '// &
-                                             number_text(effects%soft_share)//';'//new_line('a')
-  end function effect_place_lines
-end module solid_effect_places
+                                             number_text(effects%soft_fraction)//';'//new_line('a')
+  end function effect_site_lines
+end module solid_effect_sites

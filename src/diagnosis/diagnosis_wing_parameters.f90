@@ -13,9 +13,10 @@
 !>
 !> Soft hinges, damage and point masses have the same parameter at many places, of which one at a time may differ from
 !> its null; an experiment is made for those that do.
-module diagnosis_wing_quantities
+module diagnosis_wing_parameters
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use measurement_experiment, only: experiment_t
   use measurement_simulation, only: simulation_t
   use solid_effect, only: NEED_SIDED_VEINS
@@ -24,91 +25,111 @@ module diagnosis_wing_quantities
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_quantity_t, differing, find_quantity, setup_t, make_setup, is_setup_for, setup_coordinates, &
-            quantity_tangent, setup_params
+  public :: wing_parameter_t, wing_parameter, without_places, differing, find_parameter, fit_case_t, make_fit_case, &
+            is_fit_case_for, fit_case_coordinates, wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7
 
-  type :: wing_quantity_t
+  !> A parameter by its coordinates: its null is where it does nothing, or where the wing has it.
+  type, extends(parameter_t) :: wing_parameter_t
     integer :: kind = KIND_PARAMETER
     integer :: number = 0        !< of the parameter, the hinge or the offset
     real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
-    logical :: is_log = .false.  !< of an effect of the masses: the coordinate is a logarithm
     integer :: vein = 0          !< of a soft hinge
-    real(rp) :: share = 0        !< its place, of the vein's length
-    real(rp) :: null = 0         !< coordinate at which it does nothing, or where the wing has it
-  end type wing_quantity_t
+    real(rp) :: fraction = 0        !< its place, of the vein's length
+  end type wing_parameter_t
 
-  !> An experiment whose unknowns are the quantities `order`, in that order.
-  type :: setup_t
+  !> An experiment whose unknowns are the parameters `order`, in that order.
+  type :: fit_case_t
     type(experiment_t) :: experiment
     integer, allocatable :: order(:)
-  end type setup_t
+  end type fit_case_t
 
 contains
 
-  !> Quantities of the shape under a load that differ from their null at q.
-  pure function differing(quantities, q) result(numbers)
-    type(wing_quantity_t), intent(in) :: quantities(:)
+  !> A parameter of this kind and number.
+  pure function wing_parameter(parameter, kind, number) result(p)
+    type(parameter_t), intent(in) :: parameter
+    integer, intent(in) :: kind, number
+    type(wing_parameter_t) :: p
+    p%parameter_t = parameter
+    p%kind = kind
+    p%number = number
+  end function wing_parameter
+
+  !> What the statistics see of the parameters.
+  pure function without_places(parameters) result(p)
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    type(parameter_t), allocatable :: p(:)
+    integer :: i
+    allocate (p(size(parameters)))
+    do i = 1, size(parameters)
+      p(i) = parameters(i)%parameter_t
+    end do
+  end function without_places
+
+  !> Parameters of the shape under a load that differ from their null at q.
+  pure function differing(parameters, q) result(numbers)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
     integer, allocatable :: numbers(:)
     integer :: i
-    numbers = pack([(i, i=1, size(q))], abs(q - quantities%null) > 0 .or. quantities%kind == KIND_ZERO)
-    numbers = pack(numbers, quantities(numbers)%kind /= KIND_MASS .and. quantities(numbers)%kind /= KIND_POINT_MASS)
+    numbers = pack([(i, i=1, size(q))], abs(q - parameters%null) > 0 .or. parameters%kind == KIND_ZERO)
+    numbers = pack(numbers, parameters(numbers)%kind /= KIND_MASS .and. parameters(numbers)%kind /= KIND_POINT_MASS)
   end function differing
 
-  !> The quantity of this kind and number behind the first `behind`; 0: none.
-  pure integer function find_quantity(quantities, behind, kind, number) result(found)
-    type(wing_quantity_t), intent(in) :: quantities(:)
+  !> The parameter of this kind and number behind the first `behind`; 0: none.
+  pure integer function find_parameter(parameters, behind, kind, number) result(found)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     integer, intent(in) :: behind, kind, number
     integer :: i
     found = 0
-    do i = behind + 1, size(quantities)
-      if (quantities(i)%kind == kind .and. quantities(i)%number == number) found = i
+    do i = behind + 1, size(parameters)
+      if (parameters(i)%kind == kind .and. parameters(i)%number == number) found = i
     end do
-  end function find_quantity
+  end function find_parameter
 
   !> Whether the experiment has what differs from its null at q as unknowns, and nothing else: a parameter at its null is not the
   !> same to the last bit as none, and what a rank has done before must not show.
-  pure logical function is_setup_for(setup, quantities, q) result(is_it)
-    type(setup_t), intent(in) :: setup
-    type(wing_quantity_t), intent(in) :: quantities(:)
+  pure logical function is_fit_case_for(fit_case, parameters, q) result(is_it)
+    type(fit_case_t), intent(in) :: fit_case
+    type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
     integer, allocatable :: wanted(:)
     integer :: i
     is_it = .false.
-    if (.not. allocated(setup%order)) return
-    wanted = differing(quantities, q)
-    is_it = size(wanted) == size(setup%order)
-    if (is_it) is_it = all([(any(setup%order == wanted(i)), i=1, size(wanted))])
-  end function is_setup_for
+    if (.not. allocated(fit_case%order)) return
+    wanted = differing(parameters, q)
+    is_it = size(wanted) == size(fit_case%order)
+    if (is_it) is_it = all([(any(fit_case%order == wanted(i)), i=1, size(wanted))])
+  end function is_fit_case_for
 
   !> The experiment for q, from one without unknowns.
-  subroutine make_setup(bare, wing, quantities, q, setup)
+  subroutine make_fit_case(bare, wing, parameters, q, fit_case)
     type(experiment_t), intent(in) :: bare
     type(wing_t), intent(in) :: wing
-    type(wing_quantity_t), intent(in) :: quantities(:)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
-    type(setup_t), intent(out) :: setup
+    type(fit_case_t), intent(out) :: fit_case
     type(solid_params_t) :: params
     type(failure_t) :: failure
     integer, allocatable :: wanted(:), numbers(:), instrument_numbers(:), wing_order(:), other_order(:), zero_order(:)
     integer :: i
     params = bare%model%params
-    wanted = differing(quantities, q)
-    call require(count(quantities(wanted)%kind == KIND_SOFT) <= 1 .and. &
-                 count(quantities(wanted)%kind == KIND_DAMAGE) <= 1, 'diagnosis_wing_quantities: one place at a time')
+    wanted = differing(parameters, q)
+    call require(count(parameters(wanted)%kind == KIND_SOFT) <= 1 .and. &
+                 count(parameters(wanted)%kind == KIND_DAMAGE) <= 1, 'diagnosis_wing_parameters: one place at a time')
     allocate (numbers(0), instrument_numbers(0), wing_order(0), other_order(0), zero_order(0))
     do i = 1, size(wanted)
-      associate (one => quantities(wanted(i)))
+      associate (one => parameters(wanted(i)))
         select case (one%kind)
         case (KIND_PARAMETER)
           numbers = [numbers, one%number]
           if (needs_sided_veins(params, one%number)) params%effects%has_sided_veins = .true.
         case (KIND_SOFT)
           params%effects%soft_vein = trim(params%vein_names(one%vein))
-          params%effects%soft_share = one%share
+          params%effects%soft_fraction = one%fraction
           numbers = [numbers, params%find('soft')]
         case (KIND_DAMAGE)
           params%effects%disc = one%disc
@@ -125,11 +146,11 @@ contains
         end if
       end associate
     end do
-    setup%order = [wing_order, other_order, zero_order]
-    call setup%experiment%init(bare%measurement, wing, params, numbers, bare%options, failure, bare%instrument, &
-                               instrument_numbers, bare%masses)
-    call require(.not. failure%failed, 'diagnosis_wing_quantities: an experiment of tested parts')
-  end subroutine make_setup
+    fit_case%order = [wing_order, other_order, zero_order]
+    call fit_case%experiment%init(bare%measurement, wing, params, numbers, bare%options, failure, bare%instrument, &
+                                  instrument_numbers, bare%masses)
+    call require(.not. failure%failed, 'diagnosis_wing_parameters: an experiment of tested parts')
+  end subroutine make_fit_case
 
   logical function needs_sided_veins(params, number)
     type(solid_params_t), intent(in) :: params
@@ -140,36 +161,36 @@ contains
   end function needs_sided_veins
 
   !> Coordinates of the experiment.
-  pure function setup_coordinates(setup, q) result(coordinates)
-    type(setup_t), intent(in) :: setup
+  pure function fit_case_coordinates(fit_case, q) result(coordinates)
+    type(fit_case_t), intent(in) :: fit_case
     real(rp), intent(in) :: q(:)
-    real(rp) :: coordinates(size(setup%order))
-    coordinates = q(setup%order)
-  end function setup_coordinates
+    real(rp) :: coordinates(size(fit_case%order))
+    coordinates = q(fit_case%order)
+  end function fit_case_coordinates
 
   !> All parameters of the wing at q, with the places of effects.
-  subroutine setup_params(bare, wing, quantities, q, setup, params)
+  subroutine fit_case_params(bare, wing, parameters, q, fit_case, params)
     type(experiment_t), intent(in) :: bare
     type(wing_t), intent(in) :: wing
-    type(wing_quantity_t), intent(in) :: quantities(:)
+    type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
-    type(setup_t), intent(out) :: setup
+    type(fit_case_t), intent(out) :: fit_case
     type(solid_params_t), intent(out) :: params
-    call make_setup(bare, wing, quantities, q, setup)
-    params = setup%experiment%params(setup_coordinates(setup, q))
-  end subroutine setup_params
+    call make_fit_case(bare, wing, parameters, q, fit_case)
+    params = fit_case%experiment%params(fit_case_coordinates(fit_case, q))
+  end subroutine fit_case_params
 
-  !> column(n): derivative of the residuals of load l with respect to quantity i at q, after `residuals` of the
+  !> column(n): derivative of the residuals of load l with respect to parameter i at q, after `residuals` of the
   !> simulation.
-  subroutine quantity_tangent(simulation, setup, quantities, q, i, l, column)
+  subroutine wing_parameter_tangent(simulation, fit_case, parameters, q, i, l, column)
     class(simulation_t), intent(inout) :: simulation
-    type(setup_t), intent(in) :: setup
-    type(wing_quantity_t), intent(in) :: quantities(:)
+    type(fit_case_t), intent(in) :: fit_case
+    type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: i, l
     real(rp), intent(out) :: column(:)
     integer :: k
-    associate (one => quantities(i), e => setup%experiment)
+    associate (one => parameters(i), e => fit_case%experiment)
       select case (one%kind)
       case (KIND_PARAMETER)
         call simulation%parameter_tangent(e, l, one%number, column)
@@ -186,10 +207,10 @@ contains
       case (KIND_MASS, KIND_POINT_MASS) ! a wing at rest does not feel them
         column = 0
       case default
-        do k = 1, size(setup%order)
-          if (setup%order(k) == i) call simulation%derivative(e, l, k, column)
+        do k = 1, size(fit_case%order)
+          if (fit_case%order(k) == i) call simulation%derivative(e, l, k, column)
         end do
       end select
     end associate
-  end subroutine quantity_tangent
-end module diagnosis_wing_quantities
+  end subroutine wing_parameter_tangent
+end module diagnosis_wing_parameters

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Forces at places that have names: 'tip 0 0 1e-4 + vein:C:last 0 0 2e-5, joint:C_Sc 0 0 1e-4' is a list of
 !> two groups, the first of two forces. See PLACE_HELP for the places.
-module flusi_wing_places
+module flusi_wing_sites
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, number_text, parse_integer, parse_real, quoted
@@ -10,17 +10,17 @@ module flusi_wing_places
   use solid_wing_case, only: wing_case_t
   implicit none
   private
-  public :: place_t, point_force_t, force_group_t, read_force_groups, add_force
+  public :: site_t, point_force_t, force_group_t, read_force_groups, add_force
 
   !> A point of the wing, or a place in a triangle: corners and their shares.
-  type :: place_t
+  type :: site_t
     integer :: n = 0
     integer :: points(3) = 0
-    real(rp) :: shares(3) = 0
-  end type place_t
+    real(rp) :: weights(3) = 0
+  end type site_t
 
   type :: point_force_t
-    type(place_t) :: place
+    type(site_t) :: place
     real(rp) :: force(3) = 0 !< [N]
   end type point_force_t
 
@@ -39,7 +39,7 @@ contains
     integer :: i
     do i = 1, self%place%n
       associate (p => self%place%points(i))
-        forces(:, p) = forces(:, p) + (factor*self%place%shares(i))*self%force
+        forces(:, p) = forces(:, p) + (factor*self%place%weights(i))*self%force
       end associate
     end do
   end subroutine add_force
@@ -132,7 +132,7 @@ contains
   subroutine find_place(name, s, place, problem)
     character(*), intent(in) :: name
     type(wing_case_t), intent(in) :: s
-    type(place_t), intent(out) :: place
+    type(site_t), intent(out) :: place
     character(:), allocatable, intent(inout) :: problem
     integer :: colon, point
     colon = index(name, ':')
@@ -158,7 +158,7 @@ contains
                   'joint:NAME, point:K, at:X:Y'
       end select
     end if
-    place = place_t(n=1, points=[point, 0, 0], shares=[1.0_rp, 0.0_rp, 0.0_rp])
+    place = site_t(n=1, points=[point, 0, 0], weights=[1.0_rp, 0.0_rp, 0.0_rp])
   end subroutine find_place
 
   subroutine find_number(text, largest, number, problem)
@@ -226,7 +226,7 @@ contains
   subroutine find_at(text, s, place, problem)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
-    type(place_t), intent(inout) :: place
+    type(site_t), intent(inout) :: place
     character(:), allocatable, intent(inout) :: problem
     type(load_t) :: load
     type(failure_t) :: failure
@@ -253,7 +253,7 @@ contains
       if (.not. abs(load%force(1, i)) > 0) cycle
       place%n = place%n + 1
       place%points(place%n) = i
-      place%shares(place%n) = load%force(1, i)
+      place%weights(place%n) = load%force(1, i)
     end do
   end subroutine find_at
-end module flusi_wing_places
+end module flusi_wing_sites

@@ -1,19 +1,20 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The list of [Train] parameters and of [Diagnose] parameters: what is sought, and in which box.
-module common_sought
+module common_free_parameters
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use cmaes_box, only: box_problem
-  use common_wing_effects, only: unplaced_effect
+  use common_wing_effects, only: effect_without_site
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
   use measurement_instrument, only: instrument_t, N_INSTRUMENT
-  use measurement_sought, only: sought_t
-  use solid_params, only: parameter_t, solid_params_t, N_COMMON, PARAM_PLATE, PARAM_THICKNESS
+  use measurement_free_parameters, only: free_parameters_t
+  use solid_params, only: solid_params_t, N_COMMON, PARAM_PLATE, PARAM_THICKNESS
   implicit none
   private
-  public :: read_sought
+  public :: read_free_parameters
 
   real(rp), parameter :: PAPER_JOINT(2) = [1.0e-6_rp, 1.0e-2_rp] ! [N m/rad] 0.1 to 1000 mN cm/rad
 
@@ -21,40 +22,41 @@ contains
 
   !> Reads the list; all mistakes go to `errors` in one message. Bounds are those of the wing's parameters and, for
   !> joints, those that Truong et al. searched in.
-  subroutine read_sought(config, section, params, instrument, scale_is_log, sought, errors)
+  subroutine read_free_parameters(config, section, params, instrument, scale_is_log, free_parameters, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: section !< that has the key `parameters`
     type(solid_params_t), intent(in) :: params
     type(instrument_t), intent(in) :: instrument
     logical, intent(in) :: scale_is_log
-    type(sought_t), intent(out) :: sought
+    type(free_parameters_t), intent(out) :: free_parameters
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: text, problem, problems
     integer :: position, first, last
     logical :: found
     text = config%get_text(section, 'parameters')
-    allocate (sought%numbers(0), sought%instrument_numbers(0), sought%lower(0), sought%upper(0), sought%is_log(0))
+    allocate (free_parameters%numbers(0), free_parameters%instrument_numbers(0), free_parameters%lower(0), &
+              free_parameters%upper(0), free_parameters%is_log(0))
     problems = ''
     position = 1
     do
       call next_word(text, ',', position, first, last, found)
       if (.not. found) exit
-      call read_entry(text(first:last), params, instrument, scale_is_log, sought, problem)
+      call read_entry(text(first:last), params, instrument, scale_is_log, free_parameters, problem)
       if (allocated(problem)) problems = problems//'; '//problem
     end do
-    if (problems == '' .and. sought%count() == 0) problems = '; nothing is sought'
-    if (any(sought%numbers == PARAM_PLATE) .and. any(sought%numbers == PARAM_THICKNESS)) &
+    if (problems == '' .and. free_parameters%count() == 0) problems = '; nothing is sought'
+    if (any(free_parameters%numbers == PARAM_PLATE) .and. any(free_parameters%numbers == PARAM_THICKNESS)) &
       problems = problems//'; D and thickness are one parameter'
     if (problems /= '') call config%complain(errors, section, 'parameters', problems(3:))
-  end subroutine read_sought
+  end subroutine read_free_parameters
 
   !> NAME, NAME LOWER UPPER, or NAME LOWER UPPER SCALE.
-  subroutine read_entry(text, params, instrument, scale_is_log, sought, problem)
+  subroutine read_entry(text, params, instrument, scale_is_log, free_parameters, problem)
     character(*), intent(in) :: text
     type(solid_params_t), intent(in) :: params
     type(instrument_t), intent(in) :: instrument
     logical, intent(in) :: scale_is_log
-    type(sought_t), intent(inout) :: sought
+    type(free_parameters_t), intent(inout) :: free_parameters
     character(:), allocatable, intent(out) :: problem
     integer :: position, first(5), last(5), n, k, i
     real(rp) :: bounds(2)
@@ -96,7 +98,7 @@ contains
       if (.not. matches(text(first(1):last(1)), p%name)) cycle
       is_known = .true.
       if (n == 1) bounds = usual_bounds(params, p, i)
-      call add(sought, params, p, i, bounds, is_log, n == 4, problem)
+      call add(free_parameters, params, p, i, bounds, is_log, n == 4, problem)
       if (allocated(problem)) return
     end do
     if (.not. is_known) problem = quoted(text(first(1):last(1)))//' is unknown'// &
@@ -134,8 +136,8 @@ contains
     if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_usual()) bounds = PAPER_JOINT
   end function usual_bounds
 
-  subroutine add(sought, params, p, i, bounds, is_log, scale_is_given, problem)
-    type(sought_t), intent(inout) :: sought
+  subroutine add(free_parameters, params, p, i, bounds, is_log, scale_is_given, problem)
+    type(free_parameters_t), intent(inout) :: free_parameters
     type(solid_params_t), intent(in) :: params
     type(parameter_t), intent(in) :: p
     integer, intent(in) :: i
@@ -146,12 +148,12 @@ contains
     logical :: log_scale
     integer :: n
     log_scale = is_log .and. (p%is_log .or. scale_is_given)
-    if (any(sought%numbers == i) .or. any(sought%instrument_numbers == i - params%count())) then
+    if (any(free_parameters%numbers == i) .or. any(free_parameters%instrument_numbers == i - params%count())) then
       problem = quoted(p%name)//' stands twice'
       return
     end if
-    if (unplaced_effect(params, i) /= '') then
-      problem = quoted(p%name)//' '//unplaced_effect(params, i)
+    if (effect_without_site(params, i) /= '') then
+      problem = quoted(p%name)//' '//effect_without_site(params, i)
       return
     end if
     fault = box_problem(bounds(1), bounds(2), log_scale)
@@ -160,16 +162,16 @@ contains
       problem = quoted(p%name)//': '//fault//', not '//number_text(bounds(1))//' and '//number_text(bounds(2))
       return
     end if
-    n = sought%count()
-    if (i <= params%count()) n = size(sought%numbers)
+    n = free_parameters%count()
+    if (i <= params%count()) n = size(free_parameters%numbers)
     if (i <= params%count()) then
-      sought%numbers = [sought%numbers, i]
+      free_parameters%numbers = [free_parameters%numbers, i]
     else
-      sought%instrument_numbers = [sought%instrument_numbers, i - params%count()]
+      free_parameters%instrument_numbers = [free_parameters%instrument_numbers, i - params%count()]
     end if
-    sought%lower = [sought%lower(:n), bounds(1), sought%lower(n + 1:)]
-    sought%upper = [sought%upper(:n), bounds(2), sought%upper(n + 1:)]
-    sought%is_log = [sought%is_log(:n), log_scale, sought%is_log(n + 1:)]
+    free_parameters%lower = [free_parameters%lower(:n), bounds(1), free_parameters%lower(n + 1:)]
+    free_parameters%upper = [free_parameters%upper(:n), bounds(2), free_parameters%upper(n + 1:)]
+    free_parameters%is_log = [free_parameters%is_log(:n), log_scale, free_parameters%is_log(n + 1:)]
   end subroutine add
 
   function hint(name, params, instrument) result(text)
@@ -190,4 +192,4 @@ contains
     end do
     text = text//' | joint:* | E:* | hardening:*'//suggestion%hint()
   end function hint
-end module common_sought
+end module common_free_parameters

@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a parameter is called, how it is varied and where it may lie: parameters of wings and of instruments, and the
+!> unknowns of fits and diagnoses.
+module base_parameter
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: parameter_t, define_parameter, define_effect
+
+  !> The coordinate of a parameter is its natural logarithm if `is_log`, and its value otherwise. `lower`, `upper` and `null`
+  !> are values as a parameter is defined, and coordinates in what `as_coordinate` gives.
+  type :: parameter_t
+    character(:), allocatable :: name, unit !< '1': of a number without a unit
+    logical :: is_log = .false.      !< to be varied by factors
+    real(rp) :: lower = -huge(1.0_rp), upper = huge(1.0_rp)
+    logical :: is_effect = .false.   !< something that the usual model leaves out
+    real(rp) :: null = 0             !< where an effect vanishes; start of any other parameter
+    real(rp) :: prior_sd = 0         !< usual sd of the coordinate about that; 0: not stated
+    !> Value from which fits begin too, where the tangent at null misleads; 0: none. For effects that are not varied by factors.
+    real(rp) :: strong = 0
+  contains
+    procedure :: as_coordinate => parameter_as_coordinate
+  end type parameter_t
+
+contains
+
+  !> A parameter that every wing has.
+  pure subroutine define_parameter(p, name, unit, is_log, lower, upper)
+    type(parameter_t), intent(out) :: p
+    character(*), intent(in) :: name, unit
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: lower, upper
+    p%name = name
+    p%unit = unit
+    p%is_log = is_log
+    p%lower = lower
+    p%upper = upper
+  end subroutine define_parameter
+
+  !> An effect; it vanishes at 1 if it is varied by factors and at 0 otherwise.
+  pure subroutine define_effect(p, name, unit, is_log, lower, upper, prior_sd)
+    type(parameter_t), intent(out) :: p
+    character(*), intent(in) :: name, unit
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: lower, upper, prior_sd
+    call define_parameter(p, name, unit, is_log, lower, upper)
+    p%is_effect = .true.
+    p%null = merge(1.0_rp, 0.0_rp, is_log)
+    p%prior_sd = prior_sd
+  end subroutine define_effect
+
+  !> The same with coordinates for values, and the coordinate of `value` for its null. What is varied by factors and has no
+  !> positive lower bound reaches down to the least positive number.
+  pure function parameter_as_coordinate(self, value) result(p)
+    class(parameter_t), intent(in) :: self
+    real(rp), intent(in) :: value
+    type(parameter_t) :: p
+    p%name = self%name
+    p%unit = self%unit
+    p%is_log = self%is_log
+    p%is_effect = self%is_effect
+    p%prior_sd = self%prior_sd
+    p%strong = self%strong
+    p%lower = coordinate(self%lower)
+    p%upper = coordinate(self%upper)
+    p%null = coordinate(value)
+
+  contains
+
+    pure real(rp) function coordinate(x)
+      real(rp), intent(in) :: x
+      coordinate = x
+      if (self%is_log) coordinate = log(max(x, tiny(x)))
+    end function coordinate
+
+  end function parameter_as_coordinate
+end module base_parameter
