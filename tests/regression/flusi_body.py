@@ -160,6 +160,29 @@ def test_corrugated(case):
     check(len(thin.series("slip.t").rows) > 1, "wings without thickness fly")
 
 
+def test_edges(case):
+    """A Fourier outline of a file is FLUSI's wing: in the mask it ends at its outline, with the volume area times thickness;
+    so does any flat wing with `round`, but for its edge. The same wing reaches farther with `beyond`."""
+    radius, dx, box = 0.3, 4.0 / 32, 4.0 * 4.0 * 2.0
+    (case.folder / "w.ini").write_text(f"[Wing]\ntype=fourier;\na0_wings={2 * radius};\nai_wings=0.0;\nbi_wings=0.0;\n"
+                                       "x0w=0.0;\ny0w=0.4;\n")
+    ini = merged(BODY, {"Insects": {"BodyType": None, "BodyMotion": None, "WingShape": f"from_file::{case.folder}/w.ini",
+                                    "RightWing": "no", "WingThickness": 2 * dx, "wing_length": None},
+                        "DryRun": {"dry_run_without_fluid": "yes"}, "Saving": {"iSaveMask": "yes", "field_precision": "double"}})
+    flat = math.pi * radius**2 * 2 * dx
+    shares = {}
+    for edges in ("auto", "flusi", "round", "beyond"):
+        run = make(case.sub(edges), merged(ini, {"Insects": {"wing_edges": edges}}), 2)
+        mask = run.field("mask_000000.h5")
+        shares[edges] = sum(mask) / len(mask) * box / flat
+    check(abs(shares["auto"] - 1) < 0.03 and shares["auto"] == shares["flusi"], f"area times thickness: {shares}")
+    core, r = radius - dx, dx
+    inside = (2 * math.pi * core**2 * r + math.pi**2 * r**2 * core + 4 / 3 * math.pi * r**3 +
+              (math.pi**2 * core + 4 * math.pi * r) * dx**2 * (1 - 8 / math.pi**2)) / flat
+    check(abs(shares["round"] / inside - 1) < 0.05, f"with a round edge {inside}: {shares}")
+    check(shares["beyond"] > 1.5, f"beyond it more: {shares}")
+
+
 def test_sphere(case):
     """The body called sphere without wings is the sphere of iMask, with its smoothing."""
     flow = merged(WING, {**STILL, "MeanFlow": {"iMeanFlow_x": "fixed", "ux": 1.0}})

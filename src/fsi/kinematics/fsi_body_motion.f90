@@ -42,6 +42,7 @@ module fsi_body_motion
     procedure :: at => motion_at
     procedure :: moves => motion_moves
     procedure :: show => motion_show
+    procedure :: mean_speed => motion_mean_speed
   end type body_motion_t
 
 contains
@@ -51,6 +52,21 @@ contains
     class(body_motion_t), intent(in) :: self
     moves = self%word /= 'tethered'
   end function motion_moves
+
+  !> Mean speed [L/T] of the body's centre from t = 0 to `t_end` [T]; of a free flight that of its start.
+  real(rp) function motion_mean_speed(self, t_end) result(speed)
+    class(body_motion_t), intent(in) :: self
+    real(rp), intent(in) :: t_end
+    integer, parameter :: LOOKS = 2000
+    type(body_t) :: body
+    integer :: i
+    speed = 0
+    if (.not. self%moves()) return
+    do i = 1, LOOKS
+      body = self%at((i - 0.5_rp)*t_end/LOOKS, self%known(1))
+      speed = speed + norm2(body%velocity)/LOOKS
+    end do
+  end function motion_mean_speed
 
   !> A free flight knows the body at `time`, and still at the time that was shown before.
   pure subroutine motion_show(self, time, body)

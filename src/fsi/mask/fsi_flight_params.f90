@@ -143,8 +143,8 @@ contains
     end if
     edges = draws_to_outline(config, params%thin%is_thin)
     call read_wing_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, solid, &
-                         merge(0.0_rp, 2*params%half_thickness, config%get_word(SECTION, 'wings') == 'flexible'), edges, &
-                         errors, notices, world, mesh)
+                         merge(0.0_rp, 2*params%half_thickness, config%get_word(SECTION, 'wings') == 'flexible'), &
+                         params%smoothing, edges, errors, notices, world, mesh)
     if (edges .and. .not. allocated(solid)) call complain_edges(config, errors)
     allocate (params%wings(count(is_there)))
     n = 0
@@ -193,8 +193,14 @@ contains
   subroutine complain_edges(config, errors)
     type(config_t), intent(in) :: config
     type(message_list_t), intent(inout) :: errors
-    if (errors%count() == 0) call config%complain(errors, SECTION, 'wing_edges', 'is flusi, which needs the outline '// &
-      'of one of FLUSI''s wings by name, or a Fourier outline from a file; valid for this wing: round')
+    if (errors%count() > 0) return
+    if (config%get_word(SECTION, 'wing_edges') == 'round') then
+      call config%complain(errors, SECTION, 'wing_edges', 'is round, which needs a flat wing in space (nx > 1); valid for '// &
+                           'this wing: beyond')
+    else
+      call config%complain(errors, SECTION, 'wing_edges', 'is flusi, which needs the outline of one of FLUSI''s wings by '// &
+                           'name, or a Fourier outline from a file; valid for this wing: beyond, or round if it is flat')
+    end if
   end subroutine complain_edges
 
   subroutine make_solid(solid, shape, smoothing, is_mirrored)

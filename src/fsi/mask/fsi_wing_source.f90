@@ -4,11 +4,13 @@ module fsi_wing_source
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use fsi_free_edges, only: find_free_edges
   use fsi_named_wings, only: make_named_wing, NAMED_WINGS, wing_numbers_t
   use fsi_planform, only: planform_t
   use fsi_planform_file, only: read_planform_text
   use fsi_planform_mesh, only: triangulate_planform, triangulate_star
   use fsi_rotation, only: cross
+  use fsi_round_wing, only: make_round_wing
   use fsi_solid_shape, only: solid_shape_t
   use fsi_wing_solids, only: make_fourier_wing
   use io_config, only: config_t
@@ -23,6 +25,7 @@ module fsi_wing_source
   public :: register_wing_source, read_wing_shape, draws_to_outline, mean_chord
 
   character(*), parameter :: SECTION = 'Insects'
+  real(rp), parameter :: FLAT = 1.0e-9_rp !< of the length, heights that are none
   character(*), parameter :: OUTLINE_WORD = 'from_file::', MESH_WORD = 'mesh::'
 
 contains
@@ -49,18 +52,19 @@ contains
     call registry%add_length(SECTION, 'b_bot', '0.0', 'WingShape = rectangular, TwoEllipses: chord behind the axis', &
                              unit='L', min=0.0_rp)
     call registry%add_inert(SECTION, 'L_chord', 'chord that no wing of FLUSI uses')
-    call registry%add_word(SECTION, 'wing_edges', 'auto', 'auto|flusi|round', 'rigid wings in the mask. flusi: they end, '// &
-                           'smoothed, at their outline, as FLUSI draws them; round: they reach half their thickness '// &
-                           'farther all around; auto: flusi for FLUSI''s wings by name, else round')
+    call registry%add_word(SECTION, 'wing_edges', 'auto', 'auto|flusi|round|beyond', 'rigid wings in the mask. flusi: they '// &
+                           'end, smoothed, at their outline, as FLUSI draws them; round: they end there with round edges; '// &
+                           'beyond: their round edges reach half their thickness farther all around; auto: flusi for '// &
+                           'FLUSI''s wings by name and Fourier outlines of files, else beyond')
   end subroutine register_wing_source
 
-  !> Whether rigid wings in the mask end at their outline.
+  !> Whether it is sure, before a file is read, that rigid wings in the mask end at their outline.
   logical function draws_to_outline(config, is_thin) result(draws)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_thin
     character(:), allocatable :: word
     word = config%get_word(SECTION, 'wing_edges')
-    draws = word == 'flusi'
+    draws = any(word == ['flusi', 'round'])
     if (word == 'auto') draws = is_named(config%get_word(SECTION, 'WingShape'))
     draws = draws .and. .not. is_thin .and. config%get_word(SECTION, 'wings') /= 'flexible'
   end function draws_to_outline
@@ -73,7 +77,7 @@ contains
 
   !> Points and triangles of the wing, L, along axes of which z points to its dorsal side or not.
   subroutine read_wing_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, solid, &
-                             thickness, ends_at_outline, errors, notices, world, mesh)
+                             thickness, smoothing, ends_at_outline, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
     type(grid_t), intent(in) :: grid
@@ -82,8 +86,8 @@ contains
     integer, allocatable, intent(out) :: triangles(:, :)
     logical, intent(out) :: z_is_dorsal
     class(solid_shape_t), allocatable, intent(out) :: solid !< the wing up to its outline, of `thickness` [L]; 0: none
-    real(rp), intent(in) :: thickness
-    logical, intent(in) :: ends_at_outline !< it is wanted; one that is not flat, or of variable thickness, always is
+    real(rp), intent(in) :: thickness, smoothing
+    logical, intent(in) :: ends_at_outline !< it is wanted; of other wings Fourier outlines are unless the file says beyond
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
     type(wing_t), intent(in), optional :: mesh
@@ -134,6 +138,7 @@ contains
         ! Chords of the outline cut its bulges; the mean chord is the planform's all the same.
         points(2, :) = points(2, :)*(planform%mean_chord()/mean_chord(points, triangles))
         if (planform%relief%exists()) call lift_points()
+        if (is_round()) call take_outline()
       end if
     else if (index(word, MESH_WORD) == 1) then
       path = named_path(word(len(MESH_WORD) + 1:), ini, world)
@@ -165,11 +170,36 @@ contains
 
   contains
 
+    logical function is_round()
+      is_round = thickness > 0 .and. config%get_word(SECTION, 'wing_edges') == 'round' .and. .not. grid%is_2d .and. &
+                 all(abs(points(3, :)) <= FLAT*maxval(abs(points(1, :))))
+    end function is_round
+
+    !> A flat planform with round edges.
+    subroutine take_outline()
+      real(rp) :: segments(2, 2, size(planform%outline, 2))
+      segments(:, 1, :) = planform%outline
+      segments(:, 2, :) = cshift(planform%outline, 1, 2)
+      if (allocated(solid)) deallocate (solid)
+      allocate (solid, source=make_round_wing(segments, thickness, smoothing))
+    end subroutine take_outline
+
+    !> A flat mesh with round edges.
+    subroutine take_free_edges()
+      real(rp), allocatable :: segments(:, :, :)
+      integer, allocatable :: edges(:, :)
+      call find_free_edges(size(points, 2), triangles, edges)
+      allocate (segments(2, 2, size(edges, 2)))
+      segments(:, 1, :) = points(:2, edges(1, :))
+      segments(:, 2, :) = points(:2, edges(2, :))
+      allocate (solid, source=make_round_wing(segments, thickness, smoothing))
+    end subroutine take_free_edges
+
     !> The wing of a file as a solid.
     subroutine take_fourier()
-      logical :: wanted
-      wanted = ends_at_outline .or. (planform%relief%exists() .and. config%get_word(SECTION, 'wing_edges') == 'auto')
-      if (thickness > 0 .and. wanted) then
+      character(:), allocatable :: edges
+      edges = config%get_word(SECTION, 'wing_edges')
+      if (thickness > 0 .and. (edges == 'flusi' .or. edges == 'auto')) then
         allocate (solid, source=make_fourier_wing(planform%fourier%scaled(factor), planform%outline, thickness, &
                                                   planform%relief))
       else if (allocated(planform%relief%thickness)) then
@@ -203,7 +233,8 @@ contains
       call make_named_wing(word, numbers, 1.0_rp, 0.0_rp, planform, solid)
       factor = 1
       if (length > 0) factor = length/maxval(planform%outline(1, :))
-      call make_named_wing(word, numbers, factor, merge(thickness, 0.0_rp, ends_at_outline), planform, solid)
+      call make_named_wing(word, numbers, factor, merge(thickness, 0.0_rp, ends_at_outline .and. &
+                                                            config%get_word(SECTION, 'wing_edges') /= 'round'), planform, solid)
     end subroutine take_named
 
     function tip_text(is_scaled)
@@ -220,6 +251,7 @@ contains
       points = source%points*(tip/maxval(source%points(1, :)))
       triangles = source%triangles
       z_is_dorsal = source%z_is_dorsal()
+      if (is_round() .and. size(triangles, 2) > 0) call take_free_edges()
     end subroutine take_mesh
   end subroutine read_wing_shape
 

@@ -34,8 +34,8 @@ contains
     call registry%add_real(SECTION, 'marker_spacing', 2.0_rp, 'surface = thin: distance of the markers, in max(dx); '// &
                            'closer ones make forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
     call registry%add_real(SECTION, 'surface_viscosity', 0.3_rp, 'surface = thin: vanishing viscosity; the largest '// &
-                           'wavenumber K is damped at the rate c (u_tip + u_inf) K, of which nu K^2 is a part', &
-                           min=0.0_rp)
+                           'wavenumber K is damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of '// &
+                           'tip, body and stream', min=0.0_rp)
   end subroutine register_thin_keys
 
   !> Takes the keys from `config`.

@@ -14,6 +14,7 @@ program test_bodies
   use fsi_rigid_body, only: rigid_body_t
   use fsi_rigid_mask, only: rigid_mask_t
   use fsi_rotation, only: angle_t
+  use fsi_round_wing, only: make_round_wing
   use fsi_solid_shape, only: shape_holder_t, solid_shape_t
   use fsi_stl, only: read_stl, surface_volume
   use parallel_block, only: block_t
@@ -30,6 +31,7 @@ program test_bodies
   call check_stl_faults()
   call check_mask()
   call check_wing_volume()
+  call check_round_edges()
   call test%finish()
 
 contains
@@ -224,4 +226,58 @@ contains
       deallocate (solid)
     end do
   end subroutine check_wing_volume
+
+  !> Round edges end at the outline: a disk and a rectangle have the volumes of their sections, area times thickness less
+  !> (1/2 - pi/8) t^2 for each length of the edge; the step adds half of d^2 V/dr^2 h^2 (1 - 8/pi^2).
+  subroutine check_round_edges()
+    integer, parameter :: N = 720
+    real(rp), parameter :: T = 0.2_rp, R = T/2, RADIUS = 0.5_rp, A = 0.9_rp, B = 0.6_rp, STEP = 0.02_rp
+    real(rp) :: disk(2, 2, N), around(2, 2, 4), core, volume, area
+    class(solid_shape_t), allocatable :: solid
+    type(rigid_body_t) :: wing
+    type(planform_t) :: planform
+    type(wing_numbers_t) :: numbers
+    real(rp), parameter :: WANT(2) = [0.1143_rp, 0.0569_rp]
+    integer :: i
+    do i = 1, N
+      disk(:, 1, i) = RADIUS*[cos(2*PI*(i - 1)/N), sin(2*PI*(i - 1)/N)]
+      disk(:, 2, i) = RADIUS*[cos(2*PI*i/N), sin(2*PI*i/N)]
+    end do
+    allocate (solid, source=make_round_wing(disk, T, STEP))
+    wing = body_of(solid, STEP)
+    core = RADIUS - R
+    volume = 2*PI*core**2*R + PI**2*R**2*core + 4*PI*R**3/3 + (PI**2*core + 4*PI*R)*STEP**2*(1 - 8/PI**2)
+    call test%check_close('a disk with a round edge has its volume', wing%displaced%mass, volume, rtol=1.0e-3_rp)
+    call test%check_close('which is area times thickness less what the edge lacks', wing%displaced%mass, &
+                          PI*RADIUS**2*T - (0.5_rp - PI/8)*T**2*2*PI*RADIUS, rtol=0.01_rp)
+    call test%check('and nothing is beyond the outline and the step', &
+                    .not. wing%mask_at([RADIUS + STEP, 0.0_rp, 0.0_rp]) > 1.0e-3_rp)
+    call test%check_close('where it has half of what is inside', wing%mask_at([0.0_rp, RADIUS, 0.0_rp]), 0.5_rp, atol=0.01_rp)
+    deallocate (solid)
+    around = reshape([0.0_rp, 0.0_rp, A, 0.0_rp, A, 0.0_rp, A, B, A, B, 0.0_rp, B, 0.0_rp, B, 0.0_rp, 0.0_rp], [2, 2, 4])
+    allocate (solid, source=make_round_wing(around, T, STEP))
+    wing = body_of(solid, STEP)
+    volume = (A - T)*(B - T)*T + (A + B)*PI*R**2 - 16*(PI/4 - 1/3.0_rp)*R**3
+    call test%check_close('a rectangle with round edges has its volume', wing%displaced%mass, volume, rtol=0.01_rp)
+    deallocate (solid)
+    ! The wings of a bumblebee in a box of 3, as in check_wing_volume.
+    do i = 1, 2
+      core = 3.0_rp/(64*i)
+      call make_named_wing('bumblebee', numbers, 1.0_rp, 0.0_rp, planform, solid)
+      area = planform%area()
+      allocate (solid, source=make_round_wing(segments_of(planform%outline), 4*core, core))
+      wing = body_of(solid, core)
+      call test%check('round edges do not make a wing larger than FLUSI''s', wing%displaced%mass < 1.01_rp*WANT(i)/2)
+      call test%check('nor do they leave less than three quarters of it', wing%displaced%mass > 0.75_rp*WANT(i)/2)
+      call test%check_close('FLUSI''s volume is area times thickness', WANT(i)/2, area*4*core, rtol=0.02_rp)
+      deallocate (solid)
+    end do
+  end subroutine check_round_edges
+
+  pure function segments_of(outline) result(segments)
+    real(rp), intent(in) :: outline(:, :)
+    real(rp) :: segments(2, 2, size(outline, 2))
+    segments(:, 1, :) = outline
+    segments(:, 2, :) = cshift(outline, 1, 2)
+  end function segments_of
 end program test_bodies
