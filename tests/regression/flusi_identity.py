@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 
+from flight_case import FLIGHT
 from whole_program import EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, SOURCE, check, main, merged, no_crash, sphere
 
 A = sphere(8, Time={"nt": 6, "CFL": None, "dt_fixed": 0.004}, Saving={"tintegral": 0.004})
@@ -144,6 +145,20 @@ def test_changes(case):
     changed = [line for line in done.out.splitlines() if line.startswith("changed ")]
     check(len(changed) == 4 and any("[ReynoldsNumber] nu = " in line and "was 0.01" in line for line in changed),
           f"each of the others has a line, and nothing else: {changed}")
+
+
+def test_clock(case):
+    """Wings count seconds, and the flow counts beats: with another frequency the wings take up the beat where the flow is."""
+    flight = merged(FLIGHT, {"Time": {"nt": 2}})
+    run(case, ini=flight)
+    units = merged(flight, {"units": {"frequency": 120}, "Time": {"nt": 3}})
+    done = run(case, "--restart", "--accept-changes", ini=units)
+    check("[units] frequency = 120" in done.out, f"it is told:\n{done.out}")
+    state = case.contents(case.newest_checkpoint())
+    time = float(state["time"][0])
+    for side in "left", "right":
+        own = float(state[f"{side}_time"][0])
+        check(abs(own * 120 / time - 1) < 1e-12, f"the {side} wing is at {own * 120} beats, the flow at {time}")
 
 
 def test_nothing_written(case):
