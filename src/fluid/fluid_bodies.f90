@@ -12,7 +12,7 @@ module fluid_bodies
   use base_memory, only: check_allocation, REAL_BYTES
   use fluid_inflow, only: inflow_profile
   use fluid_params, only: fluid_params_t
-  use fluid_penalty, only: penalty_t, COLOR_WALL, COLOR_BODY
+  use fluid_penalty, only: penalty_t, COLOR_WALL, COLOR_BODY, COLOR_OBSTACLE
   use io_fields, only: read_field, field_meta_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
@@ -52,7 +52,7 @@ contains
       do y = 1, block%count(2)
         chi = 0
         us = 0
-        color = COLOR_BODY
+        color = merge(COLOR_OBSTACLE, COLOR_BODY, params%obstacle /= 'none')
         point = ([0, y - 1, z - 1] + block%start)*params%grid%spacing
         if (params%penalized) then
           if (allocated(from_file)) then
@@ -99,22 +99,25 @@ contains
     end if
   end function mask_profile
 
-  !> One line of the body named by params%mask.
+  !> One line of the body named by params%mask, or of the obstacle beside an insect.
   subroutine draw_body(p, block, line_point, chi, us)
     type(fluid_params_t), intent(in) :: p
     type(block_t), intent(in) :: block
     real(rp), intent(in) :: line_point(3)
     real(rp), intent(inout) :: chi(:), us(:, :)
+    character(:), allocatable :: shape
     real(rp) :: h, point(3), d, r, reach
     integer :: x
     logical :: along_x
     h = SMOOTHING_CELLS*p%grid%max_spacing()
-    if (any(p%mask == ['none  ', 'empty ', 'Insect'])) return
-    along_x = p%mask == 'cylinder_x' .or. p%mask == 'couette' .or. p%grid%is_2d
+    shape = p%mask
+    if (p%mask == 'Insect') shape = p%obstacle
+    if (any(shape == ['none  ', 'empty '])) return
+    along_x = shape == 'cylinder_x' .or. shape == 'couette' .or. p%grid%is_2d
     ! Lines that cannot touch a compact body cost one comparison.
-    reach = p%size/2*merge(sqrt(2.0_rp), 1.0_rp, p%mask == 'plate') + h
+    reach = p%size/2*merge(sqrt(2.0_rp), 1.0_rp, shape == 'plate') + h
     point = nearest_image(line_point - p%centre, p%grid)
-    if (p%mask == 'sphere' .or. p%mask == 'plate') then
+    if (shape == 'sphere' .or. shape == 'plate') then
       if (any(abs(point(2:3)) > reach)) return
     end if
     do x = 1, block%count(1)
@@ -122,7 +125,7 @@ contains
       point(1) = (x - 1)*p%grid%spacing(1)
       point = nearest_image(point - p%centre, p%grid)
       us(:, x) = p%us_fixed
-      select case (p%mask)
+      select case (shape)
       case ('sphere')
         chi(x) = mask_profile(norm2(point(merge(2, 1, p%grid%is_2d):)) - p%size/2, h)
       case ('cylinder', 'cylinder_x')

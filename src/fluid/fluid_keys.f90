@@ -109,6 +109,8 @@ call r%add_length('Geometry', 'Size', '0.0', 'diameter of sphere and cylinder, s
                     'cylinder along x; square plate; Couette device; file; Insect: the wings of [Insects]; '// &
                     'Flexible_wing: these, with wings = flexible', &
                     unbuilt=NO_MASKS, instead=FOR_MASKS)
+    call r%add_word('Penalization', 'obstacle', 'none', 'none|sphere|cylinder|cylinder_x', 'iMask = Insect: a body at rest '// &
+                    'beside the insect, with [Geometry] Size at x0, y0, z0; cylinder along z (2-D: along x) or x')
     call r%add_switch('Penalization', 'iMoving', .false., &
                       'whether the body moves: the wings of Insect do; without effect on other bodies', computed='as iMask says')
     call r%add_real('Penalization', 'eps', 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)

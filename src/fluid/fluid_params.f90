@@ -34,6 +34,7 @@ module fluid_params
     ! Solids
     logical :: penalized = .false.
     character(:), allocatable :: mask, channel
+    character(:), allocatable :: obstacle !< a body at rest beside insects, or none
     logical :: moving = .false. !< a layer above draws the body in every step
     logical :: cavity = .false.
     integer :: cavity_size = 0
@@ -72,7 +73,7 @@ contains
     call read_initial_condition(config, params, errors)
     call read_solids(config, params, errors)
     if (params%moving .and. present(draws_solids)) &
-      params%penalized = draws_solids .or. params%channel /= 'no' .or. params%cavity
+      params%penalized = draws_solids .or. params%channel /= 'no' .or. params%cavity .or. params%obstacle /= 'none'
     call read_sponge(config, params, errors, notices)
     call read_mean_flow(config, params, errors)
     if (params%has_inflow) call set_channel_flow(config, params, errors)
@@ -238,6 +239,7 @@ contains
     if (p%mask == 'Plate') p%mask = 'plate'
     if (p%mask == 'no') p%mask = 'none'
     p%moving = p%penalized .and. p%mask == 'Insect'
+    p%obstacle = c%get_word('Penalization', 'obstacle')
     p%c_eta = c%get_real('Penalization', 'eps')
     p%cavity = any(c%get_word('Penalization', 'iCavity') == ['yes', '1  '])
     p%cavity_size = c%get_integer('Penalization', 'cavity_size')
@@ -273,8 +275,7 @@ contains
       if (.not. c%get_switch('Penalization', 'iMoving')) call c%complain(errors, 'Penalization', 'iMoving', &
         'would hold the wings of Insect where they are at t = 0; valid: 1, and FlappingMotion_left and _right none')
     end if
-    if (any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .and. p%size <= 0) &
-      call c%complain(errors, 'Geometry', 'Size', 'the body needs a size above 0')
+    call check_bodies(c, p, errors)
     if (p%mask == 'couette' .and. p%r2 <= p%r1) &
       call c%complain(errors, 'Geometry', 'r2', 'the outer radius must be larger than r1')
     if (index(p%mask, 'from_file::') == 1) then
@@ -284,6 +285,19 @@ contains
     if (p%cavity .and. p%cavity_size == 0) &
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine read_solids
+
+  subroutine check_bodies(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(fluid_params_t), intent(in) :: p
+    type(message_list_t), intent(inout) :: errors
+    if (p%obstacle /= 'none' .and. .not. p%moving) call c%complain(errors, 'Penalization', 'obstacle', &
+      'stands beside an insect (iMask = Insect); a body alone is iMask = '//p%obstacle)
+    if (p%obstacle /= 'none' .and. p%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
+      'is of no use with iChannel = turek, which has a cylinder of its own; valid: none')
+    if ((any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .or. p%obstacle /= 'none') .and. &
+        p%size <= 0) &
+      call c%complain(errors, 'Geometry', 'Size', 'the body needs a size above 0')
+  end subroutine check_bodies
 
   subroutine read_sponge(c, p, errors, notices)
     type(config_t), intent(in) :: c

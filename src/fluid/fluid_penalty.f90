@@ -12,11 +12,12 @@ module fluid_penalty
   use parallel_block, only: block_t
   implicit none
   private
-  public :: penalty_t, N_COLORS, COLOR_WALL, COLOR_BODY
+  public :: penalty_t, N_COLORS, COLOR_WALL, COLOR_BODY, COLOR_OBSTACLE
 
   integer, parameter :: N_COLORS = 6   !< colours 0 .. 5
   integer, parameter :: COLOR_WALL = 0 !< walls do not count as a body
   integer, parameter :: COLOR_BODY = 1
+  integer, parameter :: COLOR_OBSTACLE = 4 !< a body at rest beside insects; 2 and 3 are their wings
 
   !> Penalized points of this rank, line by line: the points of line (y, z) are
   !> line_first(line) .. line_last(line), line = y + ny_local*(z - 1), with x ascending. Other points in the

@@ -160,6 +160,37 @@ def test_corrugated(case):
     check(len(thin.series("slip.t").rows) > 1, "wings without thickness fly")
 
 
+def test_obstacle(case):
+    """A sphere at rest beside plates without thickness: the same on 1 to 3 ranks and after a restart; what the flow loses of
+    its momentum all feel, the plates in the step, the sphere by Adams-Bashforth."""
+    ini = merged(merged(BODY, {**STILL, "InitialCondition": {"inicond": "MeanFlow"}}), THIN)
+    ini = merged(ini, {"Insects": {"BodyType": None, "BodyMotion": None, "WingShape": "rectangular", "L_span": 0.8, "b_top": 0.2, "b_bot": 0.3,
+                                   "wing_ramp": 0.0},
+                       "Penalization": {"obstacle": "sphere"}, "Geometry": {"Size": 0.9, "x0": 0.2, "y0": 2.0, "z0": 1.0}})
+    run = same_on_ranks(case.sub("two"), ini, 2, "forces_part4.t")
+    same_on_ranks(case.sub("three"), ini, 3, "forces_part4.t")
+    restarted(case.sub("again"), ini)
+    flow, left, right, sphere, total = (run.series(f"{name}.t").rows for name in
+                                        ("meanflow", "forces_part2", "forces_part3", "forces_part4", "forces"))
+    wing = [[a + b for a, b in zip(*rows)] for rows in zip(left, right)]
+    check(max(abs(row[1]) for row in sphere) > 0.1, "the stream pushes the sphere")
+    for n in range(2, len(flow) - 1):
+        dt, before = flow[n + 1][0] - flow[n][0], flow[n][0] - flow[n - 1][0]
+        scale = max(abs(x) for row in total for x in row[1:4])
+        for axis in (1, 2, 3):
+            check(abs(total[n][axis] - wing[n][axis] - sphere[n][axis]) < 1e-7 * scale, "all parts are there")
+            force = sphere[n][axis] + dt / before / 2 * (sphere[n][axis] - sphere[n - 1][axis]) + wing[n + 1][axis]
+            change = (flow[n + 1][axis] - flow[n][axis]) / dt * 4 * 4 * 2
+            check(abs(change + force) < 1e-4 * scale, f"record {n}, axis {axis}: {change} is not {-force}")
+    for name, keys, words in (("flow", {"Penalization": {"iMask": "sphere"}}, "obstacle: stands beside an insect"),
+                              ("size", {"Geometry": {"Size": 0.0}}, "Size: the body needs a size"),
+                              ("free", {"Insects": {"BodyMotion": "free_flight", "mass": 1.0}}, "obstacle: stands beside an insect that")):
+        case.write(f"{name}.ini", merged(ini, keys))
+        case.write("beat.ini", BEAT)
+        done = case.run(f"{name}.ini", "--check", code=EXIT_USER)
+        check(words in done.err, f"{name}: {words!r} is told, not {done.err}")
+
+
 def test_edges(case):
     """A Fourier outline of a file is FLUSI's wing: in the mask it ends at its outline, with the volume area times thickness;
     so does any flat wing with `round`, but for its edge. The same wing reaches farther with `beyond`."""

@@ -22,7 +22,8 @@ contains
     type(thin_wings_t), intent(in) :: thin
     integer :: i
     call writer%put_reals('marker_forces', [thin%force])
-    call writer%put_reals('marker_slip', [thin%slip%before, thin%slip%after, thin%slip%speed, thin%slip%received])
+    call writer%put_reals('marker_slip', [thin%slip%before, thin%slip%after, thin%slip%speed, thin%slip%received, &
+                                           real(thin%slip%iterations, rp), thin%slip%left])
     call writer%put_reals('marker_shape', [(thin%wings(i)%shape, i=1, size(thin%wings))])
     call writer%put_reals('marker_loads', [(wings%marker_loads(i)%force, wings%marker_loads(i)%moment, &
                                             wings%marker_loads(i)%power, i=1, size(wings%marker_loads))])
@@ -54,6 +55,10 @@ contains
     thin%slip%after = numbers(2)
     thin%slip%speed = numbers(3)
     thin%slip%received = numbers(4)
+    if (size(numbers) > 5) then
+      thin%slip%iterations = nint(numbers(5))
+      thin%slip%left = numbers(6)
+    end if
     call reader%get_reals('marker_shape', numbers, failure)
     if (failure%failed) return
     do i = 1, size(thin%wings)

@@ -7,8 +7,9 @@
 !>
 !> where I looks at the flow, S is its adjoint, P the projection (fluid_point_forces) and M the response of the markers
 !> (fsi_marker_response): forces as Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is
-!> the load on the wing, and F.U the power that it gives to the flow. The forces of one wing do not take account of those
-!> of another, and M leaves out the periodic images. The slip that this leaves is corrected in the next step.
+!> the load on the wing, and F.U the power that it gives to the flow. M leaves out the periodic images; the slip that this
+!> leaves is corrected in the next step. The forces of rigid wings are found together (fsi_wing_pairs), those of flexible
+!> ones wing by wing.
 !>
 !> Where a penalized body is around a marker, near the hinge, the flow belongs to the body: with chi of the body there, the
 !> marker asks for (1 - chi) U + chi U_body, and the share chi of its force is the body's, not the wing's.
@@ -29,6 +30,7 @@ module fsi_thin_wings
   use fsi_rotation, only: cross
   use fsi_surface_load, only: total_load
   use fsi_wing_mirror, only: mirror_vectors
+  use fsi_wing_pairs, only: wing_pairs_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
   implicit none
@@ -53,6 +55,8 @@ module fsi_thin_wings
     real(rp) :: after = 0    !< largest |U - I u(n+1)|
     real(rp) :: speed = 0    !< largest |U|
     real(rp) :: received = 0 !< rho L^5/T^3 power of the forces at the velocities of the flow after the step
+    integer :: iterations = 0 !< that found the forces of several rigid wings together
+    real(rp) :: left = 0      !< of the slip before, when they ended
   end type slip_t
 
   !> Wall time of this rank so far.
@@ -74,6 +78,7 @@ module fsi_thin_wings
     type(thin_seconds_t) :: seconds
     type(world_t) :: world
     type(green_t), private :: green
+    type(wing_pairs_t), allocatable, private :: pairs !< of several rigid wings
     real(rp), private :: extent = 0            !< L largest distance of markers for which `green` holds
   contains
     procedure :: init => thin_init
@@ -120,7 +125,7 @@ contains
     allocate (self%share(n), self%shift(3, n), self%body_speed(3, n), source=0.0_rp)
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
-    call self%green%init(fluid%points%radius, self%extent, is_2d)
+    call init_responses(self, fluid)
     do i = 1, size(self%wings)
       self%wings(i)%shape = self%wings(i)%flat
       call self%renew(i, has_factor)
@@ -130,12 +135,31 @@ contains
     end do
   end subroutine thin_init
 
+  !> The table of the response, and room for what rigid wings do to each other.
+  subroutine init_responses(self, fluid)
+    type(thin_wings_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    real(rp) :: length(3)
+    associate (grid => fluid%transform%grid)
+      length = grid%length
+      if (grid%is_2d) length(1) = 0
+      if (size(self%wings) < 2) then
+        call self%green%init(fluid%points%radius, self%extent, grid%is_2d)
+      else
+        call self%green%init(fluid%points%radius, max(self%extent, norm2(length)/2), grid%is_2d)
+        allocate (self%pairs)
+        call self%pairs%init(self%world, self%wings%first, self%wings%last, length)
+      end if
+    end associate
+  end subroutine init_responses
+
   !> Prepares for flexible wings that are unloaded at points(3, n_all) [m] along the axes of the wing file.
   subroutine thin_soften(self, points, units)
     class(thin_wings_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :)
     type(unit_scales_t), intent(in) :: units
     integer :: i
+    if (allocated(self%pairs)) deallocate (self%pairs)
     do i = 1, size(self%wings)
       associate (wing => self%wings(i))
         if (wing%owner /= self%world%rank) cycle
@@ -251,35 +275,74 @@ contains
       end associate
     end do
     call self%meet(fluid, wings)
-    do i = 1, size(self%wings)
-      call find_forces(self, self%wings(i), poses(i), fluid%dt)
-    end do
+    call find_forces(self, poses, fluid%dt)
     call self%push(fluid, wings, poses)
   end subroutine thin_advance_rigid
 
-  !> The forces of one rigid wing that make the flow follow it, the same on all ranks.
-  subroutine find_forces(self, wing, pose, dt)
+  !> The forces that make the flow follow all rigid wings, the same on all ranks: sets `force`. Of several wings by conjugate
+  !> gradients, see fsi_wing_pairs.
+  subroutine find_forces(self, poses, dt)
     type(thin_wings_t), intent(inout) :: self
-    type(thin_wing_t), intent(inout) :: wing
-    type(wing_pose_t), intent(in) :: pose
+    type(wing_pose_t), intent(in) :: poses(:)
     real(rp), intent(in) :: dt
-    integer :: m, k
-    associate (force => self%force(:, wing%first:wing%last))
-      if (wing%owner == self%world%rank) then
-        do m = 1, wing%markers%n
-          k = wing%first + m - 1
-          wing%work(:, m) = pose%vector_to_wing(self%u(:, k) - self%flow(:, k))/dt
-        end do
-        if (wing%is_mirrored) call mirror_vectors(wing%work)
-        call wing%reaction%response%solve(wing%work, force)
-        if (wing%is_mirrored) call mirror_vectors(force)
-        do m = 1, wing%markers%n
-          force(:, m) = pose%vector_to_space(force(:, m))
-        end do
-      end if
-      call self%broadcast(force, wing%owner)
+    integer, parameter :: MOST = 50
+    real(rp), parameter :: ENOUGH = 1.0e-4_rp !< far less than what periodic images leave
+    real(rp) :: rz, step, ratio, begin
+    if (.not. allocated(self%pairs)) then
+      call solve_blocks(self, poses, (self%u - self%flow)/dt, self%force)
+      return
+    end if
+    associate (r => self%pairs%r, z => self%pairs%z, p => self%pairs%p, mp => self%pairs%mp, dp => self%pairs%dp)
+      call self%pairs%build(self%green, self%x)
+      self%force = 0
+      r = (self%u - self%flow)/dt
+      begin = max(largest(r), tiny(begin))
+      ratio = 0
+      rz = 1
+      self%slip%iterations = 0
+      do while (self%slip%iterations < MOST)
+        self%slip%left = largest(r)/begin
+        if (self%slip%left <= ENOUGH) exit
+        self%slip%iterations = self%slip%iterations + 1
+        call solve_blocks(self, poses, r, z)
+        if (self%slip%iterations > 1) ratio = sum(r*z)/rz
+        rz = sum(r*z)
+        p = z + ratio*p
+        dp = r + ratio*dp
+        mp = dp
+        call self%pairs%add_product(p, mp)
+        step = rz/sum(p*mp)
+        self%force = self%force + step*p
+        r = r - step*mp
+      end do
+      self%slip%left = largest(r)/begin
     end associate
   end subroutine find_forces
+
+  !> The forces f (3, all markers) in space that each wing alone needs for the velocities v, the same on all ranks.
+  subroutine solve_blocks(self, poses, v, f)
+    type(thin_wings_t), intent(inout) :: self
+    type(wing_pose_t), intent(in) :: poses(:)
+    real(rp), intent(in) :: v(:, :)
+    real(rp), contiguous, intent(inout) :: f(:, :)
+    integer :: i, m
+    do i = 1, size(poses)
+      associate (wing => self%wings(i), pose => poses(i), own => f(:, self%wings(i)%first:self%wings(i)%last))
+        if (wing%owner == self%world%rank) then
+          do m = 1, wing%markers%n
+            wing%work(:, m) = pose%vector_to_wing(v(:, wing%first + m - 1))
+          end do
+          if (wing%is_mirrored) call mirror_vectors(wing%work)
+          call wing%reaction%response%solve(wing%work, own)
+          if (wing%is_mirrored) call mirror_vectors(own)
+          do m = 1, wing%markers%n
+            own(:, m) = pose%vector_to_space(own(:, m))
+          end do
+        end if
+        call self%broadcast(own, wing%owner)
+      end associate
+    end do
+  end subroutine solve_blocks
 
   !> Gives values(3, n) of rank `from` to all. Collective.
   subroutine thin_broadcast(self, values, from)
@@ -309,5 +372,6 @@ contains
     do i = 1, size(self%wings)
       bytes = bytes + self%wings(i)%reaction%response%memory_bytes()
     end do
+    if (allocated(self%pairs)) bytes = bytes + self%pairs%memory_bytes()
   end function thin_memory_bytes
 end module fsi_thin_wings

@@ -25,6 +25,7 @@ program test_thin_wings
                    'nfft_theta=1'//NL//'a0_theta=6.0'//NL//'ai_theta=3.0'//NL//'bi_theta=-9.0')
   call check_momentum()
   call check_close_markers()
+  call check_close_wings()
   call kit%finish()
 
 contains
@@ -83,4 +84,45 @@ contains
     call kit%check('all ranks know that markers are too close', failure%failed)
     call fluid%free()
   end subroutine check_close_markers
+
+  !> Two plates that face each other two cells apart in a stream that starts at once answer each other within the step: what
+  !> they leave of the slip is what one plate leaves, which knows nothing of its periodic images and of the window's error.
+  subroutine check_close_wings()
+    real(rp) :: left(2)
+    integer :: iterations
+    call write_lines(kit%world, 'facing.ini', '[kinematics]'//NL//'type=fourier'//NL//'units=degree'//NL// &
+                     'nfft_phi=1'//NL//'a0_phi=180.0'//NL//'ai_phi=0.0'//NL//'bi_phi=0.0'//NL// &
+                     'nfft_alpha=1'//NL//'a0_alpha=0.0'//NL//'ai_alpha=0.0'//NL//'bi_alpha=0.0'//NL// &
+                     'nfft_theta=1'//NL//'a0_theta=0.0'//NL//'ai_theta=0.0'//NL//'bi_theta=0.0')
+    call meet_stream('RightWing=no', left(1), iterations)
+    call kit%check('one wing needs no iterations', iterations == 0)
+    call meet_stream('RightWing=yes', left(2), iterations)
+    call kit%check_below('two plates leave no more of the slip than one does', left(2), 1.5_rp*left(1))
+    call kit%check('after a few iterations', iterations > 1 .and. iterations < 20)
+  end subroutine check_close_wings
+
+  !> What is left of the slip of plates at rest after one step, relative.
+  subroutine meet_stream(wings_there, left, iterations)
+    character(*), intent(in) :: wings_there
+    real(rp), intent(out) :: left
+    integer, intent(out) :: iterations
+    type(fluid_t) :: fluid
+    type(flapping_wings_t) :: wings
+    type(thin_wings_t) :: thin
+    type(request_t) :: nothing
+    type(failure_t) :: failure
+    character(:), allocatable :: ini
+    ini = wings_text('thin')
+    ini = ini(:index(ini, 'x_pivot_l=') - 1)//'x_pivot_l=0.0 0.0625 0.0'//NL//'x_pivot_r=0.0 -0.0625 0.0'//NL
+    call make_wings(kit%world, ini//'eta0=0'//NL//'FlappingMotion_left=from_file::facing.ini'//NL// &
+                    'FlappingMotion_right=from_file::facing.ini'//NL//wings_there//NL//'[Time]'//NL//'Tmax=1'//NL// &
+                    'dt_max=0.005'//NL//'[MeanFlow]'//NL//'ux=0.3'//NL//'uy=1'//NL//'uz=0.2'//NL//'[Parallel]'//NL// &
+                    'transform='//asked_transform()//NL, fluid, wings)
+    call thin%init(kit%world, wings, fluid, failure)
+    call fluid%step(nothing, failure, wings)
+    call thin%advance_rigid(fluid, wings)
+    left = thin%slip%after/thin%slip%before
+    iterations = thin%slip%iterations
+    call fluid%free()
+  end subroutine meet_stream
 end program test_thin_wings

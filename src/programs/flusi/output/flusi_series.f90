@@ -109,7 +109,7 @@ contains
     if (.not. present(wings)) return
     if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
       [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
-                        'power to the flow [rho L^5/T^3]'])
+                        'power to the flow [rho L^5/T^3]', 'iterations of the forces', 'share of the slip that they leave'])
     call self%flight%open(world, wings, flexible, note, failure, restart_time)
     if (allocated(wings%flyer)) call self%body%open(world, note, failure, restart_time)
     if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
@@ -208,7 +208,8 @@ contains
     end associate
     if (present(coupler)) call self%coupling%write(coupler)
     if (present(thin)) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, &
-                                                  thin%slip%speed, thin%slip%received])
+                                                  thin%slip%speed, thin%slip%received, &
+                                                  real(thin%slip%iterations, rp), thin%slip%left])
   end subroutine series_write_step
 
   !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be

@@ -19,7 +19,7 @@ module flusi_summary
   public :: write_summary
 
   character(*), parameter :: NL = new_line('a')
-  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 5, &
+  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 7, &
                         COUPLING_COLUMNS = 11
   real(rp), parameter :: START = 0.1_rp !< of the first beat: the flow meets wings at once, with large forces
   integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
@@ -203,6 +203,12 @@ contains
     write (line, '(a,f0.2,a)') 'slip        the largest |u - u_s| at a marker is ', 100*fraction, &
       ' % of the mean tip speed (mean of the last beat)'
     text = NL//trim(line)//NL
+    if (maxval(series(6, :)) > 0) then
+      beat = beat_statistics(series(1, :), series(6, :), period, n)
+      write (line, '(2(a,f0.1))') '            the forces of all wings took ', beat%mean, ' iterations a step, at most ', &
+        beat%largest
+      text = text//trim(line)//NL
+    end if
     if (fraction > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
   end function thin_slip_text
 
