@@ -6,6 +6,7 @@ module measurement_broadcast
   use io_hdf5, only: NAME_LENGTH
   use measurement_data, only: measurement_t, measured_load_t, observation_t
   use measurement_file, only: read_measurement
+  use measurement_series_broadcast, only: broadcast_series
   use parallel_world, only: world_t
   use solid_wing, only: wing_t
   implicit none
@@ -71,6 +72,7 @@ contains
       call broadcast_name(world, m%zeros(i))
     end do
     call broadcast_modes(world, m)
+    call broadcast_series(world, m%series, m%series_air_density)
   end subroutine broadcast_measurement
 
   subroutine broadcast_reference(world, n, m)

@@ -7,6 +7,7 @@ module measurement_check
   use base_text, only: number_text
   use measurement_data, only: measurement_t, measured_load_t
   use measurement_modes, only: check_modes
+  use measurement_series, only: check_series
   use measurement_place, only: find_material_point, material_point_t, NEAR
   use measurement_sampling, only: outline_edges, sample_surface, surface_sample_t
   use solid_wing, only: wing_t
@@ -38,6 +39,7 @@ contains
     end do
     call check_orders(m, report)
     if (m%count_modes() > 0) call check_modes(m%modes, wing, length, report)
+    if (m%count_series() > 0) call check_series(m%series, wing, length, report)
     do l = 1, size(m%loads)
       if (.not. is_on_wing(m%loads(l)%point)) &
         call report%add('/loads/'//m%loads(l)%name, 'attribute point: '//off_wing(m%loads(l)%point))

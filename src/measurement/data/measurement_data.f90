@@ -4,8 +4,10 @@
 !> SI units, frame of the wing.
 module measurement_data
   use base_kinds, only: rp
+  use base_text, only: number_text
   use io_hdf5, only: NAME_LENGTH
-  use measurement_modes, only: measured_mode_t, AIR_DENSITY
+  use measurement_modes, only: measured_mode_t, AIR_DENSITY, MEDIUM_AIR
+  use measurement_series, only: measured_series_t
   implicit none
   private
   public :: measurement_t, measured_load_t, observation_t, accuracy_t, calibration_t
@@ -75,10 +77,17 @@ module measurement_data
     type(calibration_t) :: calibration
     type(measured_mode_t), allocatable :: modes(:)    !< or none
     real(rp) :: air_density = AIR_DENSITY             !< [kg/m^3] around modes in air
+    type(measured_series_t), allocatable :: series(:) !< records of a wing that rings, or none
+    real(rp) :: series_air_density = AIR_DENSITY      !< [kg/m^3] around those in air
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
     procedure :: count_modes => measurement_count_modes
     procedure :: count_mode_observations => measurement_count_mode_observations
+    procedure :: moves => measurement_moves
+    procedure :: is_in_air => measurement_is_in_air
+    procedure :: count_series => measurement_count_series
+    procedure :: count_traces => measurement_count_traces
+    procedure :: count_series_observations => measurement_count_series_observations
     procedure :: surface_name => measurement_surface_name
     procedure :: place => measurement_place
     procedure :: deformation => measurement_deformation
@@ -111,15 +120,64 @@ contains
     end do
   end function measurement_count_mode_observations
 
-  !> Name of load l or, behind the loads, of a mode.
+  !> Whether the wing moved: there are modes or records, which feel its mass.
+  pure logical function measurement_moves(self) result(moves)
+    class(measurement_t), intent(in) :: self
+    moves = self%count_modes() + self%count_series() > 0
+  end function measurement_moves
+
+  !> Whether it moved in air.
+  pure logical function measurement_is_in_air(self) result(is_in_air)
+    class(measurement_t), intent(in) :: self
+    is_in_air = .false.
+    if (self%count_modes() > 0) is_in_air = any(self%modes%medium == MEDIUM_AIR)
+    if (self%count_series() > 0) is_in_air = is_in_air .or. any(self%series%medium == MEDIUM_AIR)
+  end function measurement_is_in_air
+
+  !> Number of records of a wing that rings.
+  pure integer function measurement_count_series(self) result(n)
+    class(measurement_t), intent(in) :: self
+    n = 0
+    if (allocated(self%series)) n = size(self%series)
+  end function measurement_count_series
+
+  !> Number of their traces: of the points that all of them see.
+  pure integer function measurement_count_traces(self) result(n)
+    class(measurement_t), intent(in) :: self
+    integer :: i
+    n = 0
+    do i = 1, self%count_series()
+      n = n + size(self%series(i)%sigma)
+    end do
+  end function measurement_count_traces
+
+  !> Numbers in them.
+  pure integer function measurement_count_series_observations(self) result(n)
+    class(measurement_t), intent(in) :: self
+    integer :: i
+    n = 0
+    do i = 1, self%count_series()
+      n = n + self%series(i)%count()
+    end do
+  end function measurement_count_series_observations
+
+  !> Name of load l or, behind the loads, of a mode, or behind these of a trace: that of its record and its number there.
   pure function measurement_surface_name(self, l) result(name)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l
     character(:), allocatable :: name
+    integer :: i, k
     if (l <= size(self%loads)) then
       name = self%loads(l)%name
-    else
+    else if (l <= size(self%loads) + self%count_modes()) then
       name = self%modes(l - size(self%loads))%name
+    else
+      k = l - size(self%loads) - self%count_modes()
+      do i = 1, self%count_series()
+        name = self%series(i)%name//':'//number_text(k)
+        if (k <= size(self%series(i)%sigma)) return
+        k = k - size(self%series(i)%sigma)
+      end do
     end if
   end function measurement_surface_name
 

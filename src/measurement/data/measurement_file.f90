@@ -15,6 +15,7 @@ module measurement_file
                               QUANTITY_ROTATION
   use measurement_heights, only: read_reference, read_surface
   use measurement_modes, only: read_modes
+  use measurement_series, only: read_series
   use solid_wing, only: wing_t
   use solid_wing_datasets, only: check_members, check_schema, read_names
   use solid_wing_report, only: wing_report_t
@@ -72,11 +73,12 @@ contains
     call check_schema(file, 'measurement', SCHEMA, VERSION, report)
     is_read = report%is_clean()
     if (is_read) then
-      call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'modes', 'accuracy', &
+      call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'modes', 'series', 'accuracy', &
                                      'calibration', 'extra'], report)
       call read_accuracy(file, measurement, report)
       call read_calibration(file, measurement, report)
       call read_modes(file, measurement%modes, measurement%air_density, report)
+      call read_series(file, measurement%series, measurement%series_air_density, report)
       call read_all_heights(file, may_be_plan, measurement, report)
       call read_observations(file, measurement, report)
     end if
@@ -128,8 +130,9 @@ contains
     integer :: l
     has_reference = is_group(file, '/reference')
     call read_names(file, '/loads', names, report)
-    if (size(names) + m%count_modes() == 0) call report%add('/loads', 'there is no load, and no mode in /modes')
-    m%is_plan = .not. has_heights(file, has_reference, names) .and. m%count_modes() == 0
+    if (size(names) + m%count_modes() + m%count_series() == 0) &
+      call report%add('/loads', 'there is no load, no mode in /modes and no record in /series')
+    m%is_plan = .not. has_heights(file, has_reference, names) .and. m%count_modes() + m%count_series() == 0
     if (m%is_plan .and. .not. may_be_plan) then
       m%is_plan = has_reference
       if (has_reference) call report%add('/reference/z', 'missing; without heights a file is the plan of an '// &

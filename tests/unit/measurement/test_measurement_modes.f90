@@ -154,7 +154,7 @@ contains
     call sample()
     call remove_bending()
     call w%delete('/modes')
-    call refused('/loads', 'there is no load, and no mode in /modes')
+    call refused('/loads', 'there is no load, no mode in /modes and no record in /series')
   end subroutine refuse_all
 
   subroutine refused(object, what)

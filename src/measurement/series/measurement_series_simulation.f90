@@ -1,0 +1,450 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The records of a wing that rings, computed: residuals in units of their sd, and their exact derivatives.
+!>
+!> The wing moves little about its flat rest, in its N_MODES lowest modes; in air, its membrane carries the added mass of strip
+!> theory. What a release leaves to higher modes is not followed.
+module measurement_series_simulation
+  use base_constants, only: TWO_PI
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_parameter, only: parameter_t
+  use measurement_data, only: measurement_t
+  use measurement_modes, only: MEDIUM_AIR
+  use measurement_place, only: find_material_point, material_point_t
+  use measurement_series, only: measured_series_t
+  use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
+  use solid_mass_effects, only: mass_effects_t, mass_parts_t
+  use solid_modal, only: modal_t, mode_slopes_t
+  use solid_model, only: solid_model_t
+  use solid_params, only: solid_params_t
+  use solid_ringing, only: ring_change_t, ringing_t, EXCITED_BASE
+  use solid_stiffness, only: stiffness_t
+  use solid_stiffness_effects, only: parameter_direction
+  use solid_tangent, only: assemble_tangent
+  implicit none
+  private
+  public :: series_simulation_t
+
+  integer, parameter :: N_MODES = 16 !< that move
+  integer, parameter :: BESIDE = 6   !< further modes that are known when derivatives are taken
+
+  !> One per process. Nothing of an evaluation enters the next one.
+  type :: series_simulation_t
+    integer :: n = 0                                   !< observations
+    type(measured_series_t), allocatable :: series(:)
+    integer, allocatable :: first(:)                   !< (series) their first observation: trace by trace, in time
+    type(mass_parts_t) :: parts
+    real(rp) :: density(2) = 0                         !< [kg/m^3] by medium
+    integer, private :: n_modes = 0, n_known = 0
+    class(modal_t), allocatable, private :: modal(:)   !< (2) by medium
+    logical, private :: is_used(2) = .false.
+    type(ringing_t), allocatable, private :: rings(:)  !< (series)
+    type(material_point_t), allocatable, private :: places(:, :) !< (most traces, series)
+    type(material_point_t), allocatable, private :: pushed(:)    !< (series)
+    type(damping_effects_t), private :: damping
+    type(mass_effects_t), private :: effects
+    logical, allocatable, private :: same(:, :)
+    type(mode_slopes_t), private :: slopes
+    real(rp), allocatable, private :: mass(:, :, :)    !< (3, n_all, 2) [kg]
+    real(rp), allocatable, private :: slope(:, :)      !< (3, n_all)
+    real(rp), allocatable, private :: stiff(:, :, :, :) !< (3, n_all, modes, 2) K_joints Phi
+  contains
+    procedure :: init => simulation_init
+    procedure :: free => simulation_free
+    procedure :: evaluate => simulation_evaluate
+    procedure :: computed => simulation_computed
+    procedure :: nuisances => simulation_nuisances
+    procedure :: stiffness_tangent => simulation_stiffness_tangent
+    procedure :: mass_tangent => simulation_mass_tangent
+    procedure :: clamp_tangent => simulation_clamp_tangent
+    procedure :: damping_tangent => simulation_damping_tangent
+    procedure :: model => simulation_model
+  end type series_simulation_t
+
+contains
+
+  !> For the records of a checked measurement, none or more, of the wing of `model` with these masses.
+  subroutine simulation_init(self, measurement, model, parts)
+    class(series_simulation_t), intent(inout) :: self
+    type(measurement_t), intent(in) :: measurement
+    type(solid_model_t), intent(in) :: model
+    type(mass_parts_t), intent(in) :: parts
+    integer :: i, j, m
+    call self%free()
+    allocate (modal_t :: self%modal(2))
+    self%parts = parts
+    self%density(MEDIUM_AIR) = measurement%series_air_density
+    self%series = measurement%series
+    m = size(self%series)
+    self%n_modes = min(N_MODES, 3*model%n_free)
+    self%n_known = min(N_MODES + BESIDE, 3*model%n_free)
+    allocate (self%first(m), self%rings(m), self%pushed(m), self%places(maxval([(size(self%series(i)%sigma), i=1, m), 0]), m))
+    self%n = 0
+    do i = 1, m
+      associate (s => self%series(i), ring => self%rings(i))
+        self%first(i) = self%n + 1
+        self%n = self%n + s%count()
+        self%is_used(s%medium) = .true.
+        self%pushed(i) = place_of(s%point)
+        do j = 1, size(s%sigma)
+          self%places(j, i) = place_of(s%place(:, j))
+        end do
+        ring%excitation = s%excitation
+        ring%sees_velocity = s%is_velocity
+        ring%interval = 1/s%rate
+        ring%start = s%start
+        ring%cutoff = TWO_PI*s%lowpass
+        ring%order = s%order
+      end associate
+    end do
+    do m = 1, 2
+      if (self%is_used(m)) call self%modal(m)%init(model)
+    end do
+    allocate (self%mass(3, model%n_all, 2), self%slope(3, model%n_all), self%stiff(3, model%n_all, self%n_modes, 2), &
+              source=0.0_rp)
+    allocate (self%same(self%n_modes, self%n_modes), source=.true.)
+
+  contains
+
+    type(material_point_t) function place_of(point)
+      real(rp), intent(in) :: point(2)
+      place_of = find_material_point(model%points(:, :model%n_points), model%triangles, model%size, point)
+    end function place_of
+
+  end subroutine simulation_init
+
+  !> Releases everything.
+  subroutine simulation_free(self)
+    class(series_simulation_t), intent(inout) :: self
+    integer :: m
+    if (allocated(self%modal)) then
+      do m = 1, 2
+        call self%modal(m)%free()
+      end do
+      deallocate (self%modal, self%series, self%first, self%rings, self%pushed, self%places, self%mass, self%slope, self%stiff, &
+                  self%same)
+      if (allocated(self%slopes%shapes)) deallocate (self%slopes%shapes)
+    end if
+    self%is_used = .false.
+    self%n = 0
+  end subroutine simulation_free
+
+  !> Motions with these parameters, masses and damping: residuals(n). `ok` false: there are none, as the wing at rest is unstable.
+  subroutine simulation_evaluate(self, params, effects, damping, residuals, ok)
+    class(series_simulation_t), intent(inout) :: self
+    type(solid_params_t), intent(in) :: params
+    type(mass_effects_t), intent(in) :: effects
+    type(damping_effects_t), intent(in) :: damping
+    real(rp), intent(out) :: residuals(:)
+    logical, intent(out) :: ok
+    type(failure_t) :: failure
+    integer :: m, i
+    residuals = 0
+    ok = .true.
+    self%damping = damping
+    self%effects = effects
+    do m = 1, 2
+      if (.not. self%is_used(m)) cycle
+      call self%modal(m)%model%set_params(params)
+      call self%parts%masses(effects, self%density(m), self%mass(:, :, m))
+      ok = minval(self%mass(:, self%modal(m)%model%movable, m)) > 0
+      if (ok) call self%modal(m)%solve(self%mass(:, :, m), self%n_known, failure)
+      ok = ok .and. .not. failure%failed
+      if (.not. ok) return
+      call apply_joints(self%modal(m), self%stiff(:, :, :, m))
+    end do
+    do i = 1, size(self%series)
+      call ring_with(self, i, damping, self%rings(i))
+      call gather(self, i, self%rings(i)%seen, residuals)
+      call subtract_measured(self, i, residuals)
+    end do
+  end subroutine simulation_evaluate
+
+  !> Lets record i ring with this damping.
+  subroutine ring_with(self, i, damping, ring)
+    class(series_simulation_t), intent(in) :: self
+    integer, intent(in) :: i
+    type(damping_effects_t), intent(in) :: damping
+    type(ringing_t), intent(inout) :: ring
+    associate (s => self%series(i), modal => self%modal(self%series(i)%medium), n => self%n_modes)
+      call ring%run(modal%lambda(:n), products(modal%shapes(:, :, :n), self%stiff(:, :, :, s%medium)), &
+                    look_at(self, i, modal%shapes(:, :, :n)), push_at(self, i, modal%shapes(:, :, :n)), damping, &
+                    size(s%values, 1), s%base)
+    end associate
+  end subroutine ring_with
+
+  !> stiff(3, n_all, modes) = K_joints Phi.
+  subroutine apply_joints(modal, stiff)
+    class(modal_t), intent(in) :: modal
+    real(rp), intent(out) :: stiff(:, :, :)
+    type(solid_model_t), allocatable :: probe
+    type(stiffness_t) :: direction
+    type(parameter_t) :: p
+    real(rp), allocatable :: blocks(:, :, :), rest(:, :), axial(:), hinge(:), f(:, :)
+    integer :: k, i
+    stiff = 0
+    allocate (probe, source=modal%model)
+    allocate (hinge(size(probe%plans)), source=0.0_rp)
+    do k = 1, probe%params%count_usual()
+      p = probe%params%describe(k)
+      if (index(p%name, 'joint:') /= 1) cycle
+      call parameter_direction(modal%model, k, direction)
+      hinge = hinge + direction%hinge
+    end do
+    if (.not. any(abs(hinge) > 0)) return
+    direction%hinge = hinge
+    allocate (blocks(3, 3, size(probe%pattern%rows)), rest(3, probe%n_all), f(3, probe%n_free))
+    rest = 0
+    probe%stiffness = direction
+    probe%springs%tension = direction%tension
+    axial = direction%tension
+    call assemble_tangent(probe, rest, axial, .false., blocks)
+    do i = 1, size(stiff, 3)
+      f = 0
+      call probe%pattern%multiply(blocks, 1.0_rp, modal%shapes(:, probe%movable, i), f)
+      stiff(:, probe%movable, i) = f
+    end do
+  end subroutine apply_joints
+
+  !> a(:, :, i) times b(:, :, j).
+  pure function products(a, b) result(c)
+    real(rp), intent(in) :: a(:, :, :), b(:, :, :)
+    real(rp) :: c(size(a, 3), size(b, 3))
+    integer :: n
+    n = size(a, 1)*size(a, 2)
+    c = matmul(transpose(reshape(a, [n, size(a, 3)])), reshape(b, [n, size(b, 3)]))
+  end function products
+
+  !> What the places of record i see of shapes(3, n_all, modes).
+  pure function look_at(self, i, shapes) result(look)
+    class(series_simulation_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: shapes(:, :, :)
+    real(rp) :: look(size(self%series(i)%sigma), size(shapes, 3))
+    integer :: j
+    do j = 1, size(look, 1)
+      look(j, :) = along(self%places(j, i), self%series(i)%axis, shapes)
+    end do
+  end function look_at
+
+  !> Displacements of a place along an axis.
+  pure function along(place, axis, shapes) result(values)
+    type(material_point_t), intent(in) :: place
+    real(rp), intent(in) :: axis(3), shapes(:, :, :)
+    real(rp) :: values(size(shapes, 3))
+    integer :: c
+    values = 0
+    do c = 1, 3
+      values = values + place%weight(c)*matmul(axis, shapes(:, place%corner(c), :))
+    end do
+  end function along
+
+  !> The excitation of record i, of the size that is stated, on shapes(3, n_all, modes); see ringing_t.
+  pure function push_at(self, i, shapes) result(push)
+    class(series_simulation_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: shapes(:, :, :)
+    real(rp) :: push(size(shapes, 3))
+    associate (s => self%series(i))
+      if (s%excitation == EXCITED_BASE) then
+        push = -inertia_along(self%mass(:, :, s%medium), s%direction, shapes)
+      else
+        push = s%size*along(self%pushed(i), s%direction, shapes)
+      end if
+    end associate
+  end function push_at
+
+  pure function inertia_along(mass, direction, shapes) result(values)
+    real(rp), intent(in) :: mass(:, :), direction(3), shapes(:, :, :)
+    real(rp) :: values(size(shapes, 3))
+    integer :: i
+    values = [(sum(direction*sum(mass*shapes(:, :, i), 2)), i=1, size(values))]
+  end function inertia_along
+
+  !> Puts seen(samples, traces) of record i over their sd where something was measured.
+  subroutine gather(self, i, seen, column)
+    class(series_simulation_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: seen(:, :)
+    real(rp), intent(inout) :: column(:)
+    integer :: j, k, at
+    at = self%first(i) - 1
+    associate (s => self%series(i))
+      do j = 1, size(s%sigma)
+        do k = 1, size(s%values, 1)
+          if (.not. s%is_known(k, j)) cycle
+          at = at + 1
+          column(at) = seen(k, j)/s%sigma(j)
+        end do
+      end do
+    end associate
+  end subroutine gather
+
+  subroutine subtract_measured(self, i, column)
+    class(series_simulation_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(inout) :: column(:)
+    real(rp) :: measured(size(column))
+    call gather(self, i, self%series(i)%values, measured)
+    associate (first => self%first(i), last => self%first(i) + self%series(i)%count() - 1)
+      column(first:last) = column(first:last) - measured(first:last)
+    end associate
+  end subroutine subtract_measured
+
+  !> seen(samples, traces) of record i, after `evaluate`.
+  function simulation_computed(self, i) result(seen)
+    class(series_simulation_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), allocatable :: seen(:, :)
+    seen = self%rings(i)%seen
+  end function simulation_computed
+
+  !> columns(n, 2*series): what one sd of the size of the excitation, and of its time, does to each record, after `evaluate`.
+  subroutine simulation_nuisances(self, columns)
+    class(series_simulation_t), intent(in) :: self
+    real(rp), intent(out) :: columns(:, :)
+    integer :: i
+    columns = 0
+    do i = 1, size(self%series)
+      associate (s => self%series(i), ring => self%rings(i))
+        call gather(self, i, (s%size_sigma/s%size)*ring%seen, columns(:, 2*i - 1))
+        call gather(self, i, s%trigger_sigma*ring%rate, columns(:, 2*i))
+      end associate
+    end do
+  end subroutine simulation_nuisances
+
+  !> column(n): derivative of the residuals when all stiffness changes along `direction`, which also is a change of the joints
+  !> if `is_joint`. This and those below after `evaluate`.
+  subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
+    class(series_simulation_t), intent(inout) :: self
+    type(stiffness_t), intent(in) :: direction
+    logical, intent(in) :: is_joint
+    real(rp), intent(out) :: column(:)
+    type(ring_change_t) :: change
+    integer :: m
+    column = 0
+    do m = 1, 2
+      if (.not. self%is_used(m)) cycle
+      call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
+      change%stiffness = self%slopes%force
+      change%mass = no_matrix()
+      call see(self, m, change, is_joint, column)
+    end do
+  end subroutine simulation_stiffness_tangent
+
+  !> The same for the compliance of the clamp about x (k = 1) or y (2).
+  subroutine simulation_clamp_tangent(self, k, column)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: k
+    real(rp), intent(out) :: column(:)
+    type(ring_change_t) :: change
+    integer :: m
+    column = 0
+    do m = 1, 2
+      if (.not. self%is_used(m)) cycle
+      call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
+      change%stiffness = self%slopes%force
+      change%mass = no_matrix()
+      call see(self, m, change, .false., column)
+    end do
+  end subroutine simulation_clamp_tangent
+
+  !> The same for the coordinate of effect `number` of the masses; a point mass at the place of `effects`.
+  subroutine simulation_mass_tangent(self, number, effects, column)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: number
+    type(mass_effects_t), intent(in) :: effects
+    real(rp), intent(out) :: column(:)
+    type(ring_change_t) :: change
+    integer :: m, i
+    column = 0
+    do m = 1, 2
+      if (.not. self%is_used(m)) cycle
+      call self%parts%derivative(effects, self%density(m), number, self%slope)
+      call self%modal(m)%slopes_of_mass(self%slope, self%same, self%slopes)
+      change%stiffness = no_matrix()
+      change%mass = self%slopes%force
+      do i = 1, self%n_modes
+        change%mass(:, i) = -change%mass(:, i)/self%modal(m)%lambda(i)
+        self%slopes%shapes(:, :, i) = self%slopes%shapes(:, :, i) + 0.5_rp*change%mass(i, i)*self%modal(m)%shapes(:, :, i)
+      end do
+      call see(self, m, change, .false., column)
+    end do
+  end subroutine simulation_mass_tangent
+
+  !> The records in medium m under a change of stiffness and mass, with the slopes of the modes, which are W.
+  subroutine see(self, m, change, is_joint, column)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: m
+    type(ring_change_t), intent(inout) :: change
+    logical, intent(in) :: is_joint
+    real(rp), intent(inout) :: column(:)
+    real(rp), allocatable :: seen(:, :)
+    integer :: i
+    change%joints = no_matrix()
+    if (abs(self%damping%joints) > 0) then
+      change%joints = products(self%slopes%shapes, self%stiff(:, :, :, m))
+      change%joints = change%joints + transpose(change%joints)
+      if (is_joint) change%joints = change%joints + change%stiffness
+    end if
+    do i = 1, size(self%series)
+      if (self%series(i)%medium /= m) cycle
+      change%look = look_at(self, i, self%slopes%shapes)
+      change%push = push_at(self, i, self%slopes%shapes)
+      if (size(change%mass) > 0 .and. self%series(i)%excitation == EXCITED_BASE) &
+        change%push = change%push - inertia_along(self%slope, self%series(i)%direction, &
+                                                     self%modal(m)%shapes(:, :, :self%n_modes))
+      call self%rings(i)%tangent(change, seen)
+      call gather(self, i, seen, column)
+    end do
+  end subroutine see
+
+  !> The same for damping effect `number`, of the relaxation with this time [s], or for the logarithm of the time of the relaxation
+  !> that there is (DAMPING_TIME).
+  subroutine simulation_damping_tangent(self, number, time, column)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: number
+    real(rp), intent(in) :: time
+    real(rp), intent(out) :: column(:)
+    type(ring_change_t) :: change
+    type(damping_effects_t) :: damping
+    type(ringing_t), allocatable :: ring
+    real(rp), allocatable :: seen(:, :)
+    integer :: i
+    logical :: is_other
+    column = 0
+    change%stiffness = no_matrix()
+    change%mass = no_matrix()
+    change%joints = no_matrix()
+    change%look = no_matrix()
+    allocate (change%push(0))
+    change%damping = number
+    damping = self%damping
+    ! Another relaxation time has states of its own; the wing has one relaxation.
+    is_other = number == DAMPING_RELAXATION .and. abs(time - damping%relaxation_time) > 1.0e-12_rp*time
+    if (is_other) damping%relaxation = 0
+    if (is_other) damping%relaxation_time = time
+    do i = 1, size(self%series)
+      if (is_other) then
+        ring = self%rings(i)
+        call ring_with(self, i, damping, ring)
+        call ring%tangent(change, seen)
+      else
+        call self%rings(i)%tangent(change, seen)
+      end if
+      call gather(self, i, seen, column)
+    end do
+  end subroutine simulation_damping_tangent
+
+  pure function no_matrix() result(matrix)
+    real(rp), allocatable :: matrix(:, :)
+    allocate (matrix(0, 0))
+  end function no_matrix
+
+  !> The model with the parameters of the last evaluation, from which directions of stiffness are made.
+  function simulation_model(self) result(model)
+    class(series_simulation_t), intent(in), target :: self
+    type(solid_model_t), pointer :: model
+    model => self%modal(merge(1, 2, self%is_used(1)))%model
+  end function simulation_model
+end module measurement_series_simulation

@@ -1,0 +1,271 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Small free motion of a wing about rest, in its lowest natural modes, and its exact derivatives.
+!>
+!> With displacements u = Phi q of the modes of solid_modal (Phi^T M Phi = 1, Phi^T K Phi = Lambda) and forces of damping
+!> (solid_damping_effects),
+!>
+!>     q'' + D q' + Lambda q + g Lambda z = f,   z' = q' - z/tau,   D = alpha + beta Lambda + theta J,   J = Phi^T K_joints Phi.
+!>
+!> States are e = Omega q, p = q', Omega z, Omega^2 = Lambda; then those of a filter of what is seen, y = L q or L q'; then those
+!> of an input (base_linear_flow, which makes no error in time). Filters: the first order y_f' = c (y - y_f), or Butterworth's
+!> second order, c = 2 pi times the cut-off.
+!>
+!> A change of stiffness or mass changes the modes; to first order their space becomes that of Phi + W with W M-orthogonal to Phi
+!> (W of solid_modal for one cluster of all modes). In that basis the changes of the matrices are those of a fixed one, Phi^T dK Phi
+!> and Phi^T dM Phi, and no difference of frequencies is in a denominator.
+module solid_ringing
+  use base_kinds, only: rp
+  use base_linear_flow, only: linear_flow_t
+  use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_TIME
+  implicit none
+  private
+  public :: ringing_t, ring_change_t
+
+  integer, parameter, public :: EXCITED_RELEASE = 1, EXCITED_TAP = 2, EXCITED_BASE = 3
+
+  !> What one parameter does to the reduced equations; arrays of size 0 are zero.
+  type :: ring_change_t
+    real(rp), allocatable :: stiffness(:, :)  !< (r, r) Phi^T dK Phi
+    real(rp), allocatable :: mass(:, :)       !< (r, r) Phi^T dM Phi
+    real(rp), allocatable :: joints(:, :)     !< (r, r) dJ
+    real(rp), allocatable :: look(:, :)       !< (seen, r) dL
+    real(rp), allocatable :: push(:)          !< (r) of the excitation
+    integer :: damping = 0                    !< number of the damping effect that changes; 0: none
+  end type ring_change_t
+
+  !> One record. After `run` the result is seen(samples, places).
+  type :: ringing_t
+    integer :: excitation = EXCITED_RELEASE
+    logical :: sees_velocity = .false.
+    real(rp) :: interval = 0, start = 0       !< [s] between samples; of the first one after the excitation
+    real(rp) :: cutoff = 0                    !< [rad/s] of the filter; 0: none
+    integer :: order = 1
+    real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) of unit excitation, and their derivative with time
+    integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
+    real(rp), allocatable, private :: omega(:), joints(:, :), look(:, :), push(:), input(:), x(:, :), begin(:), a(:, :)
+    type(damping_effects_t), private :: damping
+    type(linear_flow_t), private :: flow, first
+  contains
+    procedure :: run => ringing_run
+    procedure :: tangent => ringing_tangent
+    procedure, private :: matrix => ringing_matrix
+    procedure, private :: output => ringing_output
+  end type ringing_t
+
+contains
+
+  !> The motion of modes with lambda(r), J, L = look(seen, r) under unit excitation push(r): Phi^T of the force that is released, of
+  !> the impulse, or minus that of the inertia per acceleration of the base, whose record is input(:) at the interval. `samples`
+  !> of them; a driven motion starts at 0.
+  subroutine ringing_run(self, lambda, joints, look, push, damping, samples, input)
+    class(ringing_t), intent(inout) :: self
+    real(rp), intent(in) :: lambda(:), joints(:, :), look(:, :), push(:), input(:)
+    type(damping_effects_t), intent(in) :: damping
+    integer, intent(in) :: samples
+    integer :: f
+    logical :: is_driven
+    self%r = size(lambda)
+    self%m = size(look, 1)
+    self%omega = sqrt(lambda)
+    self%joints = joints
+    self%look = look
+    self%push = push
+    self%damping = damping
+    self%input = input
+    is_driven = self%excitation == EXCITED_BASE
+    f = merge(self%order*self%m, 0, self%cutoff > 0)
+    self%n = 3*self%r + f + merge(2, 0, is_driven)
+    call self%matrix(self%a)
+    if (allocated(self%x)) deallocate (self%x)
+    allocate (self%x(self%n, samples), source=0.0_rp)
+    self%begin = spread(0.0_rp, 1, self%n)
+    select case (self%excitation)
+    case (EXCITED_RELEASE)
+      self%begin(:self%r) = push/self%omega
+      ! The filter has seen the wing at rest in its bent shape for long.
+      if (f > 0 .and. .not. self%sees_velocity) self%begin(3*self%r + 1:3*self%r + self%m) = matmul(look, push/lambda)
+    case (EXCITED_TAP)
+      self%begin(self%r + 1:2*self%r) = push
+    end select
+    call self%first%init(self%a, self%start, is_driven)
+    self%x(:, 1) = matmul(self%first%step, self%begin)
+    call self%flow%init(self%a, self%interval, is_driven)
+    call self%flow%march(self%x, self%input)
+    self%seen = self%output(self%x)
+    self%rate = self%output(matmul(self%a, self%x))
+  end subroutine ringing_run
+
+  !> A of the equations.
+  subroutine ringing_matrix(self, a)
+    class(ringing_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: a(:, :)
+    integer :: i, j, k, r
+    r = self%r
+    allocate (a(self%n, self%n), source=0.0_rp)
+    associate (d => self%damping, w => self%omega)
+      do i = 1, r
+        a(i, r + i) = w(i)
+        a(r + i, i) = -w(i)
+        a(r + i, r + i) = -(d%mass + d%stiffness*w(i)**2)
+        a(r + i, 2*r + i) = -d%relaxation*w(i)
+        a(2*r + i, r + i) = w(i)
+        a(2*r + i, 2*r + i) = -1/d%relaxation_time
+      end do
+      a(r + 1:2*r, r + 1:2*r) = a(r + 1:2*r, r + 1:2*r) - d%joints*self%joints
+      if (self%cutoff > 0) then
+        do j = 1, self%m
+          k = 3*r + j
+          i = k + (self%order - 1)*self%m ! what is seen enters here
+          if (self%order == 1) then
+            a(k, k) = -self%cutoff
+          else
+            a(k, i) = self%cutoff
+            a(i, k) = -self%cutoff
+            a(i, i) = -sqrt(2.0_rp)*self%cutoff
+          end if
+          if (self%sees_velocity) then
+            a(i, r + 1:2*r) = self%cutoff*self%look(j, :)
+          else
+            a(i, :r) = self%cutoff*self%look(j, :)/w
+          end if
+        end do
+      end if
+      if (self%excitation == EXCITED_BASE) then
+        a(r + 1:2*r, self%n - 1) = self%push
+        a(self%n - 1, self%n) = 1/self%interval
+      end if
+    end associate
+  end subroutine ringing_matrix
+
+  !> What is seen of states x(n, samples).
+  function ringing_output(self, x) result(seen)
+    class(ringing_t), intent(in) :: self
+    real(rp), intent(in) :: x(:, :)
+    real(rp), allocatable :: seen(:, :)
+    if (self%cutoff > 0) then
+      seen = transpose(x(3*self%r + 1:3*self%r + self%m, :))
+    else
+      seen = look_at(self, self%look, x)
+    end if
+  end function ringing_output
+
+  !> The same of an unfiltered look(seen, r).
+  function look_at(self, look, x) result(seen)
+    class(ringing_t), intent(in) :: self
+    real(rp), intent(in) :: look(:, :), x(:, :)
+    real(rp), allocatable :: seen(:, :)
+    if (self%sees_velocity) then
+      seen = transpose(matmul(look, x(self%r + 1:2*self%r, :)))
+    else
+      seen = transpose(matmul(look/spread(self%omega, 1, size(look, 1)), x(:self%r, :)))
+    end if
+  end function look_at
+
+  !> seen(samples, places): the derivative of what is seen, after `run`.
+  subroutine ringing_tangent(self, change, seen)
+    class(ringing_t), intent(in) :: self
+    type(ring_change_t), intent(in) :: change
+    real(rp), allocatable, intent(out) :: seen(:, :)
+    real(rp) :: da(self%n, self%n), dx(self%n, size(self%x, 2)), ends(self%n, 2), begin(self%n, 2)
+    integer :: j, i
+    call differentiate(self, change, da)
+    begin = 0
+    call differentiate_begin(self, change, begin(:, 1))
+    ends(:, 1) = self%begin
+    ends(:, 2) = self%x(:, 1)
+    call self%first%tangent(da, ends, begin)
+    dx(:, 1) = begin(:, 2)
+    call self%flow%tangent(da, self%x, dx)
+    seen = self%output(dx)
+    if (size(change%look) > 0 .and. .not. self%cutoff > 0) seen = seen + look_at(self, change%look, self%x)
+
+  contains
+
+    !> dA.
+    subroutine differentiate(self, change, da)
+      class(ringing_t), intent(in) :: self
+      type(ring_change_t), intent(in) :: change
+      real(rp), intent(out) :: da(:, :)
+      real(rp) :: slow(self%r, self%r)
+      integer :: k, r
+      r = self%r
+      da = 0
+      associate (d => self%damping, w => self%omega, rows => da(r + 1:2*r, :))
+        if (size(change%stiffness) > 0) then
+          do k = 1, r
+            rows(:, k) = -change%stiffness(:, k)/w(k)
+            rows(:, r + k) = -d%stiffness*change%stiffness(:, k)
+            rows(:, 2*r + k) = -d%relaxation*change%stiffness(:, k)/w(k)
+          end do
+        end if
+        if (size(change%joints) > 0) rows(:, r + 1:2*r) = rows(:, r + 1:2*r) - d%joints*change%joints
+        if (size(change%mass) > 0) then
+          slow = d%joints*self%joints
+          do k = 1, r
+            slow(k, k) = slow(k, k) + d%stiffness*w(k)**2
+            rows(:, k) = rows(:, k) + change%mass(:, k)*w(k)
+            rows(:, 2*r + k) = rows(:, 2*r + k) + d%relaxation*change%mass(:, k)*w(k)
+          end do
+          rows(:, r + 1:2*r) = rows(:, r + 1:2*r) + matmul(change%mass, slow)
+          if (self%excitation == EXCITED_BASE) rows(:, self%n - 1) = rows(:, self%n - 1) - matmul(change%mass, self%push)
+        end if
+        if (self%excitation == EXCITED_BASE .and. size(change%push) > 0) &
+          rows(:, self%n - 1) = rows(:, self%n - 1) + change%push
+        do k = 1, r
+          select case (change%damping)
+          case (0)
+            exit
+          case (DAMPING_MASS)
+            rows(k, r + k) = -1
+          case (DAMPING_STIFFNESS)
+            rows(k, r + k) = -w(k)**2
+          case (DAMPING_JOINTS)
+            rows(k, r + 1:2*r) = -self%joints(k, :)
+          case (DAMPING_TIME)
+            da(2*r + k, 2*r + k) = 1/d%relaxation_time
+          case default
+            rows(k, 2*r + k) = -w(k)
+          end select
+        end do
+        if (self%cutoff > 0 .and. size(change%look) > 0) then
+          do j = 1, self%m
+            i = 3*r + j + (self%order - 1)*self%m
+            if (self%sees_velocity) then
+              da(i, r + 1:2*r) = self%cutoff*change%look(j, :)
+            else
+              da(i, :r) = self%cutoff*change%look(j, :)/w
+            end if
+          end do
+        end if
+      end associate
+    end subroutine differentiate
+
+  end subroutine ringing_tangent
+
+  !> Of the states with which a motion begins.
+  subroutine differentiate_begin(self, change, begin)
+    class(ringing_t), intent(in) :: self
+    type(ring_change_t), intent(in) :: change
+    real(rp), intent(inout) :: begin(:)
+    real(rp) :: q(self%r), push(self%r)
+    integer :: r
+    r = self%r
+    push = 0
+    if (size(change%push) > 0) push = change%push
+    select case (self%excitation)
+    case (EXCITED_RELEASE)
+      q = push
+      if (size(change%stiffness) > 0) q = q - matmul(change%stiffness, self%push/self%omega**2)
+      q = q/self%omega**2
+      begin(:r) = self%omega*q
+      if (self%cutoff > 0 .and. .not. self%sees_velocity) then
+        begin(3*r + 1:3*r + self%m) = matmul(self%look, q)
+        if (size(change%look) > 0) begin(3*r + 1:3*r + self%m) = begin(3*r + 1:3*r + self%m) + &
+                                                                 matmul(change%look, self%push/self%omega**2)
+      end if
+    case (EXCITED_TAP)
+      begin(r + 1:2*r) = push
+      if (size(change%mass) > 0) begin(r + 1:2*r) = push - matmul(change%mass, self%push)
+    end select
+  end subroutine differentiate_begin
+end module solid_ringing
