@@ -15,11 +15,11 @@ module diagnose_json
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_residual_checks, only: residual_check_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
-  use inference_refit, only: nested_fit_t
   use inference_probability, only: grade_of, calibrated_probability, PROVENANCE
+  use inference_refit, only: nested_fit_t
+  use inference_residual_checks, only: residual_check_t
   use inference_validation, only: validation_t
   use io_json, only: json_t
   implicit none

@@ -8,8 +8,8 @@ module solid_model
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_text, only: number_text
-  use solid_edges, only: edges_t, make_edges
   use solid_arch, only: arch_energy, arch_gradient
+  use solid_edges, only: edges_t, make_edges
   use solid_effect, only: effect_t, NEED_DISC, NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_SIDED_VEINS
   use solid_effects, only: is_active, list_effects, modulus_factors
   use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, point_weights
