@@ -5,19 +5,19 @@
 !>
 !> usage: bench_identifiability WING.h5, a wing with ten joints
 program identifiability
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_lapack, only: singular_values, symmetric_eigen
   use base_parameter, only: parameter_t
   use bench_places, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
-  use base_lapack, only: singular_values, symmetric_eigen
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params
   use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
-  use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   integer, parameter :: N_PARAMETERS = 11
   real(rp), parameter :: NOISE = 1.0e-5_rp ! [m]

@@ -4,6 +4,7 @@
 !>
 !> usage: bench_prepazy WING.h5 MEASUREMENT.h5, as tools/import_prepazy makes them
 program prepazy
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_constants, only: EXIT_NUMERICAL, EXIT_USER, PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -20,7 +21,6 @@ program prepazy
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none
   !> [N/m] of a segment: the beam of some 100 of them grows longer by 0.1 mm under 35 N along it: no reading shows it.
   real(rp), parameter :: EXTENSION = 3.0e7_rp

@@ -2,6 +2,7 @@
 !> What the paper's full budget costs: a hundred generations of 64 candidates under ten loads, or the first ones of them.
 !> Candidates start warm from the solution of the optimiser's mean, as in msm_train.
 module bench_budget
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
   use bench_twin, only: N_UNKNOWNS, twin_t
@@ -11,7 +12,6 @@ module bench_budget
   use cmaes_stop, only: RUNNING
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private
   public :: measure_budget

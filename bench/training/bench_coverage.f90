@@ -5,6 +5,7 @@
 !> Truths are log-uniform within a factor of ten of the defaults, the centre of the fit's priors. Every wing has a
 !> stream of random numbers of its own, the same with every compiler; nothing of the optimiser draws from it.
 module bench_coverage
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
   use base_random, only: random_stream_t
@@ -15,7 +16,6 @@ module bench_coverage
   use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: ONE_DECADE, wing_problem_t, wing_unknowns
-  use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private
   public :: cover

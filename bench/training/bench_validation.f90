@@ -2,6 +2,7 @@
 !> One start of the paper's validation: a noise-free twin, E and ten joints unknown, the start random in the whole box.
 !> Generations of CMA-ES find where least squares can begin; the polish is that of msm_train.
 module bench_validation
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
   use bench_twin, only: N_JOINTS, N_UNKNOWNS, twin_t
@@ -15,7 +16,6 @@ module bench_validation
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: wing_problem_t, wing_unknowns
-  use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private
   public :: validation_truth, validate, predict_sd

@@ -97,23 +97,23 @@ contains
       if (is_wrong .and. problem == '') problem = sentence
     end subroutine refuse
 
-    !> Not finite, or at most `least`, or below it if not `or_equal`.
-    pure logical function is_below(value, least, or_equal)
-      real(rp), intent(in) :: value, least
-      logical, intent(in), optional :: or_equal
-      is_below = .true.
-      if (.not. ieee_is_finite(value)) return
-      is_below = value <= least
-      if (present(or_equal)) is_below = value < least
-    end function is_below
-
-    !> Neither UNSET nor in [0, most].
-    pure logical function outside(value, most)
-      real(rp), intent(in) :: value, most
-      outside = .true.
-      if (.not. ieee_is_finite(value)) return
-      outside = (value < 0 .and. value > UNSET) .or. value < UNSET .or. value > most
-    end function outside
-
   end function option_problem
+
+  !> Not finite, or at most `least`, or below it if not `or_equal`.
+  pure logical function is_below(value, least, or_equal)
+    real(rp), intent(in) :: value, least
+    logical, intent(in), optional :: or_equal
+    is_below = .true.
+    if (.not. ieee_is_finite(value)) return
+    is_below = value <= least
+    if (present(or_equal)) is_below = value < least
+  end function is_below
+
+  !> Neither UNSET nor in [0, most].
+  pure logical function outside(value, most)
+    real(rp), intent(in) :: value, most
+    outside = .true.
+    if (.not. ieee_is_finite(value)) return
+    outside = (value < 0 .and. value > UNSET) .or. value < UNSET .or. value > most
+  end function outside
 end module cmaes_options

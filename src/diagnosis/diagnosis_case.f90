@@ -9,26 +9,17 @@ module diagnosis_case
   use diagnosis_wing_catalogue, only: catalogue_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_engine, only: diagnosis_options_t
-  use measurement_data, only: measurement_t
-  use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: instrument_t
-  use measurement_free_parameters, only: free_parameters_t
+  use measurement_bending_case, only: bending_case_t
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
-  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: diagnosis_case_t
 
-  type :: diagnosis_case_t
-    type(wing_case_t) :: wing_case
-    type(free_parameters_t) :: free_parameters !< of the baseline
-    type(instrument_t) :: instrument
-    real(rp) :: prior_decades = 1           !< sd of the prior about the values of [Wing]
+  !> The free parameters are those of the baseline; the experiment has no unknowns of its own.
+  type, extends(bending_case_t) :: diagnosis_case_t
     real(rp) :: membrane_sd = 0             !< of log D
-    type(measurement_t) :: measurement
-    type(experiment_t) :: experiment        !< without unknowns of its own
     type(catalogue_t) :: catalogue
     type(wing_patterns_t) :: patterns
     type(bins_t) :: bins

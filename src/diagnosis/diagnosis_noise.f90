@@ -69,11 +69,7 @@ contains
       estimate%model%factor = max(1.0_rp, ratio**2)
       if (.not. a%correlation_length > 0) estimate%model%factor = ratio**2
     end associate
-    if (ratio > TOO_LARGE) then
-      estimate%warning = 'neighbouring heights scatter more than the declared errors allow'
-    else if (ratio < 1/TOO_LARGE .and. .not. experiment%measurement%accuracy%correlation_length > 0) then
-      estimate%warning = 'neighbouring heights scatter less than the declared errors: they are too large, or correlated'
-    end if
+    estimate%warning = warning_of(ratio, experiment%measurement%accuracy%correlation_length > 0)
 
   contains
 
@@ -94,6 +90,19 @@ contains
       end associate
     end subroutine add
   end subroutine estimate_noise
+
+  !> What is wrong with declared errors that are to be multiplied by `ratio`; empty: nothing.
+  pure function warning_of(ratio, is_correlated) result(warning)
+    real(rp), intent(in) :: ratio
+    logical, intent(in) :: is_correlated
+    character(:), allocatable :: warning
+    warning = ''
+    if (ratio > TOO_LARGE) then
+      warning = 'neighbouring heights scatter more than the declared errors allow'
+    else if (ratio < 1/TOO_LARGE .and. .not. is_correlated) then
+      warning = 'neighbouring heights scatter less than the declared errors: they are too large, or correlated'
+    end if
+  end function warning_of
 
   !> Before there are heights. How much of correlated errors is independent from pixel to pixel is not known then: they count as
   !> independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 - w) C <= 1 + C as

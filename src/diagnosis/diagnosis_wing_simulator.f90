@@ -18,11 +18,11 @@ module diagnosis_wing_simulator
   use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_places, KIND_INSTRUMENT, KIND_PARAMETER, &
                                        KIND_SOFT
   use diagnosis_wing_state, only: wing_state_t
-  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, TASK_DIRECTIONS, &
-                                 TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
+  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES
   use inference_simulator, only: effect_t, simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
+  use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t

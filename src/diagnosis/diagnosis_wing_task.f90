@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The task of which a diagnosis of a wing consists: one load at one point, done by any rank. The result depends on
-!> the task and on what rank 0 has shared, never on what the rank has done before.
+!> Tasks of a diagnosis: one load on one wing (measurement_bending_task), for residuals, tangents or pixels.
 module diagnosis_wing_task
-  use base_errors, only: require
   use base_kinds, only: rp
   use diagnosis_wing_bins, only: bin_rows, bins_t
   use diagnosis_wing_parameters, only: is_fit_case_for, make_fit_case, wing_parameter_tangent, fit_case_coordinates, fit_case_t, &
                                        wing_parameter_t
-  use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
+  use measurement_bending_task, only: bending_task_t, bending_worker_t, task_head, task_of, NOT_SOLVED, N_HEAD, &
+                                      TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES
+  use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
   use measurement_simulation, only: N_NUISANCES
   use parallel_farm, only: task_runner_t
@@ -16,10 +16,8 @@ module diagnosis_wing_task
   private
   public :: wing_runner_t, wing_patterns_t, task_input
 
-  integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_PIXELS = 3, TASK_NUISANCES = 4
   integer, parameter, public :: N_FACTS = 1        !< numbers of an output before the results: solved without snap
   integer, parameter, public :: N_LOAD_NUISANCES = N_NUISANCES
-  integer, parameter :: N_HEAD = 5, NOT_SOLVED = 1
 
   !> Unknown causes: log stiffness in discs, and forces in proportion to the load around the same places.
   type :: wing_patterns_t
@@ -35,8 +33,7 @@ module diagnosis_wing_task
     type(bins_t) :: bins
     type(wing_patterns_t) :: patterns
     type(fit_case_t), private :: fit_case
-    type(evaluation_work_t), private :: work
-    real(rp), allocatable, private :: u(:, :)
+    type(bending_worker_t), private :: worker
   contains
     procedure :: init => runner_init
     procedure :: free => runner_free
@@ -62,15 +59,14 @@ contains
     self%parameters = parameters
     self%bins = bins
     self%patterns = patterns
-    allocate (self%u(3, bare%model%n_all), source=0.0_rp)
+    call self%worker%init(bare%model%n_all)
     if (.not. allocated(self%context)) allocate (self%context(0))
   end subroutine runner_init
 
   !> Releases everything.
   subroutine runner_free(self)
     class(wing_runner_t), intent(inout) :: self
-    call self%work%free()
-    if (allocated(self%u)) deallocate (self%u)
+    call self%worker%free()
     if (allocated(self%fit_case%order)) deallocate (self%fit_case%order)
   end subroutine runner_free
 
@@ -113,7 +109,7 @@ contains
     logical, intent(in) :: is_warm
     real(rp), intent(in) :: load_offset(2), q(:)
     real(rp) :: input(N_HEAD + 2*size(q))
-    input(:N_HEAD) = [real(task, rp), real(l, rp), merge(1.0_rp, 0.0_rp, is_warm), load_offset]
+    input(:N_HEAD) = task_head(task, l, is_warm, load_offset)
     input(N_HEAD + 1:N_HEAD + size(q)) = q
     input(N_HEAD + size(q) + 1:) = 0
     input(N_HEAD + size(q) + columns) = 1
@@ -129,34 +125,25 @@ contains
     real(rp), intent(inout) :: output(:)
     integer, intent(out) :: status
     type(evaluation_t) :: evaluation
-    integer :: l, n, nq
-    logical :: is_warm
-    l = nint(input(2))
-    is_warm = input(3) > 0.5_rp
+    type(bending_task_t) :: task
+    integer :: nq
+    task = task_of(input)
     nq = size(self%parameters)
-    n = size(self%u)
-    associate (q => input(N_HEAD + 1:N_HEAD + nq))
+    associate (l => task%load, q => input(N_HEAD + 1:N_HEAD + nq), is_wanted => input(N_HEAD + nq + 1:) > 0.5_rp)
       if (.not. is_fit_case_for(self%fit_case, self%parameters, q)) then
         call make_fit_case(self%bare, self%wing, self%parameters, q, self%fit_case)
-        call self%work%init(self%fit_case%experiment)
-      end if
-      self%u = 0
-      if (is_warm) then
-        call require(size(self%context) == n*size(self%bare%loads), 'diagnosis_wing_task: starts of warm solutions')
-        self%u = reshape(self%context((l - 1)*n + 1:l*n), shape(self%u))
+        call self%worker%work%init(self%fit_case%experiment)
       end if
       call evaluation%init(self%fit_case%experiment, l, .false.)
-      call evaluate(self%fit_case%experiment, self%work, fit_case_coordinates(self%fit_case, q), l, is_warm, self%u, &
-                    evaluation, input(N_HEAD - 1:N_HEAD))
+      call self%worker%solve(self%fit_case%experiment, task, fit_case_coordinates(self%fit_case, q), self%context, evaluation)
       status = merge(0, NOT_SOLVED, evaluation%is_feasible())
       if (status /= 0) return
       output(1) = merge(1, 0, evaluation%is_start)
-      select case (nint(input(1)))
+      select case (task%kind)
       case (TASK_EVALUATE)
-        call give_evaluation(self, q, input(N_HEAD + nq + 1:) > 0.5_rp, l, evaluation%residuals, output(N_FACTS + 1:))
+        call give_evaluation(self, q, is_wanted, l, evaluation%residuals, output(N_FACTS + 1:))
       case (TASK_DIRECTIONS, TASK_NUISANCES)
-        call give_directions(self, q, input(N_HEAD + nq + 1:) > 0.5_rp, nint(input(1)) == TASK_DIRECTIONS, l, &
-                             output(N_FACTS + 1:))
+        call give_directions(self, q, is_wanted, task%kind == TASK_DIRECTIONS, l, output(N_FACTS + 1:))
       case default
         output(N_FACTS + 1:N_FACTS + size(evaluation%residuals)) = evaluation%residuals
       end select
@@ -176,11 +163,13 @@ contains
     at = b
     do i = 1, size(q)
       if (.not. is_wanted(i)) cycle
-      call wing_parameter_tangent(self%work, self%fit_case, self%parameters, q, i, l, column)
+      call wing_parameter_tangent(self%worker%work, self%fit_case, self%parameters, q, i, l, column)
       call bin_rows(self%bins, l, column, output(at + 1:at + b))
       at = at + b
     end do
-    output(at + 1:at + size(self%u)) = reshape(self%u, [size(self%u)])
+    associate (u => self%worker%u)
+      output(at + 1:at + size(u)) = reshape(u, [size(u)])
+    end associate
   end subroutine give_evaluation
 
   subroutine give_directions(self, q, is_wanted, has_patterns, l, output)
@@ -193,7 +182,7 @@ contains
     real(rp) :: force(3, self%bare%model%n_all)
     integer :: i, b, at
     b = self%bins%count(l)
-    call self%work%nuisance_tangents(self%fit_case%experiment, l, columns, sd)
+    call self%worker%work%nuisance_tangents(self%fit_case%experiment, l, columns, sd)
     at = 0
     do i = 1, N_NUISANCES
       call bin_rows(self%bins, l, sd(i)*columns(:, i), output(at + 1:at + b))
@@ -201,7 +190,7 @@ contains
     end do
     do i = 1, size(q)
       if (.not. is_wanted(i)) cycle
-      call wing_parameter_tangent(self%work, self%fit_case, self%parameters, q, i, l, columns(:, 1))
+      call wing_parameter_tangent(self%worker%work, self%fit_case, self%parameters, q, i, l, columns(:, 1))
       call bin_rows(self%bins, l, columns(:, 1), output(at + 1:at + b))
       at = at + b
     end do
@@ -209,10 +198,10 @@ contains
     associate (sites => self%patterns%place)
       do i = 1, 2*size(sites, 2)
         if (i <= size(sites, 2)) then
-          call self%work%damage_tangent(self%fit_case%experiment, l, [sites(:, i), self%patterns%radius], columns(:, 1))
+          call self%worker%work%damage_tangent(self%fit_case%experiment, l, [sites(:, i), self%patterns%radius], columns(:, 1))
         else
           call spread_force(self, l, sites(:, i - size(sites, 2)), force)
-          call self%work%force_tangent(self%fit_case%experiment, l, force, columns(:, 1))
+          call self%worker%work%force_tangent(self%fit_case%experiment, l, force, columns(:, 1))
         end if
         call bin_rows(self%bins, l, columns(:, 1), output(at + 1:at + b))
         at = at + b

@@ -19,8 +19,8 @@ module fluid_rhs
   use fluid_initial_flow, only: initial_flow_t
   use fluid_kernels, only: stick_fields, stick_curl, stick_divergence, line_product, project_stick, add_sponge, &
                            ab2_stick, weighted_sum, add_weighted
-  use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_RK4
   use fluid_mean_flow, only: mean_acceleration, imposed_mean_flow
+  use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_RK4
   use fluid_penalty, only: penalty_t
   use fluid_pressure, only: pressure_t
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, &

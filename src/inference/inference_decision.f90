@@ -18,8 +18,8 @@ module inference_decision
   use inference_distributions, only: log_add
   use inference_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, &
                                   remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
-  use inference_rejection, only: name_power
   use inference_joint_causes, only: find_joint_causes
+  use inference_rejection, only: name_power
   implicit none
   private
   public :: decision_t, decide, rank_effects, reject_catalogue, take_back_name, verdict_word

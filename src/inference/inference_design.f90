@@ -9,10 +9,10 @@
 module inference_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use base_parameter, only: parameter_t
   use base_lapack, only: decompose, orthogonalise
-  use inference_simulator, only: simulator_t
+  use base_parameter, only: parameter_t
   use inference_effect_size, only: effect_variance, effect_size_prior_t
+  use inference_simulator, only: simulator_t
   use inference_weights, only: cell_weights
   use inference_whitener, only: whitener_t
   implicit none

@@ -10,14 +10,14 @@ module inference_engine
   use inference_decision, only: decide, reject_catalogue, take_back_name, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, AT_BOUND, &
                                 VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET
   use inference_design, only: build_design, design_t
-  use inference_refine_location, only: add_finer
   use inference_intervals, only: find_intervals, find_support, move_to_better
-  use inference_top_candidates, only: fit_extended, refit_top_candidates
   use inference_noise_fraction, only: find_noise_fraction
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
+  use inference_refine_location, only: add_finer
   use inference_refit, only: fit_baseline
   use inference_relinearisation, only: model_error_t, relinearise
   use inference_simulator, only: simulator_t
+  use inference_top_candidates, only: fit_extended, refit_top_candidates
   use inference_validation, only: compare_folds, validate
   implicit none
   private

@@ -5,9 +5,9 @@ module inference_top_candidates
   use base_kinds, only: rp
   use inference_decision, only: decide, rank_effects, VERDICT_UNKNOWN
   use inference_design, only: design_t, is_part_of
-  use inference_refine_location, only: refine_location
   use inference_hypotheses, only: explain, explained_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
+  use inference_refine_location, only: refine_location
   use inference_refit, only: fit_nested, nested_fit_t, roughly
   use inference_simulator, only: simulator_t
   use least_squares_fit, only: fit_options_t

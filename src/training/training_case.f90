@@ -1,25 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> One training as search and least squares see it: the experiment, what is sought in it, and their choices. SI units.
 module training_case
-  use base_kinds, only: rp
   use cmaes_options, only: cmaes_options_t
   use least_squares_fit, only: fit_options_t
-  use measurement_experiment, only: experiment_t
-  use measurement_free_parameters, only: free_parameters_t
+  use measurement_bending_case, only: bending_case_t
   implicit none
   private
   public :: training_case_t
 
-  type :: training_case_t
-    type(experiment_t) :: experiment        !< with the parameters that are sought
-    type(free_parameters_t) :: free_parameters
+  !> The experiment has the free parameters as its unknowns.
+  type, extends(bending_case_t) :: training_case_t
     type(cmaes_options_t) :: search
     character(:), allocatable :: restarts   !< none, ipop or bipop
     integer :: max_restarts = 0
     logical :: starts_at_wing = .false., use_chi2 = .false.
     integer :: n_stages = 1
     logical :: polish = .true., intervals = .true.
-    real(rp) :: prior_decades = 1
     integer :: polish_starts = 1            !< points of the search from which a polish may begin
     type(fit_options_t) :: fit
     character(:), allocatable :: name       !< first part of the names of checkpoints

@@ -13,7 +13,7 @@ module training_pool
   use measurement_experiment, only: experiment_t
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
-  use training_task, only: full_size, train_runner_t, COST_SIZE
+  use training_task, only: full_size, input_size, train_runner_t, COST_SIZE
   implicit none
   private
   public :: worker_pool_t
@@ -46,12 +46,10 @@ contains
     type(experiment_t), intent(in) :: experiment
     class(train_runner_t), intent(inout), target :: runner
     type(job_limits_t), intent(in) :: limits
-    integer :: n_input
     self%world = world
     self%runner => runner
-    n_input = 3 + experiment%count()
-    call self%cost_farm%start(world, n_input, COST_SIZE)
-    call self%full_farm%start(world, n_input, full_size(experiment))
+    call self%cost_farm%start(world, input_size(experiment), COST_SIZE)
+    call self%full_farm%start(world, input_size(experiment), full_size(experiment))
     call self%stop_rules%init(limits)
     runner%stop_rules => self%stop_rules
   end subroutine pool_init

@@ -19,11 +19,11 @@ module training_search
   use solid_params, only: PARAM_YOUNG
   use training_budget, only: find_budget
   use training_case, only: training_case_t
-  use training_pool, only: worker_pool_t
+  use training_fingerprint, only: fingerprint_of
   use training_history, only: train_history_t
   use training_listener, only: training_listener_t
-  use training_fingerprint, only: fingerprint_of
   use training_objective, only: candidate_costs_t, full_results, train_objective_t
+  use training_pool, only: worker_pool_t
   use training_space, only: search_space_t
   implicit none
   private

@@ -1,32 +1,29 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The task of which a training consists: one load on one candidate, done by any rank. What comes out depends on the
-!> task and on what rank 0 has shared, never on what the rank has done before.
+!> Tasks of a training: one load on one candidate (measurement_bending_task), for costs or with everything.
 module training_task
-  use base_errors, only: require
   use base_kinds, only: rp
   use base_signals, only: signal_caught
   use io_stop, only: stop_rules_t
-  use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
+  use measurement_bending_task, only: bending_task_t, bending_worker_t, task_head, task_of, NOT_SOLVED, N_HEAD, TASK_COSTS, &
+                                      TASK_EVALUATE
+  use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
   use parallel_farm, only: task_runner_t
   implicit none
   private
-  public :: train_runner_t, COST_SIZE, task_input, full_size, NOT_SOLVED
+  public :: train_runner_t, COST_SIZE, task_input, full_size, input_size
 
   !> Numbers that a task for costs gives back.
   integer, parameter :: COST_SIZE = 7
   integer, parameter, public :: COST_MEAN_SQUARE = 1, COST_CHI2 = 2, COST_VIOLATION = 3, COST_FACTORISATIONS = 5, &
                                 COST_SNAPS = 6, COST_REDONE = 7
-  integer, parameter :: NOT_SOLVED = 1 !< status of a task whose shape was not found
-  integer, parameter :: N_HEAD = 3     !< numbers of an input before the coordinates
 
   !> Does tasks. The context that rank 0 shares is empty or holds the starts of warm solutions, (3, n_all, loads).
   type, extends(task_runner_t) :: train_runner_t
     type(stop_rules_t), pointer :: stop_rules => null() !< whose clock rank 0 heeds between tasks, if there are any
     type(experiment_t), pointer, private :: experiment => null()
-    type(evaluation_work_t), private :: work
+    type(bending_worker_t), private :: worker
     type(evaluation_t), allocatable, private :: plain(:), full(:) !< (loads) without and with derivatives
-    real(rp), allocatable, private :: u(:, :)
   contains
     procedure :: init => runner_init
     procedure :: free => runner_free
@@ -42,20 +39,20 @@ contains
     type(experiment_t), intent(in), target :: experiment
     integer :: l
     self%experiment => experiment
-    call self%work%init(experiment)
+    call self%worker%work%init(experiment)
+    call self%worker%init(experiment%model%n_all)
     allocate (self%plain(size(experiment%loads)), self%full(size(experiment%loads)))
     do l = 1, size(experiment%loads)
       call self%plain(l)%init(experiment, l, .false.)
       call self%full(l)%init(experiment, l, .true.)
     end do
-    allocate (self%u(3, experiment%model%n_all), source=0.0_rp)
     allocate (self%context(0))
   end subroutine runner_init
 
   !> Releases everything.
   subroutine runner_free(self)
     class(train_runner_t), intent(inout) :: self
-    call self%work%free()
+    call self%worker%free()
   end subroutine runner_free
 
   !> A task: load l at these coordinates, warm or cold, with everything (derivatives, shape) or costs alone.
@@ -64,11 +61,15 @@ contains
     integer, intent(in) :: l
     logical, intent(in) :: is_warm, is_full
     real(rp) :: input(N_HEAD + size(coordinates))
-    input(1) = l
-    input(2) = merge(1, 0, is_warm)
-    input(3) = merge(1, 0, is_full)
+    input(:N_HEAD) = task_head(merge(TASK_EVALUATE, TASK_COSTS, is_full), l, is_warm, [0.0_rp, 0.0_rp])
     input(N_HEAD + 1:) = coordinates
   end function task_input
+
+  !> Numbers of an input.
+  pure integer function input_size(experiment) result(n)
+    type(experiment_t), intent(in) :: experiment
+    n = N_HEAD + experiment%count()
+  end function input_size
 
   !> Numbers that a task with everything gives back at most: an evaluation and the shape behind it.
   pure integer function full_size(experiment) result(n)
@@ -97,28 +98,22 @@ contains
     real(rp), intent(in) :: input(:)
     real(rp), intent(inout) :: output(:)
     integer, intent(out) :: status
-    logical :: is_warm
-    integer :: l, n
-    l = nint(input(1))
-    is_warm = input(2) > 0.5_rp
-    n = size(self%u)
-    self%u = 0
-    if (is_warm) then
-      call require(size(self%context) == n*size(self%plain), 'training_task: starts of warm solutions')
-      self%u = reshape(self%context((l - 1)*n + 1:l*n), shape(self%u))
-    end if
-    if (input(3) > 0.5_rp) then
-      call evaluate(self%experiment, self%work, input(N_HEAD + 1:), l, is_warm, self%u, self%full(l))
-      associate (m => self%full(l)%count_reals())
-        call self%full(l)%to_reals(output(:m))
-        output(m + 1:m + n) = reshape(self%u, [n])
-      end associate
-      status = merge(0, NOT_SOLVED, self%full(l)%is_solved)
-    else
-      call evaluate(self%experiment, self%work, input(N_HEAD + 1:), l, is_warm, self%u, self%plain(l))
-      call sum_up(self%experiment, l, self%plain(l), output)
-      status = merge(0, NOT_SOLVED, self%plain(l)%is_solved)
-    end if
+    type(bending_task_t) :: task
+    task = task_of(input)
+    associate (l => task%load, coordinates => input(N_HEAD + 1:))
+      if (task%kind == TASK_EVALUATE) then
+        call self%worker%solve(self%experiment, task, coordinates, self%context, self%full(l))
+        associate (m => self%full(l)%count_reals(), n => size(self%worker%u))
+          call self%full(l)%to_reals(output(:m))
+          output(m + 1:m + n) = reshape(self%worker%u, [n])
+        end associate
+        status = merge(0, NOT_SOLVED, self%full(l)%is_solved)
+      else
+        call self%worker%solve(self%experiment, task, coordinates, self%context, self%plain(l))
+        call sum_up(self%experiment, l, self%plain(l), output)
+        status = merge(0, NOT_SOLVED, self%plain(l)%is_solved)
+      end if
+    end associate
   end subroutine runner_run_task
 
   !> The costs of one load.

@@ -32,7 +32,7 @@ _MODULE_OF = {name: module for module, names in _PLACES.items() for name in name
 __all__ = ["Diagnosis", "DiagnosisResult", "FlightResult", "InputError", "Measurement", "RunError", "Training", "TrainingResult", "Wing",
            "diagnose", "fly", "list_fields", "read_diagnosis", "read_field", "read_measurement", "read_series", "read_training", "read_wing",
            "stroke_average", "to_si", "train", "write_measurement", "write_wing"]
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 def __getattr__(name: str) -> Any:

@@ -15,8 +15,8 @@ module fsi_flapping_wings
   use fsi_flyer, only: flyer_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_mask, only: mask_t
-  use fsi_rigid_mask, only: rigid_mask_t
   use fsi_moments, only: moments_of_points, moments_t, whole_t
+  use fsi_rigid_mask, only: rigid_mask_t
   use fsi_rotation, only: cross
   use fsi_surface, only: surface_t
   use fsi_surface_load, only: surface_load_t

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Small text files that every rank needs, read from the disk once.
 module io_shared_text
+  use, intrinsic :: iso_fortran_env, only: int64
   use base_checksum, only: checksum_add, checksum_text
   use base_errors, only: message_list_t
   use base_files, only: file_exists, folder_of, join_path
   use base_kinds, only: i8
   use base_text, only: next_word, quoted
   use parallel_world, only: world_t
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
   public :: read_text_file, read_shared_text, read_named_text, named_path, add_named_files, content_note

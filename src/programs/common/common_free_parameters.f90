@@ -9,8 +9,8 @@ module common_free_parameters
   use common_wing_effects, only: effect_without_site
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
-  use measurement_instrument, only: instrument_t, N_INSTRUMENT
   use measurement_free_parameters, only: free_parameters_t
+  use measurement_instrument, only: instrument_t, N_INSTRUMENT
   use solid_params, only: solid_params_t, N_COMMON, PARAM_PLATE, PARAM_THICKNESS
   implicit none
   private

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A wing's stiffness as the section [Wing] of an ini file, for [include].
 module common_wing_fragment
-  use base_parameter, only: parameter_t
-  use common_wing_size, only: wing_size
   use base_kinds, only: rp
+  use base_parameter, only: parameter_t
   use base_text, only: number_text
+  use common_wing_size, only: wing_size
   use solid_effect_sites, only: effect_site_lines
   use solid_params, only: solid_params_t, N_COMMON
   use solid_wing, only: Z_SIDES

@@ -2,21 +2,21 @@
 !> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
 !> and its mass. Whatever a user can do wrong is found here. SI units.
 module common_wing_settings
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
   use common_wing_effects, only: read_effect_sites, effect_without_site
   use common_wing_size, only: notice_other_size, scale_wing
-  use base_errors, only: failure_t, message_list_t
-  use base_kinds, only: rp
-  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use io_config, only: config_t
   use io_shared_text, only: named_path
+  use parallel_world, only: world_t
   use solid_inertia, only: inertia_t
   use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, solid_params_t
   use solid_wing_case, only: wing_case_t
-  use parallel_world, only: world_t
   use solid_wing_file, only: read_wing, load_shared_wing => load_wing
   use solid_wing_fingerprint, only: wing_fingerprint, FINGERPRINT_LENGTH
   implicit none

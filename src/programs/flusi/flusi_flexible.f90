@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Flexible wings in the flow: their keys, and from them the mechanics that the coupler needs.
 module flusi_flexible
-  use common_wing_keys, only: register_damping_keys, register_wing_keys
-  use common_wing_effects, only: refuse_root_compliance
-  use common_wing_settings, only: load_wing, read_damping
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use common_wing_effects, only: refuse_root_compliance
+  use common_wing_keys, only: register_damping_keys, register_wing_keys
+  use common_wing_settings, only: load_wing, read_damping
   use fsi_added_mass, only: added_mass_ratio, light_layer
   use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
   use fsi_flight_params, only: flapping_wing_t, flight_params_t

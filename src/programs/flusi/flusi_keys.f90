@@ -1,18 +1,19 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The register of all ini keys of `flusi`, and those that concern output and running.
 module flusi_keys
+  use base_kinds, only: rp
+  use common_diagnose_keys, only: write_diagnose_reference
+  use common_effects_reference, only: write_effects_reference
+  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_FLOW
+  use common_instrument, only: register_idle_instrument
+  use common_solver_keys, only: register_limits
+  use common_train_keys, only: write_train_reference
+  use fluid_keys, only: register_fluid_keys
   use flusi_averages, only: register_average_keys
   use flusi_flexible, only: register_flexible_keys
   use flusi_legacy_keys, only: register_flusi_legacy
-  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_FLOW
-  use common_instrument, only: register_idle_instrument
   use flusi_solid_keys, only: write_solid_reference
   use flusi_static_keys, only: write_static_reference
-  use common_diagnose_keys, only: write_diagnose_reference
-  use common_effects_reference, only: write_effects_reference
-  use common_train_keys, only: write_train_reference
-  use base_kinds, only: rp
-  use fluid_keys, only: register_fluid_keys
   use fsi_flight_params, only: register_flight_keys
   use io_include, only: register_include
   use io_registry, only: registry_t
@@ -112,12 +113,7 @@ contains
     call r%add_switch('Saving', 'iDoBackup', .true., 'write backups')
     call r%add_inert('Saving', 'backup_type', 'there is one kind of backup: one file, double precision')
     call r%add_real('Saving', 'truntime', 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp)
-    call r%add_real('Saving', 'wtimemax', 8760.0_rp, 'stop with a backup after this wall time', unit='h', above=0.0_rp)
-    call r%add_real('Saving', 'job_end_margin', 300.0_rp, &
-                    'stop this long before the end of the job that SLURM announces in SLURM_JOB_END_TIME', unit='s', &
-                    min=0.0_rp)
-    call r%add_real('Saving', 'progress_interval', 30.0_rp, 'wall time between progress lines in a log', unit='s', &
-                    min=0.0_rp)
+    call register_limits(r)
   end subroutine register_saving
 
   subroutine register_slices(r)

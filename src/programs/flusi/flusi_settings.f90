@@ -3,15 +3,16 @@
 module flusi_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use common_solver_keys, only: read_limits
   use fluid_params, only: fluid_params_t, read_fluid_params
   use flusi_averages, only: average_params_t, read_average_keys
   use flusi_flexible, only: read_coupler, read_wing_file, wants_flexible, wants_wing_file
   use flusi_flight_faults, only: foresee_flight
   use flusi_free_flight, only: check_free_flight
   use flusi_keys, only: register_all_keys
-  use flusi_translations, only: translate_words
   use flusi_setting_checks, only: check_scale, check_si_numbers, check_units_together, check_wing_use, notice_flow, &
                                   notice_frequency
+  use flusi_translations, only: translate_words
   use fsi_body_keys, only: wants_body
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
@@ -139,9 +140,7 @@ contains
     p%period = c%get_real('Saving', 'tsave_period')
     p%backup = c%get_switch('Saving', 'iDoBackup')
     p%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
-    p%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-    p%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
-    p%progress_seconds = c%get_real('Saving', 'progress_interval')
+    call read_limits(c, p%limits, p%progress_seconds)
     p%mask_only = c%get_switch('DryRun', 'dry_run_without_fluid')
     p%slices = c%get_switch('SaveSlices', 'use_slicing')
     call read_average_keys(c, p%averages)

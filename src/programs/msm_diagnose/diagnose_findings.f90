@@ -3,8 +3,8 @@
 module diagnose_findings
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use diagnosis_case, only: diagnosis_case_t
   use diagnose_words, only: finding_t, finding_text, strength_text
+  use diagnosis_case, only: diagnosis_case_t
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
   use least_squares_profile, only: interval_t

@@ -23,8 +23,8 @@ module diagnose_job
   use diagnosis_unknown, only: describe_unknown, unknown_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_zeros, only: compare_zeros, zeros_t
-  use inference_residual_checks, only: residual_check_t, check_residuals
   use inference_engine, only: diagnosis_t, run_diagnosis
+  use inference_residual_checks, only: residual_check_t, check_residuals
   use io_aside, only: put_aside, ASIDE
   use io_journal, only: journal_t
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
@@ -235,7 +235,7 @@ contains
     real(rp), allocatable :: points(:, :)
     real(rp) :: pair(2)
     integer :: s, i
-    allocate (points(size(self%simulator%parameters), self%settings%n_starts))
+    allocate (points(size(self%simulator%parameters), self%settings%choices%n_starts))
     do s = 1, size(points, 2)
       points(:, s) = self%simulator%null_point()
       if (s == 1 .and. allocated(self%discretisation%start)) points(:, s) = self%discretisation%start

@@ -6,6 +6,7 @@ module diagnose_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
+  use diagnose_json_parts, only: put_checks, put_discretisation, put_next
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
   use diagnose_modes, only: put_modes
   use diagnose_settings, only: diagnose_settings_t
@@ -15,11 +16,11 @@ module diagnose_json
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_residual_checks, only: residual_check_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
-  use inference_refit, only: nested_fit_t
   use inference_probability, only: grade_of, calibrated_probability, PROVENANCE
+  use inference_refit, only: nested_fit_t
+  use inference_residual_checks, only: residual_check_t
   use inference_validation, only: validation_t
   use io_json, only: json_t
   implicit none
@@ -52,13 +53,7 @@ contains
     call json%put('seed', int(s%options%seed))
     call put_verdict(json, s, d, unknown)
     call put_noise(json, s, d)
-    call json%open_object('mesh_band')
-    call json%put('is_found', discretisation%is_found)
-    call json%put('points', discretisation%n_points)
-    call json%put('is_fitted_on', s%fits_finer)
-    call json%put('rms_m', discretisation%rms)
-    call json%put('snr', discretisation%snr)
-    call json%close()
+    call put_discretisation(json, discretisation, s%fits_finer)
     call put_baseline(json, s, d)
     call json%open_list('effects')
     do i = 1, size(s%catalogue%effects)
@@ -69,37 +64,9 @@ contains
     call put_validation(json, d)
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
-    call json%open_list('questions')
-    do i = 1, size(checks)
-      call json%open_object('')
-      call json%put('name', checks(i)%name)
-      call json%put('statistic', checks(i)%statistic)
-      call json%put('p', checks(i)%p)
-      call json%put('sentence', checks(i)%sentence)
-      call json%close()
-    end do
-    call json%close()
+    call put_checks(json, checks)
     call put_rivals(json, s, d, next)
-    call json%open_list('next_measurements')
-    do i = 1, size(next%order)
-      call json%open_object('')
-      call json%put('repeat', s%measurement%surface_name(next%order(i)))
-      call json%put('separation_sd', next%after(next%order(i)))
-      call json%put('separation_now_sd', next%now(1))
-      call json%close()
-    end do
-    call json%close()
-    call json%open_list('new_loads')
-    do i = 1, size(next%sites)
-      call json%open_object('')
-      call json%put('place_m', next%sites(i)%place)
-      call json%put('force_n', next%sites(i)%force)
-      call json%put('direction', next%sites(i)%direction)
-      call json%put('separation_sd', next%sites(i)%after)
-      call json%put('separation_now_sd', next%now(1))
-      call json%close()
-    end do
-    call json%close()
+    call put_next(json, s%measurement, next)
     call json%close()
     call write_text(s%name//'.json', json%text, ok)
     if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')

@@ -3,29 +3,24 @@
 !> and the choices of the statistics. Whatever a user can do wrong is found here. SI units.
 module diagnose_settings
   use base_errors, only: failure_t, message_list_t
-  use base_kinds, only: i8, rp
-  use common_diagnose_keys, only: register_diagnose_keys
-  use common_instrument, only: read_instrument
-  use common_outliers, only: choose_heights
+  use base_kinds, only: rp
+  use common_bending_case, only: bending_input_t, load_bending_case, load_input
+  use common_diagnose_keys, only: diagnose_choices_t, diagnose_keys, register_diagnose_keys
   use common_overwrite_guard, only: refuse_overwriting
-  use common_free_parameters, only: read_free_parameters
-  use common_wing_settings, only: check_name, find_beside, load_wing
+  use common_wing_settings, only: check_name
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_noise, only: estimate_noise, plan_noise
   use diagnosis_wing_bins, only: make_bins, usual_size
   use diagnosis_wing_catalogue, only: make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
   use io_config, only: config_t
+  use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
-  use io_shared_text, only: read_shared_text
   use measurement_data, only: measurement_t
-  use measurement_outliers, only: outliers_t
-  use measurement_broadcast, only: load_measurement
   use parallel_world, only: world_t
   use solid_effect, only: effect_t, NEED_UNSTRESSED_REST
   use solid_effects, only: is_active, list_effects
   use solid_mass, only: lump_mass
-  use solid_statics, only: static_options_t
   use solid_wing_refine, only: refine_params, refine_wing
   implicit none
   private
@@ -33,9 +28,7 @@ module diagnose_settings
 
   type, extends(diagnosis_case_t) :: diagnose_settings_t
     type(config_t) :: config
-    character(:), allocatable :: measurement_path
-    type(outliers_t) :: outliers
-    integer :: n_starts = 1
+    type(diagnose_choices_t) :: choices
     logical :: finds_discretisation = .false. !< what another mesh changes counts as an error
     character(:), allocatable :: name       !< first part of the names of the files to write
     character(:), allocatable :: draws_path !< of the file with the null distribution; empty: it is not kept
@@ -52,36 +45,20 @@ contains
     type(diagnose_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
-    character(:), allocatable :: text, problem
-    logical :: found
+    type(bending_input_t) :: input
+    logical :: ok
     call register_diagnose_keys(registry)
-    call read_shared_text(path, text, problem, world)
-    if (allocated(problem)) then
-      call errors%add(problem)
-      return
-    end if
-    call s%config%load_text(text, path, registry, errors, notices, .false., world)
-    if (s%config%asks_for_unbuilt()) return
+    call load_input(path, registry, world, s%config, errors, notices, ok)
+    if (.not. ok) return
     call read_options(s, refine, errors)
-    call load_wing(s%config, path, .false., s%wing_case, found, errors, notices, world)
-    if (.not. found) return
-    if (s%config%is_given('Measurement', 'file')) then
-      call find_beside(path, s%config%get_text('Measurement', 'file'), s%measurement_path, problem, world)
-      if (allocated(problem)) then
-        call s%config%complain(errors, 'Measurement', 'file', problem)
-      else
-        call load_measurement(world, s%measurement_path, s%wing_case%wing, s%measurement, errors, may_plan)
-        if (errors%count() == 0) then
-          if (s%measurement%is_plan .and. size(s%measurement%x) > 0) &
-            call notices%add(s%measurement_path//': the plan of an experiment, without heights, for --plan alone')
-          call choose_heights(s%config, s%measurement_path, .false., s%measurement, s%outliers, notices)
-        end if
-      end if
-    end if
+    input%ini = path
+    input%wing = s%config%get_text('Wing', 'file')
+    input%measurement = s%config%get_text('Measurement', 'file')
+    input%section = 'Diagnose'
+    input%may_plan = may_plan
+    call load_bending_case(input, s%config, world, s, errors, notices)
+    if (.not. allocated(s%free_parameters%numbers)) return
     call check_outputs(s, errors)
-    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%wing_case%model%size)
-    call read_instrument(s%config, s%instrument, errors)
-    call read_free_parameters(s%config, 'Diagnose', s%wing_case%requested, s%instrument, .true., s%free_parameters, errors)
     if (size(s%free_parameters%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
                                                'the baseline seeks parameters of the wing only, not of the measurement')
     if (errors%count() > 0) return
@@ -137,30 +114,27 @@ contains
   end subroutine take_finer
 
   subroutine read_options(s, refine, errors)
-    type(diagnose_settings_t), intent(inout) :: s
+    type(diagnose_settings_t), intent(inout), target :: s
     character(*), intent(in) :: refine
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: choice
-    associate (c => s%config, o => s%options)
-      s%membrane_sd = c%get_real('Diagnose', 'membrane_sd')
-      s%prior_decades = c%get_real('Diagnose', 'prior_decades')
-      choice = c%get_word('Diagnose', 'refine')
+    type(keys_t) :: keys
+    keys = reading(s%config)
+    call diagnose_keys(keys, s%choices)
+    associate (c => s%choices)
+      s%membrane_sd = c%membrane_sd
+      s%prior_decades = c%prior_decades
+      choice = c%refine
       if (refine /= '') choice = refine
       s%finds_discretisation = choice /= 'no'
       s%fits_finer = choice == 'fit'
-      s%n_starts = c%get_integer('Diagnose', 'starts')
-      o%is_scale_known = c%get_word('Diagnose', 'noise') == 'declared'
-      o%n_draws = c%get_integer('Diagnose', 'draws')
-      o%most_refits = c%get_integer('Diagnose', 'refits')
-      o%validates = c%get_switch('Diagnose', 'validation')
-      o%finds_intervals = c%get_switch('Diagnose', 'intervals')
-      o%seed = int(c%get_integer('Diagnose', 'seed'), i8)
-      o%fit%most_iterations = c%get_integer('Diagnose', 'iterations')
-      s%name = c%get_text('Saving', 'name')
-      if (s%name == '') call c%complain(errors, 'Saving', 'name', 'must be the first part of names of files')
-      call check_name(c, s%name, errors)
+      s%options = c%options
+      s%options%is_scale_known = c%noise == 'declared'
+      s%name = c%name
+      if (s%name == '') call s%config%complain(errors, 'Saving', 'name', 'must be the first part of names of files')
+      call check_name(s%config, s%name, errors)
       s%draws_path = ''
-      if (c%is_given('Saving', 'draws')) s%draws_path = c%get_text('Saving', 'draws')
+      if (allocated(c%draws)) s%draws_path = c%draws
       if (s%draws_path == '') s%draws_path = s%name//'_draws.h5'
       if (s%draws_path == 'none') s%draws_path = ''
     end associate
@@ -170,26 +144,20 @@ contains
   subroutine make_all(s, errors, notices)
     type(diagnose_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
-    type(static_options_t) :: options
     type(failure_t) :: failure
-    real(rp), allocatable :: values(:, :), masses(:)
+    real(rp), allocatable :: values(:, :)
     integer :: l
-    options%tolerance = s%config%get_real('Solver', 'tolerance')
-    options%step_limit = s%config%get_real('Solver', 'step_limit')
-    options%factorisation_limit = s%config%get_integer('Solver', 'factorisation_limit')
     if (is_loaded_from_both_sides(s%measurement) .and. size(s%wing_case%wing%joints) > 0) &
       s%wing_case%requested%effects%has_sides = .true.
-    allocate (masses(0))
-    if (s%wing_case%has_mass) masses = s%wing_case%mass%nodal
     if (s%wing_case%has_mass) call s%parts%init(s%wing_case%wing, s%wing_case%mass)
-    call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, [integer ::], options, failure, s%instrument, &
-                           masses=masses)
+    call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, [integer ::], s%choices%solver, failure, &
+                           s%instrument, masses=s%masses())
     if (failure%failed) then
       call errors%add(failure%reason)
       return
     end if
     s%wing_case%model = s%experiment%model
-    call make_bins(s%experiment, usual_size(s%experiment, s%config%get_integer('Diagnose', 'observations')), s%bins)
+    call make_bins(s%experiment, usual_size(s%experiment, s%choices%observations), s%bins)
     call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue)
     call make_patterns(s%experiment, s%wing_case%wing, s%patterns)
     if (s%measurement%is_plan) then

@@ -17,8 +17,8 @@ module train_job
   use train_output, only: outcome_lines, write_fragment, write_history
   use train_screening, only: prepare_screen, screen_wing
   use train_settings, only: load_train_settings, train_settings_t
-  use training_pool, only: worker_pool_t
   use training_polish, only: polish_points, trained_t
+  use training_pool, only: worker_pool_t
   use training_search, only: train_search_t
   use training_task, only: train_runner_t
   implicit none
@@ -141,7 +141,7 @@ contains
         call self%files%settle(self%failure)
       end if
       if (self%failure%failed) return
-      call self%log%open(.true., s%name//'.log', command%restart, s%progress_seconds, ok)
+      call self%log%open(.true., s%name//'.log', command%restart, s%choices%progress_seconds, ok)
       if (.not. ok) then
         call self%failure%raise(s%name//'.log: cannot be written: is the folder missing or the disk full?')
         return

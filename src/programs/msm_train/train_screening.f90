@@ -14,7 +14,7 @@ module train_screening
   use measurement_experiment, only: experiment_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use train_evaluation, only: print_loads, solve_all_cold
-  use train_settings, only: masses_of, train_settings_t
+  use train_settings, only: train_settings_t
   use training_pool, only: worker_pool_t
   implicit none
   private
@@ -32,8 +32,8 @@ contains
     integer :: i
     associate (requested => settings%wing_case%requested)
       call settings%experiment%init(settings%measurement, settings%wing_case%wing, requested, &
-                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, requested%count_usual())], settings%options, &
-                                    failure, settings%instrument, [integer ::], masses_of(settings))
+                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, requested%count_usual())], settings%choices%solver, &
+                                    failure, settings%instrument, [integer ::], settings%masses())
     end associate
   end subroutine prepare_screen
 

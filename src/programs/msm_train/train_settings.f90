@@ -5,46 +5,33 @@ module train_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
   use base_text, only: number_text
-  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem
-  use common_instrument, only: read_instrument
-  use common_outliers, only: choose_heights
+  use cmaes_options, only: default_lambda, option_problem
+  use common_bending_case, only: bending_input_t, load_bending_case, load_input
   use common_overwrite_guard, only: refuse_overwriting
-  use common_free_parameters, only: read_free_parameters
-  use common_train_keys, only: register_train_keys
-  use common_wing_settings, only: check_name, find_beside, load_wing
+  use common_train_keys, only: register_train_keys, train_choices_t, train_keys
+  use common_wing_settings, only: check_name
   use io_config, only: config_t
+  use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
-  use io_shared_text, only: read_shared_text
   use io_stop, only: job_limits_t
-  use measurement_data, only: measurement_t
-  use measurement_instrument, only: instrument_t
-  use measurement_outliers, only: outliers_t
-  use measurement_broadcast, only: load_measurement
   use parallel_world, only: world_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
-  use solid_statics, only: static_options_t
-  use solid_wing_case, only: wing_case_t
   use train_files, only: choose_individual, individual_files, of_individual
   use training_case, only: training_case_t
   implicit none
   private
-  public :: train_settings_t, load_train_settings, masses_of
+  public :: train_settings_t, load_train_settings
 
   integer, parameter :: UNLIMITED = 1000000000 !< generations
 
   type, extends(training_case_t) :: train_settings_t
     type(config_t) :: config
-    type(wing_case_t) :: wing_case
-    type(measurement_t) :: measurement
-    type(instrument_t) :: instrument        !< what the measurement is taken to have done
-    character(:), allocatable :: measurement_path
+    type(train_choices_t) :: choices
     integer :: n_individuals = 1            !< in the lists of [Measurement] and [Wing]
     character(:), allocatable :: individual !< name of this one, part of the names of its files; empty if it is the only one
-    type(static_options_t) :: options
     logical :: is_paper = .false.
     character(:), allocatable :: result     !< the fragment to write; all other files begin with `name`
     type(job_limits_t) :: limits
-    real(rp) :: progress_seconds = 30       !< wall time between progress lines in a log
   end type train_settings_t
 
 contains
@@ -59,32 +46,22 @@ contains
     type(train_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
-    type(outliers_t) :: outliers
-    character(:), allocatable :: text, problem, scale, wing, measurement
-    logical :: found
+    type(bending_input_t) :: input
+    logical :: ok
     call register_train_keys(registry)
-    call read_shared_text(path, text, problem, world)
-    if (allocated(problem)) then
-      call errors%add(problem)
-      return
-    end if
-    call s%config%load_text(text, path, registry, errors, notices, .false., world)
-    if (s%config%asks_for_unbuilt()) return
-    s%is_paper = s%config%get_word('Train', 'preset') == 'paper'
-    call choose_individual(s%config, number, s%n_individuals, s%individual, wing, measurement, errors)
+    call load_input(path, registry, world, s%config, errors, notices, ok)
+    if (.not. ok) return
+    input%ini = path
+    call choose_individual(s%config, number, s%n_individuals, s%individual, input%wing, input%measurement, errors)
     if (number > s%n_individuals) return
     call read_options(s, errors)
     if (writes) call check_outputs(s, path, world, errors)
-    call load_wing(s%config, path, .false., s%wing_case, found, errors, notices, world, wing)
-    if (.not. found) return
-    scale = s%config%get_word('Train', 'scale')
-    call read_measurement_file(s, path, measurement, world, errors)
-    if (errors%count() == 0) &
-      call choose_heights(s%config, s%measurement_path, s%is_paper, s%measurement, outliers, notices)
-    if (allocated(s%measurement%loads)) call s%instrument%set_scales(s%measurement, s%wing_case%model%size)
-    call read_instrument(s%config, s%instrument, errors)
-    call read_free_parameters(s%config, 'Train', s%wing_case%requested, s%instrument, &
-                              scale == 'log' .or. (scale == 'preset' .and. .not. s%is_paper), s%free_parameters, errors)
+    input%section = 'Train'
+    input%keeps_outliers = s%is_paper
+    input%scale_is_log = s%choices%scale == 'log' .or. (s%choices%scale == 'preset' .and. .not. s%is_paper)
+    call load_bending_case(input, s%config, world, s, errors, notices)
+    if (.not. allocated(s%free_parameters%numbers)) return
+    call check_tests(s, errors)
     if (errors%count() > 0) return
     call make_experiment(s, errors)
     if (errors%count() > 0) return
@@ -95,30 +72,27 @@ contains
   end subroutine load_train_settings
 
   subroutine read_options(s, errors)
-    type(train_settings_t), intent(inout) :: s
+    type(train_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
-    associate (c => s%config)
-      s%options%tolerance = c%get_real('Solver', 'tolerance')
-      s%options%step_limit = c%get_real('Solver', 'step_limit')
-      s%options%factorisation_limit = c%get_integer('Solver', 'factorisation_limit')
-      s%starts_at_wing = c%get_word('Train', 'start') == 'wing'
+    type(keys_t) :: keys
+    keys = reading(s%config)
+    call train_keys(keys, s%choices)
+    associate (c => s%choices)
+      s%is_paper = c%preset == 'paper'
+      s%starts_at_wing = c%start == 'wing'
       s%n_stages = 1
-      if (c%get_word('Train', 'stages') == '2' .or. (c%get_word('Train', 'stages') == 'preset' .and. s%is_paper)) &
-        s%n_stages = 2
-      s%polish = c%get_word('Polish', 'polish') == 'yes' .or. &
-                 (c%get_word('Polish', 'polish') == 'preset' .and. .not. s%is_paper)
-      s%intervals = c%get_switch('Polish', 'intervals')
-      s%prior_decades = c%get_real('Polish', 'prior_decades')
-      s%fit%most_iterations = c%get_integer('Polish', 'iterations')
-      s%polish_starts = c%get_integer('Polish', 'starts')
-      s%name = of_individual(c%get_text('Saving', 'name'), s%individual, '')
-      s%result = of_individual(c%get_text('Saving', 'result'), s%individual, '.ini')
-      call check_name(c, s%name, errors)
-      if (s%result == '') call c%complain(errors, 'Saving', 'result', 'must be the name of a file')
-      s%checkpoint_every = c%get_integer('Saving', 'checkpoint_every')
-      s%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-      s%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
-      s%progress_seconds = c%get_real('Saving', 'progress_interval')
+      if (c%stages == '2' .or. (c%stages == 'preset' .and. s%is_paper)) s%n_stages = 2
+      s%polish = c%polish == 'yes' .or. (c%polish == 'preset' .and. .not. s%is_paper)
+      s%intervals = c%intervals
+      s%prior_decades = c%prior_decades
+      s%fit = c%fit
+      s%polish_starts = c%polish_starts
+      s%name = of_individual(c%name, s%individual, '')
+      s%result = of_individual(c%result, s%individual, '.ini')
+      call check_name(s%config, s%name, errors)
+      if (s%result == '') call s%config%complain(errors, 'Saving', 'result', 'must be the name of a file')
+      s%checkpoint_every = c%checkpoint_every
+      s%limits = c%limits
     end associate
   end subroutine read_options
 
@@ -138,35 +112,26 @@ contains
     end do
   end subroutine check_outputs
 
-  subroutine read_measurement_file(s, ini, file, world, errors)
-    type(train_settings_t), intent(inout) :: s
-    character(*), intent(in) :: ini, file
-    type(world_t), intent(in) :: world
+  !> A training needs bending tests.
+  subroutine check_tests(s, errors)
+    type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: problem
-    if (.not. s%config%is_given('Measurement', 'file')) return
-    call find_beside(ini, file, s%measurement_path, problem, world)
-    if (allocated(problem)) then
-      call s%config%complain(errors, 'Measurement', 'file', problem)
-    else
-      call load_measurement(world, s%measurement_path, s%wing_case%wing, s%measurement, errors)
-      if (allocated(s%measurement%loads) .and. s%measurement%count_modes() > 0) then
-        if (size(s%measurement%loads) == 0) call s%config%complain(errors, 'Measurement', 'file', &
-          'holds natural modes and no bending test; a training needs bending tests, msm_diagnose takes both')
-      end if
-    end if
-  end subroutine read_measurement_file
+    if (.not. allocated(s%measurement%loads)) return
+    if (s%measurement%count_modes() > 0 .and. size(s%measurement%loads) == 0) &
+      call s%config%complain(errors, 'Measurement', 'file', &
+                             'holds natural modes and no bending test; a training needs bending tests, msm_diagnose takes both')
+  end subroutine check_tests
 
   subroutine make_experiment(s, errors)
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
     type(failure_t) :: failure
     if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%wing_case%requested%cross_springs = .true.
-    call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, s%free_parameters%numbers, s%options, failure, &
-                           s%instrument, s%free_parameters%instrument_numbers, masses_of(s))
+    call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, s%free_parameters%numbers, &
+                           s%choices%solver, failure, s%instrument, s%free_parameters%instrument_numbers, s%masses())
     if (failure%failed) call errors%add(failure%reason)
     s%wing_case%model = s%experiment%model
-    select case (s%config%get_word('Train', 'cost'))
+    select case (s%choices%cost)
     case ('h')
       if (sum(s%experiment%comparisons%n_heights) == 0) &
         call s%config%complain(errors, 'Train', 'cost', 'h compares heights, of which this measurement has none')
@@ -179,66 +144,27 @@ contains
      call s%config%complain(errors, 'Train', 'stages', 'the second stage fixes E, and must have something left to seek')
   end subroutine make_experiment
 
-  !> [kg] of all points, or none if the wing has no valid mass.
-  pure function masses_of(s) result(masses)
-    type(train_settings_t), intent(in) :: s
-    real(rp), allocatable :: masses(:)
-    allocate (masses(0))
-    if (s%wing_case%has_mass) masses = s%wing_case%mass%nodal
-  end function masses_of
-
   subroutine read_search(s, errors)
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: problem
     integer :: n
     n = s%experiment%count()
-    associate (c => s%config, o => s%search)
-      o%seed = int(c%get_integer('Train', 'seed'), i8)
-      o%lambda = c%get_integer('CMAES', 'lambda')
+    s%search = s%choices%search
+    s%restarts = s%choices%restarts
+    s%max_restarts = s%choices%max_restarts
+    associate (o => s%search)
       if (o%lambda == 0 .and. s%is_paper) o%lambda = 16
-      o%sigma0 = c%get_real('CMAES', 'sigma0')
-      o%weights = preset_word(s, 'weights', 'active')
-      o%constants = preset_word(s, 'constants', 'tutorial')
-      s%restarts = c%get_word('CMAES', 'restarts')
-      s%max_restarts = c%get_integer('CMAES', 'max_restarts')
-      o%max_iterations = c%get_integer('CMAES', 'max_generations')
+      o%weights = preset_word(s, s%choices%weights, 'active')
+      o%constants = preset_word(s, s%choices%constants, 'tutorial')
       if (o%max_iterations == 0) o%max_iterations = merge(100, UNLIMITED, s%is_paper)
-      if (c%get_integer('CMAES', 'max_evaluations') > 0) then
-        o%max_evaluations = c%get_integer('CMAES', 'max_evaluations')
-      else if (.not. s%is_paper) then
-        o%max_evaluations = 15*n
-      end if
-      o%f_target = c%get_real('CMAES', 'target')
+      if (o%max_evaluations == 0) o%max_evaluations = merge(huge(o%max_evaluations), 15_i8*n, s%is_paper)
       if (o%f_target < 0) o%f_target = merge(1.0e-6_rp, -1.0_rp, s%is_paper .and. .not. s%use_chi2)
-      o%tolfun = c%get_real('CMAES', 'tolfun')
-      if (s%is_paper .and. .not. c%is_given('CMAES', 'tolfun')) o%tolfun = 1.0e-11_rp
-      o%tolfunhist = c%get_real('CMAES', 'tolfunhist')
-      o%tolx = c%get_real('CMAES', 'tolx')
-      o%tolstagnation = c%get_integer('CMAES', 'tolstagnation')
-      o%condition_limit = c%get_real('CMAES', 'condition_limit')
-      call read_strategy(c, o)
+      if (s%is_paper .and. .not. s%config%is_given('CMAES', 'tolfun')) o%tolfun = 1.0e-11_rp
       problem = option_problem(o, n)
-      if (problem /= '') call c%complain(errors, 'CMAES', key_of(problem), problem)
     end associate
+    if (problem /= '') call s%config%complain(errors, 'CMAES', key_of(problem), problem)
   end subroutine read_search
-
-  !> The constants that usually follow from n and lambda.
-  subroutine read_strategy(c, o)
-    type(config_t), intent(in) :: c
-    type(cmaes_options_t), intent(inout) :: o
-    o%mu = c%get_integer('CMAES', 'mu')
-    o%c_m = c%get_real('CMAES', 'c_m')
-    o%c_sigma = c%get_real('CMAES', 'c_sigma')
-    o%d_sigma = c%get_real('CMAES', 'd_sigma')
-    o%c_c = c%get_real('CMAES', 'c_c')
-    o%c_1 = c%get_real('CMAES', 'c_1')
-    o%c_mu = c%get_real('CMAES', 'c_mu')
-    o%alpha_minus = c%get_real('CMAES', 'alpha_minus')
-    o%tolfacupx = c%get_real('CMAES', 'tolfacupx')
-    o%tolupsigma = c%get_real('CMAES', 'tolupsigma')
-    o%tolflatfitness = c%get_integer('CMAES', 'tolflatfitness')
-  end subroutine read_strategy
 
   !> The key that a sentence of `option_problem` is about: its first word, unless that stands for several.
   pure function key_of(problem) result(key)
@@ -249,11 +175,12 @@ contains
     if (key == 'there') key = 'lambda'
   end function key_of
 
-  function preset_word(s, key, usual) result(word)
+  !> `given`, unless that leaves the choice to the preset.
+  function preset_word(s, given, usual) result(word)
     type(train_settings_t), intent(in) :: s
-    character(*), intent(in) :: key, usual
+    character(*), intent(in) :: given, usual
     character(:), allocatable :: word
-    word = s%config%get_word('CMAES', key)
+    word = given
     if (word /= 'preset') return
     word = usual
     if (s%is_paper) word = 'paper'

@@ -159,7 +159,7 @@ contains
     type(twist_t), intent(inout) :: twists(:) !< those that get places
     type(pattern_t), intent(out) :: pattern
     integer, allocatable :: pairs(:, :)
-    integer :: n, s, h, e, i, j, b
+    integer :: n, s, h, e
     n = springs%n + 6*plate%n
     do h = 1, size(hinges)
       n = n + hinges(h)%n_nodes*(hinges(h)%n_nodes - 1)/2
@@ -189,31 +189,12 @@ contains
       end associate
     end do
     do h = 1, size(hinges)
-      do j = 1, hinges(h)%n_nodes
-        do i = 1, j
-          hinges(h)%blocks(i, j) = pattern%place(free(hinges(h)%nodes(i)), free(hinges(h)%nodes(j)))
-        end do
-      end do
+      call find_blocks(pattern, free(hinges(h)%nodes(:hinges(h)%n_nodes)), hinges(h)%blocks)
     end do
     do h = 1, size(twists)
-      do j = 1, twists(h)%n_nodes
-        do i = 1, j
-          twists(h)%blocks(i, j) = pattern%place(free(twists(h)%nodes(i)), free(twists(h)%nodes(j)))
-        end do
-      end do
+      call find_blocks(pattern, free(twists(h)%nodes(:twists(h)%n_nodes)), twists(h)%blocks)
     end do
-    allocate (plate%tangent(size(pattern%rows)), source=0.0_rp)
-    allocate (plate%blocks(4, 4, plate%n), plate%places(4, 4, plate%n), source=0)
-    do e = 1, plate%n
-      do j = 1, 4
-        do i = 1, j
-          plate%places(i, j, e) = pattern%place(free(plate%nodes(i, e)), free(plate%nodes(j, e)))
-          b = abs(plate%places(i, j, e))
-          plate%blocks(i, j, e) = b
-          if (b > 0) plate%tangent(b) = plate%tangent(b) + plate%weights(i, e)*plate%weights(j, e)
-        end do
-      end do
-    end do
+    call link_plate(free, pattern, plate)
 
   contains
 
@@ -228,6 +209,39 @@ contains
       end do
     end subroutine add_pairs
   end subroutine link_elements
+
+  !> Where the pairs of these free points are in the pattern: the upper part of `blocks`, the rest stays.
+  pure subroutine find_blocks(pattern, points, blocks)
+    type(pattern_t), intent(in) :: pattern
+    integer, intent(in) :: points(:)
+    integer, intent(inout) :: blocks(:, :)
+    integer :: i, j
+    do j = 1, size(points)
+      do i = 1, j
+        blocks(i, j) = pattern%place(points(i), points(j))
+      end do
+    end do
+  end subroutine find_blocks
+
+  !> Places of the pairs of the plate's elements, and its tangent, which does not change.
+  subroutine link_plate(free, pattern, plate)
+    integer, intent(in) :: free(:)
+    type(pattern_t), intent(in) :: pattern
+    type(plate_t), intent(inout) :: plate
+    integer :: e, i, j, b
+    allocate (plate%tangent(size(pattern%rows)), source=0.0_rp)
+    allocate (plate%blocks(4, 4, plate%n), plate%places(4, 4, plate%n), source=0)
+    do e = 1, plate%n
+      do j = 1, 4
+        do i = 1, j
+          plate%places(i, j, e) = pattern%place(free(plate%nodes(i, e)), free(plate%nodes(j, e)))
+          b = abs(plate%places(i, j, e))
+          plate%blocks(i, j, e) = b
+          if (b > 0) plate%tangent(b) = plate%tangent(b) + plate%weights(i, e)*plate%weights(j, e)
+        end do
+      end do
+    end do
+  end subroutine link_plate
 
   !> Share of every movable point in the surface, or in the length of a structure without membrane,
   !> mean 1, at least 0.1.

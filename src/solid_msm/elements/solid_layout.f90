@@ -3,10 +3,10 @@
 module solid_layout
   use base_kinds, only: rp
   use solid_arch, only: bends_of_curvature, turns_of_curvature
-  use solid_tension, only: tension_widths
   use solid_extension, only: extensions_t
   use solid_junctions, only: hinge_plan_t
   use solid_plate, only: plate_t
+  use solid_tension, only: tension_widths
   use solid_wing, only: wing_t
   implicit none
   private

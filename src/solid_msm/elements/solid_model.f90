@@ -8,8 +8,8 @@ module solid_model
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_text, only: number_text
-  use solid_edges, only: edges_t, make_edges
   use solid_arch, only: arch_energy, arch_gradient
+  use solid_edges, only: edges_t, make_edges
   use solid_effect, only: effect_t, NEED_DISC, NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_SIDED_VEINS
   use solid_effects, only: is_active, list_effects, modulus_factors
   use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, point_weights
@@ -71,8 +71,8 @@ contains
     type(failure_t), intent(out) :: failure
     type(edges_t) :: edges
     real(rp), allocatable :: ghosts(:, :), modulus(:)
-    real(rp) :: normal(3), centre(3)
-    integer :: stray, raised, bent, i, n_diameters, n_twists
+    real(rp) :: normal(3)
+    integer :: stray, raised, bent, i, n_twists
 
     self%params = params
     self%n_points = size(wing%points, 2)
@@ -94,27 +94,8 @@ contains
       call failure%raise('the veins at point '//number_text(bent)//' bend out of the plane of the wing')
     end if
     if (failure%failed) return
-    self%n_all = self%n_points + size(ghosts, 2)
-    allocate (self%points(3, self%n_all))
-    self%points(:, :self%n_points) = wing%points
-    self%points(:, self%n_points + 1:) = ghosts
-    allocate (self%free(self%n_all), source=0)
-    self%free(:self%n_points) = 1
-    self%free(wing%root) = 0
-    self%movable = pack([(i, i=1, self%n_all)], self%free > 0)
-    self%n_free = size(self%movable)
-    self%free(self%movable) = [(i, i=1, self%n_free)]
-    centre = sum(wing%points(:, wing%root), 2)/size(wing%root)
-    do i = 1, self%n_points
-      self%size = max(self%size, norm2(wing%points(:, i) - centre))
-    end do
-    n_diameters = 0
-    do i = 1, size(wing%veins)
-      self%layout%mean_diameter = self%layout%mean_diameter + sum(wing%veins(i)%diameters)
-      n_diameters = n_diameters + size(wing%veins(i)%diameters)
-    end do
-    self%layout%mean_diameter = self%layout%mean_diameter/max(1, n_diameters)
-
+    call number_points(self, wing, ghosts)
+    self%layout%mean_diameter = mean_diameter(wing)
     edges = make_edges(self%n_points, wing%triangles)
     call make_springs(wing, edges, params, self%points, self%springs)
     call make_hinges(wing, edges, self%plans, self%points, normal, params%effects%has_sides, self%hinges)
@@ -140,6 +121,42 @@ contains
     end do
     call self%set_params(self%params)
   end subroutine model_init
+
+  !> Points with the ghosts behind them, the numbers of those that move, and the size of the wing.
+  subroutine number_points(self, wing, ghosts)
+    class(solid_model_t), intent(inout) :: self
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: ghosts(:, :)
+    real(rp) :: centre(3)
+    integer :: i
+    self%n_all = self%n_points + size(ghosts, 2)
+    allocate (self%points(3, self%n_all))
+    self%points(:, :self%n_points) = wing%points
+    self%points(:, self%n_points + 1:) = ghosts
+    allocate (self%free(self%n_all), source=0)
+    self%free(:self%n_points) = 1
+    self%free(wing%root) = 0
+    self%movable = pack([(i, i=1, self%n_all)], self%free > 0)
+    self%n_free = size(self%movable)
+    self%free(self%movable) = [(i, i=1, self%n_free)]
+    centre = sum(wing%points(:, wing%root), 2)/size(wing%root)
+    do i = 1, self%n_points
+      self%size = max(self%size, norm2(wing%points(:, i) - centre))
+    end do
+  end subroutine number_points
+
+  !> [m] of all pieces of veins.
+  pure real(rp) function mean_diameter(wing)
+    type(wing_t), intent(in) :: wing
+    integer :: i, n
+    mean_diameter = 0
+    n = 0
+    do i = 1, size(wing%veins)
+      mean_diameter = mean_diameter + sum(wing%veins(i)%diameters)
+      n = n + size(wing%veins(i)%diameters)
+    end do
+    mean_diameter = mean_diameter/max(1, n)
+  end function mean_diameter
 
   !> Effects that do anything have what they need.
   subroutine check_needs(params, failure)

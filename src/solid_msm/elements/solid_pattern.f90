@@ -29,7 +29,7 @@ contains
     integer, intent(in) :: n, pairs(:, :)
     type(pattern_t) :: self
     integer, allocatable :: first(:), filled(:), bucket(:)
-    integer :: p, column, row, place, kept, j, i
+    integer :: p, kept, j
     self%n = n
     allocate (first(n + 1), source=0)
     do p = 1, size(pairs, 2)
@@ -56,20 +56,7 @@ contains
       kept = kept + filled(j)
     end do
     self%start(n + 1) = kept + 1
-
-    allocate (self%colptr(3*n + 1), self%rowind(9*(kept - n) + 6*n))
-    place = 0
-    do column = 1, 3*n
-      j = (column + 2)/3
-      self%colptr(column) = place
-      do i = self%start(j), self%start(j + 1) - 1
-        do row = 3*self%rows(i) - 2, min(3*self%rows(i), column)
-          place = place + 1
-          self%rowind(place) = row - 1
-        end do
-      end do
-    end do
-    self%colptr(3*n + 1) = place
+    call find_scalars(self)
 
   contains
 
@@ -87,6 +74,26 @@ contains
       filled(column) = filled(column) + 1
     end subroutine insert
   end function make_pattern
+
+  !> The pattern of the matrix of scalars, upper part.
+  subroutine find_scalars(self)
+    type(pattern_t), intent(inout) :: self
+    integer :: n, column, row, place, j, i
+    n = self%n
+    allocate (self%colptr(3*n + 1), self%rowind(9*(size(self%rows) - n) + 6*n))
+    place = 0
+    do column = 1, 3*n
+      j = (column + 2)/3
+      self%colptr(column) = place
+      do i = self%start(j), self%start(j + 1) - 1
+        do row = 3*self%rows(i) - 2, min(3*self%rows(i), column)
+          place = place + 1
+          self%rowind(place) = row - 1
+        end do
+      end do
+    end do
+    self%colptr(3*n + 1) = place
+  end subroutine find_scalars
 
   !> Block of row i and column j <= its place, or minus the place of (j, i) when i > j; 0 when one of
   !> them is 0 (clamped) or the pair is not in the pattern.

@@ -114,14 +114,7 @@ contains
     type(wing_report_t), intent(inout) :: report
     integer, dimension(n_nodes) :: place, lowest, above, members, first ! of a node: in the order of the search, ...
     integer :: next(n_nodes + 1), i, node, other, n_visited
-    next = 0
-    do i = 1, size(graph%from)
-      next(graph%from(i) + 1) = next(graph%from(i) + 1) + 1
-    end do
-    next(1) = 1
-    do i = 1, n_nodes
-      next(i + 1) = next(i + 1) + next(i) ! edges of node i begin at next(i)
-    end do
+    next = first_edges(graph, n_nodes)
     place = 0
     n_visited = 0
     call visit(GROUND, 0)
@@ -171,6 +164,21 @@ contains
       first(node) = merge(node - n_bodies, huge(1), node > n_bodies)
     end subroutine visit
   end subroutine search
+
+  !> Where the edges of each node begin in the graph, and behind the last one.
+  pure function first_edges(graph, n_nodes) result(first)
+    type(edge_table_t), intent(in) :: graph
+    integer, intent(in) :: n_nodes
+    integer :: first(n_nodes + 1), i
+    first = 0
+    do i = 1, size(graph%from)
+      first(graph%from(i) + 1) = first(graph%from(i) + 1) + 1
+    end do
+    first(1) = 1
+    do i = 1, n_nodes
+      first(i + 1) = first(i + 1) + first(i)
+    end do
+  end function first_edges
 
   function others(n) result(text)
     integer, intent(in) :: n

@@ -3,8 +3,8 @@
 !> that the baseline knows, and a wave that only unknown causes can make.
 module noise_scans
   use base_kinds, only: i8, rp
-  use base_random, only: fill_gaussians
   use base_parameter, only: parameter_t
+  use base_random, only: fill_gaussians
   use inference_simulator, only: simulator_t
   implicit none
   private

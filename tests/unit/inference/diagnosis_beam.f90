@@ -7,8 +7,8 @@
 !> wrong with it has a parameter; some cannot be told apart by construction.
 module diagnosis_beam
   use base_kinds, only: i8, rp
-  use base_random, only: fill_gaussians
   use base_parameter, only: parameter_t
+  use base_random, only: fill_gaussians
   use inference_simulator, only: effect_t, labels_t, simulator_t, variant_t
   implicit none
   private

@@ -10,13 +10,13 @@ program test_engine
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_GAIN, E_HARD, E_MEMBRANE, E_OFFSET, E_ONE_WAY, E_ROOT, E_SCALE, &
                             E_SOFT, E_SPAN, E_TORSION, N_BASE, P_DRIFT, P_GAIN, P_HARD, P_OFFSET, P_ONE_WAY, P_ROOT, P_SOFT, &
                             P_SPAN, P_TORSION
-  use inference_residual_checks, only: check_residuals, residual_check_t
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
   use inference_decision, only: decide, decision_t, AT_BOUND, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
   use inference_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use inference_hypotheses, only: hypotheses_t
   use inference_record, only: LARGEST_SCALE
+  use inference_residual_checks, only: check_residuals, residual_check_t
   use inference_simulator, only: variant_t
   use testkit, only: testkit_t
   implicit none

@@ -10,8 +10,8 @@ program test_refits
   use diagnosis_beam, only: make_beam, E_ONE_WAY, E_SPAN, E_TORSION, N_ALL, N_BASE, P_BOTH, P_ONE_WAY, P_TORSION
   use inference_decision, only: VERDICT_NAMED
   use inference_engine, only: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
-  use inference_top_candidates, only: refit_top_candidates
   use inference_refit, only: fit_nested
+  use inference_top_candidates, only: refit_top_candidates
   use snapping_beam, only: place_t, snapping_t
   use stubborn_beams, only: curled_t, fickle_t
   use testkit, only: testkit_t

@@ -9,8 +9,8 @@ program test_region
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
   use inference_decision, only: VERDICT_NAMED
   use inference_design, only: build_design, design_t
-  use inference_region, only: find_region, find_related, region_t, related_t
   use inference_probability, only: follow_knots, grade_of, calibrated_probability
+  use inference_region, only: find_region, find_related, region_t, related_t
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_EFFECTS = 12

@@ -7,20 +7,20 @@ program test_solid_effects
   use base_parameter, only: parameter_t
   use effect_wings, only: make_plain, model_of, DISC
   use sample_wings, only: make_beam
+  use solid_arch, only: arch_energy
+  use solid_edges, only: edges_t, make_edges
   use solid_effect, only: effect_t, effect_text_t, STAGE_NONE
   use solid_effect_damage, only: damage_weight
   use solid_effects, only: effect_wording, list_effects
-  use solid_edges, only: edges_t, make_edges
-  use solid_arch, only: arch_energy
-  use solid_twist, only: bow_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
   use solid_extension, only: extension_axial, tension_energy
-  use solid_junctions, only: hinge_plan_t
-  use solid_plate, only: plate_energy
   use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
+  use solid_junctions, only: hinge_plan_t
   use solid_layout, only: hinge_in_vein
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, solid_params_t
+  use solid_plate, only: plate_energy
   use solid_tangent, only: assemble_tangent
+  use solid_twist, only: bow_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
   use solid_wing, only: wing_t
   use solid_wording, only: wording_t
   use testkit, only: testkit_t

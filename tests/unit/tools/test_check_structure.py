@@ -57,6 +57,40 @@ class CheckStructure(unittest.TestCase):
     def test_file_and_module_name_differ(self):
         self.assert_found(CLEAN, "other.f90:2: module base_thing in a file called other.f90", "other.f90")
 
+    def test_a_forgotten_component_is_found(self):
+        broadcast = """module measurement_broadcast
+contains
+  subroutine broadcast_observation(o)
+    call send(o%name, o%load) ! o%axis
+    text = 'o%zero'
+  end subroutine broadcast_observation
+  subroutine other(o)
+    o%zero = 1
+  end subroutine other
+end module measurement_broadcast
+"""
+        types = """module measurement_types
+  type :: observation_t
+    character(:), allocatable :: name !< of it
+    integer :: load = 1, zero(2) = [1, 2]
+  contains
+    procedure :: count
+  end type observation_t
+end module measurement_types
+"""
+        with tempfile.TemporaryDirectory() as root:
+            folder = Path(root) / "src" / "measurement"
+            folder.mkdir(parents=True)
+            (folder / "measurement_broadcast.f90").write_text(broadcast)
+            (folder / "measurement_types.f90").write_text(types)
+            command = [sys.executable, str(TOOL), root]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("measurement_types.f90:2: component zero of observation_t is not carried by "
+                          "measurement_broadcast:broadcast_observation\n2 files, 1 problem(s)", done.stdout)
+            (folder / "measurement_broadcast.f90").write_text(broadcast.replace("o%load)", "o%load, o%zero)"))
+            self.assertEqual(subprocess.run(command, capture_output=True, text=True, check=False).returncode, 0)
+
     def test_modules_begin_with_the_prefix_of_their_layer(self):
         for layer, name in (("io/hdf5", "io_fields"), ("solid_msm/wing", "solid_wing"), ("programs/common", "common_keys"),
                             ("programs/flusi/output", "flusi_series"), ("programs/msm_train", "train_log"),

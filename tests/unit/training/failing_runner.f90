@@ -4,8 +4,9 @@
 module failing_runner
   use base_checksum, only: checksum_reals
   use base_kinds, only: i8, rp
+  use measurement_bending_task, only: NOT_SOLVED
   use training_polish, only: pool_problem_t
-  use training_task, only: train_runner_t, NOT_SOLVED
+  use training_task, only: train_runner_t
   implicit none
   private
   public :: counting_problem_t, failing_runner_t, is_to_fail

@@ -25,10 +25,10 @@ program test_train_objective
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
   use training_case, only: training_case_t
-  use training_pool, only: worker_pool_t
-  use training_history, only: train_history_t
   use training_fingerprint, only: fingerprint_of
+  use training_history, only: train_history_t
   use training_objective, only: candidate_costs_t, train_objective_t
+  use training_pool, only: worker_pool_t
   use training_task, only: task_input, train_runner_t
   implicit none
   integer, parameter :: N_LOADS = 2, NX = 24, NY = 12, LAMBDA = 9

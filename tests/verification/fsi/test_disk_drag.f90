@@ -10,9 +10,9 @@
 !> 1.5 % (Re 100) above its steady value.
 program test_disk_drag
   use base_constants, only: PI
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_requests, only: request_t
-  use base_errors, only: failure_t
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_wing_loads, only: wing_loads, wing_loads_t

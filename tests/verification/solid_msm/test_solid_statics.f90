@@ -3,10 +3,10 @@
 program test_solid_statics
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_lapack, only: singular_values
   use base_parameter, only: parameter_t
   use sample_wings, only: make_fly_wing
   use solid_equilibrium, only: equilibrium_t
-  use base_lapack, only: singular_values
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params, membrane_thickness, membrane_note

@@ -99,10 +99,10 @@ contains
     type(hdf5_file_t) :: file
     associate (surface => wings%surfaces(i), pose => wings%poses(i))
       call file%create_serial(path//'.part', failure)
-      call put_vectors('points', 'L', surface%points)
-      call put_vectors('velocities', 'L/T', surface%velocities)
+      call put_vectors(file, 'points', 'L', surface%points, failure)
+      call put_vectors(file, 'velocities', 'L/T', surface%velocities, failure)
       call write_integers(file, 'triangles', int(shape(surface%triangles), i8), [surface%triangles - 1], failure)
-      if (present(coupler)) call put_bending()
+      if (present(coupler)) call put_bending(file, wings, i, coupler, failure)
       if (present(sides)) call put_sides()
       call put_attribute(file, '/', 'schema', 'flusi-msm wing surface', failure)
       if (note /= '') call put_attribute(file, '/', 'units', note, failure)
@@ -116,24 +116,6 @@ contains
 
   contains
 
-    subroutine put_bending()
-      real(rp) :: force(3, size(wings%surfaces(i)%points, 2))
-      real(rp) :: displacement(3, size(wings%surfaces(i)%points, 2)), areas(size(wings%surfaces(i)%points, 2))
-      integer :: p
-      force = coupler%surfaces(i)%force
-      areas = point_areas(wings%surfaces(i))
-      do p = 1, size(areas)
-        displacement(:, p) = wings%poses(i)%vector_to_space(wings%deformation(i)%u(:, p))
-        if (areas(p) > 0) force(:, p) = force(:, p)/areas(p)
-      end do
-      call put_vectors('displacement', 'L', displacement)
-      call put_vectors('load', 'rho L^2/T^2', force)
-      associate (jump => coupler%surfaces(i)%jump)
-      call write_slab(file, 'pressure_jump', shape(jump, kind=i8), [0_i8], shape(jump, kind=i8), jump, .false., failure)
-      end associate
-      call put_attribute(file, 'pressure_jump', 'units', 'rho L^2/T^2', failure)
-    end subroutine put_bending
-
     subroutine put_sides()
       character(7), parameter :: NAMES(2) = [character(7) :: 'dorsal', 'ventral']
       character(:), allocatable :: name
@@ -146,22 +128,48 @@ contains
           associate (p => loads%pressure(:, side))
             call write_slab(file, 'pressure_'//name, shape(p, kind=i8), [0_i8], shape(p, kind=i8), p, .false., failure)
             call put_attribute(file, 'pressure_'//name, 'units', 'rho L^2/T^2', failure)
-            call put_vectors('traction_'//name, 'rho L^2/T^2', loads%traction(:, :, side))
+            call put_vectors(file, 'traction_'//name, 'rho L^2/T^2', loads%traction(:, :, side), failure)
           end associate
         end do
         call put_attribute(file, '/', 'side_distance', sides%distance, failure)
       end associate
     end subroutine put_sides
-
-    subroutine put_vectors(name, units, values)
-      character(*), intent(in) :: name, units
-      real(rp), intent(in) :: values(:, :)
-      integer(i8) :: dims(2)
-      dims = shape(values, kind=i8)
-      call write_slab(file, name, dims, [0_i8, 0_i8], dims, [values], .false., failure)
-      call put_attribute(file, name, 'units', units, failure)
-    end subroutine put_vectors
   end subroutine write_surface
+
+  !> Displacements, loads and pressure jumps of wing i, which bends.
+  subroutine put_bending(file, wings, i, coupler, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(flapping_wings_t), intent(in) :: wings
+    integer, intent(in) :: i
+    type(coupler_t), intent(in) :: coupler
+    type(failure_t), intent(inout) :: failure
+    real(rp) :: force(3, size(wings%surfaces(i)%points, 2))
+    real(rp) :: displacement(3, size(wings%surfaces(i)%points, 2)), areas(size(wings%surfaces(i)%points, 2))
+    integer :: p
+    force = coupler%surfaces(i)%force
+    areas = point_areas(wings%surfaces(i))
+    do p = 1, size(areas)
+      displacement(:, p) = wings%poses(i)%vector_to_space(wings%deformation(i)%u(:, p))
+      if (areas(p) > 0) force(:, p) = force(:, p)/areas(p)
+    end do
+    call put_vectors(file, 'displacement', 'L', displacement, failure)
+    call put_vectors(file, 'load', 'rho L^2/T^2', force, failure)
+    associate (jump => coupler%surfaces(i)%jump)
+      call write_slab(file, 'pressure_jump', shape(jump, kind=i8), [0_i8], shape(jump, kind=i8), jump, .false., failure)
+    end associate
+    call put_attribute(file, 'pressure_jump', 'units', 'rho L^2/T^2', failure)
+  end subroutine put_bending
+
+  subroutine put_vectors(file, name, units, values, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name, units
+    real(rp), intent(in) :: values(:, :)
+    type(failure_t), intent(inout) :: failure
+    integer(i8) :: dims(2)
+    dims = shape(values, kind=i8)
+    call write_slab(file, name, dims, [0_i8, 0_i8], dims, [values], .false., failure)
+    call put_attribute(file, name, 'units', units, failure)
+  end subroutine put_vectors
 
   !> A third of the area of all triangles around each point, L^2.
   pure function point_areas(surface) result(areas)

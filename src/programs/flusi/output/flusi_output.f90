@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fields and slices: what is due, and writing it.
 module flusi_output
-  use flusi_averages, only: averages_t, MOST_AVERAGES
-  use flusi_settings, only: output_params_t
-  use flusi_slices, only: slices_t
-  use flusi_flight_output, only: flight_output_t
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
-  use fluid_flow_fields, only: VORTICITY_MAGNITUDE
   use fluid_fields, only: mask_field, solid_velocity_field
+  use fluid_flow_fields, only: VORTICITY_MAGNITUDE
   use fluid_q_criterion, only: q_criterion
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use fluid_timestep, only: is_due
+  use flusi_averages, only: averages_t, MOST_AVERAGES
+  use flusi_flight_output, only: flight_output_t
+  use flusi_settings, only: output_params_t
+  use flusi_slices, only: slices_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_wing_sides, only: wing_sides_t

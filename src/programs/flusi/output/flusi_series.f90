@@ -60,22 +60,9 @@ contains
     logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
     real(rp), intent(in), optional :: restart_time
     character(*), parameter :: T = 'time [T]'
-    character(40), allocatable :: forces(:), powers(:)
     character(16) :: name
-    real(rp) :: points(0:N_COLORS - 1)
     integer :: c
-
-    associate (p => fluid%rhs%params, penalty => fluid%rhs%penalty)
-      self%solids = p%penalized
-      self%compute_forces = (p%penalized .or. present(wings)) .and. p%compute_forces
-      points = penalty%count_colors()
-      call world%sum_reals(points)
-      self%has_color = points > 0.5_rp
-      do c = 0, N_COLORS - 1
-        self%has_color(c) = self%has_color(c) .or. is_wing(wings, c)
-      end do
-    end associate
-
+    call find_colors(self, world, fluid, wings)
     call open_one(self%dt, 'dt.t', [character(40) :: T, 'dt [T]', 'CFL [-]', 'dt*nu/dx^2 [-]', 'dt/eps [-]'])
     call open_one(self%timesteps, 'timesteps_info.t', [character(40) :: T, 'wall time per step [s]', 'step', &
                                                        'dt [T]', 'ranks'])
@@ -90,18 +77,11 @@ contains
                     [character(40) :: T, ('rms |u-us| color '//achar(iachar('0') + c)//' [L/T]', c=0, N_COLORS - 1)])
     end if
     if (self%compute_forces) then
-      forces = force_columns()
-      allocate (powers(0))
-      if (present(wings)) powers = power_columns()
-      call open_one(self%forces, 'forces.t', [forces, powers])
+      call open_one(self%forces, 'forces.t', force_columns(present(wings)))
       do c = COLOR_BODY, N_COLORS - 1
-        write (name, '(a,i1,a)') 'forces_part', c, '.t'
         if (.not. self%has_color(c)) cycle
-        if (is_wing(wings, c) .or. is_body(wings, c)) then
-          call open_one(self%part(c), trim(name), [forces, powers])
-        else
-          call open_one(self%part(c), trim(name), forces)
-        end if
+        write (name, '(a,i1,a)') 'forces_part', c, '.t'
+        call open_one(self%part(c), trim(name), force_columns(is_wing(wings, c) .or. is_body(wings, c)))
       end do
     end if
     if (with_spectra) call self%spectra%open(world, fluid, note, failure, restart_time)
@@ -123,6 +103,26 @@ contains
       call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
     end subroutine open_one
   end subroutine series_open
+
+  !> What the solids are, and which colors they have. Collective.
+  subroutine find_colors(self, world, fluid, wings)
+    class(run_series_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(fluid_t), intent(in) :: fluid
+    type(flapping_wings_t), intent(in), optional :: wings
+    real(rp) :: points(0:N_COLORS - 1)
+    integer :: c
+    associate (p => fluid%rhs%params)
+      self%solids = p%penalized
+      self%compute_forces = (p%penalized .or. present(wings)) .and. p%compute_forces
+    end associate
+    points = fluid%rhs%penalty%count_colors()
+    call world%sum_reals(points)
+    self%has_color = points > 0.5_rp
+    do c = 0, N_COLORS - 1
+      self%has_color(c) = self%has_color(c) .or. is_wing(wings, c)
+    end do
+  end subroutine find_colors
 
   function energy_columns() result(columns)
     character(40) :: columns(21)
@@ -147,9 +147,11 @@ contains
     end do
   end function energy_columns
 
-  function force_columns() result(columns)
-    character(40) :: columns(13)
+  function force_columns(has_power) result(columns)
+    logical, intent(in) :: has_power
+    character(40), allocatable :: columns(:)
     integer :: c
+    allocate (columns(13))
     columns(1) = 'time [T]'
     do c = 1, 3
       columns(1 + c) = 'F'//XYZ(c:c)//' [rho L^4/T^2]'
@@ -157,6 +159,7 @@ contains
       columns(7 + c) = 'M'//XYZ(c:c)//' [rho L^5/T^2]'
       columns(10 + c) = 'M'//XYZ(c:c)//' unsteady [rho L^5/T^2]'
     end do
+    if (has_power) columns = [columns, power_columns()]
   end function force_columns
 
   !> What forces.t has in addition if there are wings.

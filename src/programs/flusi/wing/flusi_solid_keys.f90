@@ -4,6 +4,7 @@ module flusi_solid_keys
   use base_kinds, only: rp
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_SOLID
   use common_instrument, only: register_idle_instrument
+  use common_solver_keys, only: register_limits
   use common_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
   use fsi_kinematics_keys, only: register_kinematics_keys
   use io_include, only: register_include
@@ -104,11 +105,6 @@ contains
     call r%add_integer('Saving', 'series_every', 1, 'steps between two records of the time series', min=1)
     call r%add_switch('Saving', 'iDoBackup', .true., 'write backups')
     call r%add_real('Saving', 'truntime', 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp)
-    call r%add_real('Saving', 'wtimemax', 8760.0_rp, 'stop with a backup after this wall time', unit='h', above=0.0_rp)
-    call r%add_real('Saving', 'job_end_margin', 300.0_rp, &
-                    'stop this long before the end of the job that SLURM announces in SLURM_JOB_END_TIME', unit='s', &
-                    min=0.0_rp)
-    call r%add_real('Saving', 'progress_interval', 30.0_rp, 'wall time between progress lines in a log', unit='s', &
-                    min=0.0_rp)
+    call register_limits(r)
   end subroutine register_saving
 end module flusi_solid_keys

@@ -3,23 +3,24 @@
 !> model, its motion and its loads. Whatever a user can do wrong is found here, before anything is computed
 !> or written. SI units.
 module flusi_solid_settings
-  use flusi_settings, only: output_params_t
-  use flusi_solid_keys, only: register_solid_keys
-  use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
-  use common_wing_effects, only: refuse_root_compliance
-  use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
   use base_constants, only: PI, TWO_PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use fsi_kinematics, only: wing_mount_t
+  use common_solver_keys, only: read_limits
+  use common_wing_effects, only: refuse_root_compliance
+  use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
+  use flusi_settings, only: output_params_t
+  use flusi_solid_keys, only: register_solid_keys
+  use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
   use fsi_body_motion_keys, only: read_body_motion
+  use fsi_kinematics, only: wing_mount_t
   use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_motion, only: wing_motion_t
-  use io_shared_text, only: read_text_file
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use io_shared_text, only: read_text_file
   use solid_dynamics, only: dynamic_options_t
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
@@ -134,9 +135,7 @@ contains
       s%output%t_save = c%get_real('Saving', 't_save')
       s%output%backup = c%get_switch('Saving', 'iDoBackup')
       s%output%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
-      s%output%limits%stop_seconds = 3600*c%get_real('Saving', 'wtimemax')
-      s%output%limits%job_end_margin = c%get_real('Saving', 'job_end_margin')
-      s%output%progress_seconds = c%get_real('Saving', 'progress_interval')
+      call read_limits(c, s%output%limits, s%output%progress_seconds)
       call check_name(c, s%name, errors)
       if (s%t_max > MOST_SHAPES*s%output%t_save) &
         call c%complain(errors, 'Saving', 't_save', 'means more than '//number_text(MOST_SHAPES)//' shapes')

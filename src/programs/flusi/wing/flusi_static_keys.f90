@@ -4,12 +4,15 @@ module flusi_static_keys
   use base_kinds, only: rp
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_STATIC
   use common_instrument, only: register_idle_instrument
+  use common_solver_keys, only: solver_keys
   use common_wing_keys, only: register_wing_keys, PLACE_HELP
   use io_include, only: register_include
+  use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
+  use solid_statics, only: static_options_t
   implicit none
   private
-  public :: register_static_keys, write_static_reference
+  public :: static_solver_keys, register_static_keys, write_static_reference
 
 contains
 
@@ -33,8 +36,17 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_static_reference
 
+  !> [Solver].
+  subroutine static_solver_keys(keys, options)
+    type(keys_t), intent(inout) :: keys
+    type(static_options_t), intent(inout) :: options
+    call solver_keys(keys, options, 900)
+  end subroutine static_solver_keys
+
   subroutine register_rest(r)
-    type(registry_t), intent(inout) :: r
+    type(registry_t), intent(inout), target :: r
+    type(keys_t) :: keys
+    type(static_options_t) :: unused
     call r%add_section('Loads', 'every row, and every entry of a list, is a load of its own; rows of forces come '// &
                        'first, then those of point_forces, then the lists')
     call r%add_matrix('Loads', 'forces', 3, 'rows of x y force: place on the unloaded membrane [m], force along z [N]')
@@ -46,12 +58,8 @@ contains
                      'weight is part of every load, and a load of its own if there is no other', unit='m/s^2', length=3)
     call r%add_section('Modes', 'natural frequencies and shapes of the unloaded wing')
     call r%add_integer('Modes', 'modes', 0, 'number of modes, lowest first', min=0, max=100)
-    call r%add_section('Solver', 'path of the static solution')
-    call r%add_real('Solver', 'tolerance', 1.0e-8_rp, 'of the residual, relative to the load', min=1.0e-12_rp, &
-                    max=1.0e-3_rp)
-    call r%add_real('Solver', 'step_limit', 0.025_rp, 'largest movement in one stage, relative to the wing''s size', &
-                    above=0.0_rp, max=0.2_rp)
-    call r%add_integer('Solver', 'factorisation_limit', 900, 'give up after so many for one load', min=1)
+    keys = declaring(r)
+    call static_solver_keys(keys, unused)
     call r%add_section('Saving', 'what is written')
     call r%add_text('Saving', 'name', 'static', 'first part of the names of all files, with a folder if wanted')
     call r%add_switch('Saving', 'shapes', .true., 'one HDF5 file and one XDMF index for every load')

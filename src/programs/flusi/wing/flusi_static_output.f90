@@ -2,6 +2,7 @@
 !> Files of `flusi --static`: for each load the deformed wing in HDF5, with the forces of the load, and an
 !> XDMF index (see flusi_wing_output); and a table of all loads. Every file gets its name when it is complete.
 module flusi_static_output
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use base_errors, only: failure_t
   use base_files, only: name_of, remove_file
   use base_kinds, only: rp
@@ -12,7 +13,6 @@ module flusi_static_output
   use io_hdf5, only: hdf5_file_t
   use io_xdmf_series, only: xdmf_text
   use solid_statics, only: static_report_t
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none
   private
   public :: static_table_t, static_row_t, write_shape, remove_shape

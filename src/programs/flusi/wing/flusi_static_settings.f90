@@ -6,9 +6,10 @@ module flusi_static_settings
   use base_kinds, only: rp
   use base_text, only: number_text
   use common_wing_settings, only: check_name, load_wing
-  use flusi_static_keys, only: register_static_keys
+  use flusi_static_keys, only: register_static_keys, static_solver_keys
   use flusi_wing_sites, only: add_force, force_group_t, read_force_groups
   use io_config, only: config_t
+  use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
@@ -58,12 +59,12 @@ contains
   end subroutine load_static_settings
 
   subroutine read_options(s, errors)
-    type(static_settings_t), intent(inout) :: s
+    type(static_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
+    type(keys_t) :: keys
+    keys = reading(s%config)
+    call static_solver_keys(keys, s%options)
     associate (c => s%config)
-      s%options%tolerance = c%get_real('Solver', 'tolerance')
-      s%options%step_limit = c%get_real('Solver', 'step_limit')
-      s%options%factorisation_limit = c%get_integer('Solver', 'factorisation_limit')
       s%gravity = c%get_reals('Loads', 'gravity')
       s%n_modes = c%get_integer('Modes', 'modes')
       s%name = c%get_text('Saving', 'name')

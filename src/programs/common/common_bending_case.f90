@@ -1,0 +1,88 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Reads what trainings and diagnoses have in common: the ini file, the wing, the measurement, the instrument, and which
+!> parameters are free.
+module common_bending_case
+  use base_errors, only: message_list_t
+  use common_free_parameters, only: read_free_parameters
+  use common_instrument, only: read_instrument
+  use common_outliers, only: choose_heights
+  use common_wing_settings, only: find_beside, load_wing
+  use io_config, only: config_t
+  use io_registry, only: registry_t
+  use io_shared_text, only: read_shared_text
+  use measurement_bending_case, only: bending_case_t
+  use measurement_broadcast, only: load_measurement
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: load_input, load_bending_case, bending_input_t
+
+  !> What differs between the programs.
+  type :: bending_input_t
+    character(:), allocatable :: ini, wing, measurement !< paths: of the input, and as the input has them
+    character(:), allocatable :: section    !< that has the key `parameters`
+    logical :: scale_is_log = .true.        !< of bounds that do not say it
+    logical :: may_plan = .false.           !< the measurement may have no heights
+    logical :: keeps_outliers = .false.     !< the preset of [Measurement] outliers keeps them
+  end type bending_input_t
+
+contains
+
+  !> Reads the ini file `path` on all ranks. `ok` is false if there is nothing to go on with: no such file, or a section of
+  !> what is not built. Collective.
+  subroutine load_input(path, registry, world, config, errors, notices, ok)
+    character(*), intent(in) :: path
+    type(registry_t), intent(in) :: registry
+    type(world_t), intent(in) :: world
+    type(config_t), intent(inout) :: config
+    type(message_list_t), intent(inout) :: errors, notices
+    logical, intent(out) :: ok
+    character(:), allocatable :: text, problem
+    ok = .false.
+    call read_shared_text(path, text, problem, world)
+    if (allocated(problem)) then
+      call errors%add(problem)
+      return
+    end if
+    call config%load_text(text, path, registry, errors, notices, .false., world)
+    ok = .not. config%asks_for_unbuilt()
+  end subroutine load_input
+
+  !> Reads the wing, the measurement, the instrument and the free parameters on all ranks; all mistakes go to `errors`, remarks
+  !> to `notices`. Without a wing nothing else is read. Collective.
+  subroutine load_bending_case(input, config, world, case, errors, notices)
+    type(bending_input_t), intent(in) :: input
+    type(config_t), intent(in) :: config
+    type(world_t), intent(in) :: world
+    class(bending_case_t), intent(inout) :: case
+    type(message_list_t), intent(inout) :: errors, notices
+    logical :: found
+    call load_wing(config, input%ini, .false., case%wing_case, found, errors, notices, world, input%wing)
+    if (.not. found) return
+    call read_measurement(input, config, world, case, errors, notices)
+    if (allocated(case%measurement%loads)) call case%instrument%set_scales(case%measurement, case%wing_case%model%size)
+    call read_instrument(config, case%instrument, errors)
+    call read_free_parameters(config, input%section, case%wing_case%requested, case%instrument, input%scale_is_log, &
+                              case%free_parameters, errors)
+  end subroutine load_bending_case
+
+  subroutine read_measurement(input, config, world, case, errors, notices)
+    type(bending_input_t), intent(in) :: input
+    type(config_t), intent(in) :: config
+    type(world_t), intent(in) :: world
+    class(bending_case_t), intent(inout) :: case
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable :: problem
+    if (.not. config%is_given('Measurement', 'file')) return
+    call find_beside(input%ini, input%measurement, case%measurement_path, problem, world)
+    if (allocated(problem)) then
+      call config%complain(errors, 'Measurement', 'file', problem)
+      return
+    end if
+    call load_measurement(world, case%measurement_path, case%wing_case%wing, case%measurement, errors, input%may_plan)
+    if (errors%count() > 0) return
+    if (case%measurement%is_plan .and. size(case%measurement%x) > 0) &
+      call notices%add(case%measurement_path//': the plan of an experiment, without heights, for --plan alone')
+    call choose_heights(config, case%measurement_path, input%keeps_outliers, case%measurement, case%outliers, notices)
+  end subroutine read_measurement
+end module common_bending_case

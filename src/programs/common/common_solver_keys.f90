@@ -1,0 +1,63 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Keys that several programs have: [Solver], which chooses the path of static solutions, and when a job ends.
+module common_solver_keys
+  use base_kinds, only: rp
+  use io_config, only: config_t
+  use io_keys, only: declaring, keys_t, reading
+  use io_registry, only: registry_t
+  use io_stop, only: job_limits_t
+  use solid_statics, only: static_options_t
+  implicit none
+  private
+  public :: solver_keys, limit_keys, register_limits, read_limits
+
+contains
+
+  !> [Solver]; `most` is the usual factorisation_limit.
+  subroutine solver_keys(keys, options, most)
+    type(keys_t), intent(inout) :: keys
+    type(static_options_t), intent(inout) :: options
+    integer, intent(in) :: most
+    call keys%section('Solver', 'path of the static solution')
+    call keys%real('tolerance', options%tolerance, 1.0e-8_rp, 'of the residual, relative to the load; soft wings do '// &
+                   'not reach much less', min=1.0e-12_rp, max=1.0e-3_rp)
+    call keys%real('step_limit', options%step_limit, 0.025_rp, 'largest movement in one stage, relative to the wing''s size', &
+                   above=0.0_rp, max=0.2_rp)
+    call keys%integer('factorisation_limit', options%factorisation_limit, most, 'give up after so many for one load', min=1)
+  end subroutine solver_keys
+
+  !> Keys of [Saving], which is the present section of `keys`: how long a run may take, and how often it says where it is.
+  subroutine limit_keys(keys, limits, progress_seconds)
+    type(keys_t), intent(in) :: keys
+    type(job_limits_t), intent(inout) :: limits
+    real(rp), intent(inout) :: progress_seconds
+    call keys%real('wtimemax', limits%stop_seconds, 8760.0_rp, 'stop with a backup after this wall time', unit='h', &
+                   above=0.0_rp, scale=3600.0_rp)
+    call keys%real('job_end_margin', limits%job_end_margin, 300.0_rp, &
+                   'stop this long before the end of the job that SLURM announces in SLURM_JOB_END_TIME', unit='s', min=0.0_rp)
+    call keys%real('progress_interval', progress_seconds, 30.0_rp, 'wall time between progress lines in a log', unit='s', &
+                   min=0.0_rp)
+  end subroutine limit_keys
+
+  !> Declares the keys of `limit_keys`.
+  subroutine register_limits(registry)
+    type(registry_t), intent(inout), target :: registry
+    type(job_limits_t) :: unused
+    type(keys_t) :: keys
+    real(rp) :: nothing
+    keys = declaring(registry)
+    call keys%section('Saving')
+    call limit_keys(keys, unused, nothing)
+  end subroutine register_limits
+
+  !> Reads the keys of `limit_keys`.
+  subroutine read_limits(config, limits, progress_seconds)
+    type(config_t), intent(in), target :: config
+    type(job_limits_t), intent(inout) :: limits
+    real(rp), intent(inout) :: progress_seconds
+    type(keys_t) :: keys
+    keys = reading(config)
+    call keys%section('Saving')
+    call limit_keys(keys, limits, progress_seconds)
+  end subroutine read_limits
+end module common_solver_keys

@@ -1,0 +1,76 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One statement for each key: the same procedure declares keys with default, range and help, and reads them.
+program test_keys
+  use base_errors, only: message_list_t
+  use base_kinds, only: i8, rp
+  use io_config, only: config_t
+  use io_keys, only: declaring, keys_t, reading
+  use io_registry, only: registry_t
+  use testkit, only: testkit_t
+  implicit none
+  character(*), parameter :: NL = achar(10)
+
+  type :: choices_t
+    integer :: most = -7
+    integer(i8) :: seed = -7
+    real(rp) :: step = -7, wall = -7
+    logical :: saves = .false.
+    character(:), allocatable :: method, path, kept
+  end type choices_t
+
+  type(testkit_t) :: t
+  type(registry_t), target :: registry
+  type(config_t), target :: config
+  type(message_list_t) :: errors, notices
+  type(keys_t) :: keys
+  type(choices_t) :: c
+  call t%start(parallel=.false.)
+  keys = declaring(registry)
+  call all_keys(keys, c)
+  call t%check('what declares keys leaves the variables as they are', c%most == -7 .and. c%seed == -7 .and. &
+               .not. c%saves .and. .not. allocated(c%method))
+
+  call load('')
+  call t%check('variables get defaults', c%most == 5 .and. c%seed == 1 .and. c%saves .and. c%method == 'fast')
+  call t%check_close('in the unit of the variable', c%wall, 7200.0_rp, 0.0_rp)
+  call t%check('a default that the program works out leaves the variable', c%path == 'out' .and. .not. allocated(c%kept))
+
+  call load('[Search]'//NL//'most = 3'//NL//'seed = 2000000000'//NL//'step = 0.25'//NL//'wall = 1.5'//NL// &
+            '[Saving]'//NL//'saves = no'//NL//'method = slow'//NL//'path = there'//NL//'kept = here'//NL)
+  call t%check('variables get what the file says', c%most == 3 .and. c%seed == 2000000000_i8 .and. .not. c%saves .and. &
+               c%method == 'slow' .and. c%path == 'there' .and. c%kept == 'here')
+  call t%check_close('with their unit', c%wall, 5400.0_rp, 0.0_rp)
+  call t%check_close('a real', c%step, 0.25_rp, 0.0_rp)
+
+  call load('[Search]'//NL//'most = 11'//NL//'step = 0'//NL//'[Saving]'//NL//'method = slower'//NL)
+  call t%check('ranges and words hold', errors%count() == 3)
+  call t%finish()
+
+contains
+
+  subroutine all_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(choices_t), intent(inout) :: c
+    call keys%section('Search', 'for something')
+    call keys%integer('most', c%most, 5, 'of all', min=1, max=10)
+    call keys%integer('seed', c%seed, 1, 'of random numbers', min=0)
+    call keys%real('step', c%step, 0.5_rp, 'the first', unit='m', above=0.0_rp)
+    call keys%real('wall', c%wall, 2.0_rp, 'time', unit='h', min=0.0_rp, scale=3600.0_rp)
+    call keys%section('Saving')
+    call keys%switch('saves', c%saves, .true., 'or not')
+    call keys%word('method', c%method, 'fast', 'fast|slow', 'of saving')
+    call keys%text('path', c%path, 'out', 'of the file')
+    call keys%text('kept', c%kept, 'what the program chooses', 'of another', computed=.true.)
+  end subroutine all_keys
+
+  subroutine load(text)
+    character(*), intent(in) :: text
+    type(choices_t) :: fresh
+    type(message_list_t) :: none
+    errors = none
+    c = fresh
+    call config%load_text(text, 'keys.ini', registry, errors, notices, .false.)
+    keys = reading(config)
+    call all_keys(keys, c)
+  end subroutine load
+end program test_keys
