@@ -209,14 +209,14 @@ contains
       'points, ', world%size, ' ranks, ', n, ' markers, ', steps, ' steps until t = ', fluid%rhs%state%time
     write (output_unit, '(a,6(f0.1,a))') 'a step takes ', MS*median(step), ' ms: fluid ', MS*alone, ' ms, meet ', &
       MS*median(times(MEET, :)), ' ms, solid ', MS*median(bending), ' ms, renew ', MS*sum(times(RENEW, :))/steps, &
-      ' ms (mean), push ', MS*median(times(PUSH, :)), ' ms'
+      ' ms (mean), push ', MS*sum(times(PUSH, :))/steps, ' ms (mean)'
     write (output_unit, '(a,i0,a,f0.2)') 'at most ', nint(maxval(times(FACTORS, :))), &
       ' factorisations per wing and step, on average ', sum(times(FACTORS, :))/steps
     write (output_unit, '(a,f0.2,a,f0.2,a)') 'the fluid takes ', alone/least(1), ' times its floor; responses take ', &
       thin%memory_bytes()/8/points, ' doubles per point of the grid on rank 0'
     write (output_unit, '(20a)') '{"step_to_fluid":', number(sum(step)/steps/alone), ',"meet":', &
       number(median(times(MEET, :))/alone), ',"solid":', number(median(bending)/alone), ',"renew":', &
-      number(sum(times(RENEW, :))/steps/alone), ',"push":', number(median(times(PUSH, :))/alone), ',"solid_ms":', &
+      number(sum(times(RENEW, :))/steps/alone), ',"push":', number(sum(times(PUSH, :))/steps/alone), ',"solid_ms":', &
       number(MS*median(bending)), ',"markers":', number(real(n, rp)), ',"fluid_to_floor":', number(alone/least(1)), '}'
   end subroutine report_thin
 

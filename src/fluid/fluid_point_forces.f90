@@ -50,7 +50,8 @@ module fluid_point_forces
     type(stencils_t) :: stencils
     real(rp), allocatable :: inverse_xy(:), inverse_z(:) !< 1/transform of the window on sticks, along kz
     real(rp), allocatable :: kappa_xy(:), kappa_z(:)     !< parts of (k/K)^2
-    real(rp), allocatable :: filter(:)                   !< (nkz) of one stick
+    real(rp), allocatable :: filter(:), share(:)         !< (nkz) of one stick: Phi over the window's, 1/k^2
+    complex(rp), allocatable :: along(:)                 !< (nkz) of one stick: k.f/k^2
     real(rp), allocatable :: values(:, :)                !< (3, n) velocities or forces
     real(rp) :: impulse = 0, mean_change(3) = 0
     complex(rp), pointer, contiguous :: u(:, :, :) => null()
@@ -100,7 +101,7 @@ contains
       self%kappa_xy = (s%kx**2 + s%ky**2)/self%radius**2
       self%kappa_z = s%kz**2/self%radius**2
     end associate
-    allocate (self%filter(sticks%nkz))
+    allocate (self%filter(sticks%nkz), self%share(sticks%nkz), self%along(sticks%nkz))
     self%stencils%line_first = 1
     self%stencils%lines = .false.
   end subroutine forces_init
@@ -219,10 +220,11 @@ contains
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: s
     integer :: i
-    real(rp) :: kappa
+    real(rp) :: kappa, factor
     do i = 1, self%sticks%nkz
       kappa = self%kappa_xy(s) + self%kappa_z(i)
-      self%filter(i) = merge(sqrt(1 + kappa)*self%inverse_xy(s)*self%inverse_z(i), 0.0_rp, kappa < 1)
+      factor = sqrt(1 + kappa)*self%inverse_xy(s)*self%inverse_z(i)
+      self%filter(i) = merge(factor, 0.0_rp, kappa < 1)
     end do
   end subroutine set_filter
 
@@ -306,19 +308,30 @@ contains
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
-    complex(rp) :: along
-    real(rp) :: k(3)
+    real(rp) :: kx, ky
     integer :: i, j, s
     do i = 1, count
       s = first + i - 1
       call self%set_filter(s)
-      k(1:2) = [self%sticks%kx(s), self%sticks%ky(s)]
-      do j = 1, self%sticks%nkz
-        k(3) = self%sticks%kz(j)
-        fields(j, i, :) = self%impulse*self%filter(j)*fields(j, i, :)
-        along = (k(1)*fields(j, i, 1) + k(2)*fields(j, i, 2) + k(3)*fields(j, i, 3))/max(sum(k**2), tiny(1.0_rp))
-        self%u(j, s, :) = self%u(j, s, :) + fields(j, i, :) - k*along
-      end do
+      kx = self%sticks%kx(s)
+      ky = self%sticks%ky(s)
+      associate (kz => self%sticks%kz, along => self%along, u => self%u)
+        do j = 1, self%sticks%nkz
+          self%filter(j) = self%impulse*self%filter(j)
+          self%share(j) = 1/max(kx**2 + ky**2 + kz(j)**2, tiny(1.0_rp))
+        end do
+        do j = 1, self%sticks%nkz
+          fields(j, i, 1) = self%filter(j)*fields(j, i, 1)
+          fields(j, i, 2) = self%filter(j)*fields(j, i, 2)
+          fields(j, i, 3) = self%filter(j)*fields(j, i, 3)
+          along(j) = self%share(j)*(kx*fields(j, i, 1) + ky*fields(j, i, 2) + kz(j)*fields(j, i, 3))
+        end do
+        do j = 1, self%sticks%nkz
+          u(j, s, 1) = u(j, s, 1) + fields(j, i, 1) - kx*along(j)
+          u(j, s, 2) = u(j, s, 2) + fields(j, i, 2) - ky*along(j)
+          u(j, s, 3) = u(j, s, 3) + fields(j, i, 3) - kz(j)*along(j)
+        end do
+      end associate
       ! The mean follows its own law, by the total force itself: no window comes between.
       if (s == self%sticks%zero) self%u(1, s, :) = self%u(1, s, :) - fields(1, i, :) + self%mean_change
     end do

@@ -17,6 +17,7 @@ module spectral_pencil
   use spectral_copy, only: copy_backward, copy_forward
   use spectral_fftw, only: effort_flag, wisdom_text, learn_wisdom
   use spectral_grid, only: grid_t
+  use spectral_pencil_planes, only: is_wanted, leave_out_planes
   use spectral_pencil_stages, only: stages_t, STICK_BATCH
   use spectral_sticks, only: make_sticks, process_grid
   use spectral_transform, only: transform_t, kernels_t
@@ -146,7 +147,7 @@ contains
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     integer, intent(in) :: part, parts
-    integer :: z
+    integer :: z, column
     call require(kernels%n_in <= size(self%fields_in, 3) .and. kernels%n_out <= size(self%fields_out, 3), &
                  'pencil_t: more fields than the transform was made for')
     call require(parts == 1 .or. (parts <= self%most_parts() .and. kernels%n_out == 0), &
@@ -156,7 +157,10 @@ contains
     ! Lines have the curl, too; it needs no place where there are none between ranks.
     if (self%rows == 1) self%n_fields = max(kernels%place_of(kernels%n_in), kernels%n_out)
     call self%stages%choose_part(part, parts)
-    call split_evenly(self%block%count(3), parts, part - 1, self%z_first, self%n_planes)
+    column = self%world%rank/self%rows
+    if (parts == 1) call leave_out_planes(self%world, self%block, kernels, self%stages, column)
+    self%z_first = self%stages%z_start(column) - self%block%start(3)
+    self%n_planes = self%stages%z_count(column)
     call make_room(self)
     if (kernels%n_in > 0) call sticks_to_planes(self, kernels)
     if (self%rows == 1) then
@@ -314,14 +318,6 @@ contains
       end do
     end do
   end subroutine pencil_lines
-
-  !> Whether any of the lines first .. first+count-1 of plane z is.
-  pure logical function is_wanted(kernels, first, count, z)
-    class(kernels_t), intent(in) :: kernels
-    integer, intent(in) :: first, count, z
-    is_wanted = .true.
-    if (associated(kernels%lines)) is_wanted = any(kernels%lines(first:first + count - 1, z))
-  end function is_wanted
 
   !> y transforms of all planes, then the row exchange. Collective over the row.
   subroutine planes_to_lines_exchange(self, kernels)

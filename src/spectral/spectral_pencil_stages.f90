@@ -180,6 +180,7 @@ contains
     complex(rp), contiguous, intent(inout) :: modes(:, :)
     integer :: q, z, s, base
     base = 0
+    if (sum(self%z_count) < self%nz) self%z_work(1:self%nz*count) = 0 ! planes that no rank has chosen
     do q = 0, self%columns - 1
       associate (nzq => self%z_count(q), z0 => self%z_start(q))
         do z = 1, nzq

@@ -17,7 +17,7 @@ BODY = merged(WING, {
                 "x_pivot_r": "0.05 -0.2165 0.0", "Jxx": None, "Jyy": None, "wing_length": None},
     "Saving": {"tsave": 9, "tintegral": 1e-9},
 })
-THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
+THIN = {"Insects": {"surface": "thin", "slip_interval": 1}, "Time": {"CFL": 0.4}}
 STILL = {"MeanFlow": {"iMeanFlow_x": "free", "iMeanFlow_y": "free", "iMeanFlow_z": "free"}, "Sponge": {"iVorticitySponge": "no"}}
 
 

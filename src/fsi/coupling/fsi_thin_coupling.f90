@@ -17,6 +17,7 @@ module fsi_thin_coupling
   use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: pose_wing, wing_pose_t
+  use fsi_rigid_fit, only: fit_rotation
   use fsi_thin_wings, only: thin_wing_t, thin_wings_t
   use fsi_wing_deformation, only: show_end, show_motion
   use fsi_wing_mirror, only: mirror_vectors
@@ -114,17 +115,24 @@ contains
     end associate
   end subroutine place_markers
 
-  !> Makes the response of wing i anew if the markers have moved within the wing frame since it was made.
+  !> Turns the response of wing i with its markers, and makes it anew if they have moved otherwise since it was made.
   subroutine follow_shape(thin, i, wings, failure)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
     type(flapping_wings_t), intent(in) :: wings
     type(failure_t), intent(inout) :: failure
-    real(rp), parameter :: FAR = 0.05_rp !< spacings of the markers: the tensor changes over one of them
+    real(rp), parameter :: FAR = 0.1_rp !< spacings of the markers: the tensor changes over one of them
+    real(rp), parameter :: MIRROR(3) = [1.0_rp, 1.0_rp, -1.0_rp] !< to the axes of the file, in which it is made
+    real(rp) :: rotation(3, 3), farthest
     logical :: has_factor
     associate (wing => thin%wings(i))
       wing%work = wing%flat + wing%bent
-      if (maxval(sum((wing%work - wing%shape)**2, 1)) <= (FAR*wings%params%thin%spacing)**2) return
+      call fit_rotation(wing%shape, wing%work, rotation, farthest)
+      if (farthest <= FAR*wings%params%thin%spacing) then
+        if (wing%is_mirrored) rotation = rotation*spread(MIRROR, 1, 3)*spread(MIRROR, 2, 3)
+        call wing%reaction%response%turn(rotation)
+        return
+      end if
       wing%shape = wing%work
       call thin%renew(i, has_factor)
       if (.not. has_factor) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that '// &

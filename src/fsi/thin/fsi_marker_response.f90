@@ -4,7 +4,8 @@
 !> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the
 !> Green tensor of the differences of places (fsi_green). M is symmetric and positive definite as long as markers are
 !> about two grid spacings apart; 1e-8 of its mean diagonal is added to it. It depends on relative places only, so
-!> that it is made in the frame of the wing: once for a rigid one. Of a section, the axis that the plane flow does not
+!> that it is made in the frame of the wing: once for a rigid one. If the markers have since turned together, by R, its
+!> inverse is R M^-1 R^T. Of a section, the axis that the plane flow does not
 !> know is y there, and x for the tensor.
 module fsi_marker_response
   use base_kinds, only: rp
@@ -18,9 +19,12 @@ module fsi_marker_response
     real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle
     real(rp), allocatable, private :: work(:)      !< (3n)
     integer, private :: axes(3) = [1, 2, 3]        !< of the wing frame, in the order of the tensor's
+    real(rp), private :: rotation(3, 3) = 0        !< R, if the markers have turned
+    logical, private :: has_turned = .false.
   contains
     procedure :: init => response_init
     procedure :: build => response_build
+    procedure :: turn => response_turn
     procedure :: solve => response_solve
     procedure :: memory_bytes => response_memory_bytes
   end type marker_response_t
@@ -48,6 +52,7 @@ contains
     real(rp), parameter :: REGULARISATION = 1.0e-8_rp
     real(rp) :: own(3, 3)
     integer :: i, j, k
+    self%has_turned = .false.
     own = green%at([0.0_rp, 0.0_rp, 0.0_rp])
     do k = 1, 3
       own(k, k) = own(k, k)*(1 + REGULARISATION)
@@ -61,18 +66,31 @@ contains
     call factorise(self%factor, has_factor)
   end subroutine response_build
 
+  !> All markers have turned by `rotation` about any point since M was made.
+  pure subroutine response_turn(self, rotation)
+    class(marker_response_t), intent(inout) :: self
+    real(rp), intent(in) :: rotation(3, 3)
+    self%rotation = rotation
+    self%has_turned = .true.
+  end subroutine response_turn
+
   !> The forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made.
   subroutine response_solve(self, v, f)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: v(:, :)
     real(rp), intent(inout) :: f(:, :)
+    real(rp) :: w(3)
     integer :: i
     do i = 1, size(v, 2)
-      self%work(3*i - 2:3*i) = v(self%axes, i)
+      w = v(:, i)
+      if (self%has_turned) w = matmul(w, self%rotation)
+      self%work(3*i - 2:3*i) = w(self%axes)
     end do
     call solve_factorised(self%factor, self%work)
     do i = 1, size(v, 2)
-      f(self%axes, i) = self%work(3*i - 2:3*i)
+      w(self%axes) = self%work(3*i - 2:3*i)
+      if (self%has_turned) w = matmul(self%rotation, w)
+      f(:, i) = w
     end do
   end subroutine response_solve
 

@@ -20,6 +20,7 @@ module fsi_thin_keys
     logical :: is_thin = .false.
     real(rp) :: spacing = 0   !< wanted between markers, L
     real(rp) :: viscosity = 0 !< coefficient c of the vanishing viscosity
+    integer :: slip_interval = 1 !< steps from one measurement of the slip to the next
   end type thin_params_t
 
 contains
@@ -36,6 +37,8 @@ contains
     call registry%add_real(SECTION, 'surface_viscosity', 0.3_rp, 'surface = thin: vanishing viscosity; the largest '// &
                            'wavenumber K is damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of '// &
                            'tip, body and stream', min=0.0_rp)
+    call registry%add_integer(SECTION, 'slip_interval', 10, 'surface = thin: the slip after the forces of a step is measured '// &
+                              'in every so many steps, for slip.t', unit='steps', min=1)
   end subroutine register_thin_keys
 
   !> Takes the keys from `config`.
@@ -49,6 +52,7 @@ contains
       call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
     params%spacing = config%get_real(SECTION, 'marker_spacing')*grid%max_spacing()
     params%viscosity = config%get_real(SECTION, 'surface_viscosity')
+    params%slip_interval = config%get_integer(SECTION, 'slip_interval')
   end subroutine read_thin_keys
 
   !> Whether the flow sees wings without thickness, if there are wings.

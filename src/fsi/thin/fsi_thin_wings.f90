@@ -54,6 +54,7 @@ module fsi_thin_wings
     real(rp) :: before = 0   !< largest |U - I u*|, before the forces act
     real(rp) :: after = 0    !< largest |U - I u(n+1)|
     real(rp) :: speed = 0    !< largest |U|
+    logical :: is_measured = .false. !< in the last step, what is after it and received; else they are of an earlier one
     real(rp) :: received = 0 !< rho L^5/T^3 power of the forces at the velocities of the flow after the step
     integer :: iterations = 0 !< that found the forces of several rigid wings together
     real(rp) :: left = 0      !< of the slip before, when they ended
@@ -226,7 +227,8 @@ contains
     end do
   end subroutine find_shares
 
-  !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip` and the loads of the markers,
+  !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip`, measured where it is due,
+  !> and the loads of the markers,
   !> which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
   subroutine thin_push(self, fluid, wings, poses)
     class(thin_wings_t), intent(inout) :: self
@@ -240,10 +242,13 @@ contains
     self%slip%before = largest(self%u - self%flow)
     self%slip%speed = largest(self%u)
     call fluid%push_at_points(self%force)
-    call fluid%velocities_at_points(self%flow)
-    self%slip%received = sum(self%force*self%flow)
-    self%flow = self%flow + self%shift
-    self%slip%after = largest(self%u - self%flow)
+    self%slip%is_measured = mod(fluid%rhs%state%step, wings%params%thin%slip_interval) == 0
+    if (self%slip%is_measured) then
+      call fluid%velocities_at_points(self%flow)
+      self%slip%received = sum(self%force*self%flow)
+      self%flow = self%flow + self%shift
+      self%slip%after = largest(self%u - self%flow)
+    end if
     do i = 1, size(self%wings)
       associate (a => self%wings(i)%first, z => self%wings(i)%last)
         wings%marker_loads(i) = total_load(-spread(1 - self%share(a:z), 1, 3)*self%force(:, a:z), self%x(:, a:z), &

@@ -158,6 +158,7 @@ contains
     lost = 0
     received = 0
     allocate (on_points(3, f%params%model%n_points))
+    f%wings%params%thin%slip_interval = 1
     before = mean_flow(f)
     do step = 1, 30
       call f%fluid%step(nothing, f%failure, f%wings)

@@ -118,6 +118,7 @@ contains
                     'FlappingMotion_right=from_file::facing.ini'//NL//wings_there//NL//'[Time]'//NL//'Tmax=1'//NL// &
                     'dt_max=0.005'//NL//'[MeanFlow]'//NL//'ux=0.3'//NL//'uy=1'//NL//'uz=0.2'//NL//'[Parallel]'//NL// &
                     'transform='//asked_transform()//NL, fluid, wings)
+    wings%params%thin%slip_interval = 1
     call thin%init(kit%world, wings, fluid, failure)
     call fluid%step(nothing, failure, wings)
     call thin%advance_rigid(fluid, wings)

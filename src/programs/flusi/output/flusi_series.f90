@@ -210,7 +210,8 @@ contains
       call self%ekin%write([t, fluid%sums%kinetic_energy])
     end associate
     if (present(coupler)) call self%coupling%write(coupler)
-    if (present(thin)) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, &
+    if (.not. present(thin)) return
+    if (thin%slip%is_measured) call self%slip%write([fluid%sums_time, thin%slip%after, thin%slip%before, &
                                                   thin%slip%speed, thin%slip%received, &
                                                   real(thin%slip%iterations, rp), thin%slip%left])
   end subroutine series_write_step
