@@ -10,9 +10,12 @@
 !> | ZERO | [m] unknown offset of scalar observations |
 !> | MASS | of an effect of the masses, by its number in solid_mass_effects; natural modes alone feel it |
 !> | POINT_MASS | [kg] a mass at a place, the same |
+!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; records of motion alone feel it |
+!> | RELAXATION | share of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
+!> | RELAXATION_TIME | log of a factor on that time; `number` is that of the share |
 !>
-!> Soft hinges, damage and point masses have the same parameter at many places, of which one at a time may differ from
-!> its null; an experiment is made for those that do.
+!> Soft hinges, damage, point masses and relaxations have the same parameter at many places, or times, of which one at a time may
+!> differ from its null; an experiment is made for those that do.
 module diagnosis_wing_quantities
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -28,13 +31,18 @@ module diagnosis_wing_quantities
             quantity_tangent, setup_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
-                                KIND_MASS = 6, KIND_POINT_MASS = 7
+                                KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
+                                KIND_RELAXATION_TIME = 10
+
+  !> A wing at rest feels none of these.
+  integer, parameter :: OF_MOTION(5) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME]
 
   type :: wing_quantity_t
     integer :: kind = KIND_PARAMETER
-    integer :: number = 0        !< of the parameter, the hinge or the offset
+    integer :: number = 0        !< of the parameter, the hinge, the offset or another quantity
     real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
-    logical :: is_log = .false.  !< of an effect of the masses: the coordinate is a logarithm
+    real(rp) :: time = 0         !< [s] of a relaxation
+    logical :: is_log = .false.  !< of an effect of masses or damping: the coordinate is a logarithm
     integer :: vein = 0          !< of a soft hinge
     real(rp) :: share = 0        !< its place, of the vein's length
     real(rp) :: null = 0         !< coordinate at which it does nothing, or where the wing has it
@@ -55,7 +63,7 @@ contains
     integer, allocatable :: numbers(:)
     integer :: i
     numbers = pack([(i, i=1, size(q))], abs(q - quantities%null) > 0 .or. quantities%kind == KIND_ZERO)
-    numbers = pack(numbers, quantities(numbers)%kind /= KIND_MASS .and. quantities(numbers)%kind /= KIND_POINT_MASS)
+    numbers = pack(numbers, [(all(quantities(numbers(i))%kind /= OF_MOTION), i=1, size(numbers))])
   end function differing
 
   !> The quantity of this kind and number behind the first `behind`; 0: none.
@@ -183,7 +191,7 @@ contains
         else
           call simulation%damage_tangent(e, l, one%disc, column)
         end if
-      case (KIND_MASS, KIND_POINT_MASS) ! a wing at rest does not feel them
+      case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME) ! a wing at rest does not feel them
         column = 0
       case default
         do k = 1, size(setup%order)

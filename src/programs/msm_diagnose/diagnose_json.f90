@@ -15,6 +15,7 @@ module diagnose_json
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
+  use diagnose_questions, only: alarm_name, put_questions
   use inference_residual_checks, only: residual_check_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
@@ -31,12 +32,11 @@ module diagnose_json
 contains
 
   !> Writes the file.
-  subroutine write_diagnosis_json(s, d, band, next, questions, zeros, unknown, failure)
+  subroutine write_diagnosis_json(s, d, band, next, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(discretisation_error_t), intent(in) :: band
     type(next_t), intent(in) :: next
-    type(residual_check_t), intent(in) :: questions(:)
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
@@ -69,16 +69,9 @@ contains
     call put_validation(json, d)
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
-    call json%open_list('questions')
-    do i = 1, size(questions)
-      call json%open_object('')
-      call json%put('name', questions(i)%name)
-      call json%put('statistic', questions(i)%statistic)
-      call json%put('p', questions(i)%p)
-      call json%put('sentence', questions(i)%sentence)
-      call json%close()
-    end do
-    call json%close()
+    if (allocated(d%questions)) call put_questions(json, 'questions', d%questions)
+    if (.not. allocated(d%questions)) call put_questions(json, 'questions', [residual_check_t ::])
+    if (allocated(d%left_questions)) call put_questions(json, 'questions_of_extended', d%left_questions)
     call put_rivals(json, s, d, next)
     call json%open_list('next_measurements')
     do i = 1, size(next%order)
@@ -146,6 +139,9 @@ contains
       call json%put('probability_map', PROVENANCE)
       call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))
       call json%put('log_global_p', v%log_p_global)
+      call json%put('log_p_of_tests', v%log_p_tests)
+      call json%put('log_p_of_checks', v%log_p_checks)
+      call json%put('alarm', alarm_name(d))
       call json%put('snr', v%snr)
       call json%put('remainder_log_p', v%remainder_log_p)
       call json%put('rejection_power', v%name_power)
@@ -208,7 +204,8 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     call json%open_object('baseline')
-    call json%put('observations', s%bins%n + s%measurement%count_mode_observations())
+    call json%put('observations', s%bins%n + s%measurement%count_mode_observations() + &
+                  s%measurement%count_series_observations())
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
     call json%put('chi2', d%plain%chi2)

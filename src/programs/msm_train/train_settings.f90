@@ -150,9 +150,9 @@ contains
       call s%config%complain(errors, 'Measurement', 'file', problem)
     else
       call load_measurement(world, s%measurement_path, s%setup%wing, s%measurement, errors)
-      if (allocated(s%measurement%loads) .and. s%measurement%count_modes() > 0) then
+      if (allocated(s%measurement%loads) .and. s%measurement%moves()) then
         if (size(s%measurement%loads) == 0) call s%config%complain(errors, 'Measurement', 'file', &
-          'holds natural modes and no bending test; a training needs bending tests, msm_diagnose takes both')
+          'holds modes or records of motion and no bending test; a training needs bending tests, msm_diagnose takes all')
       end if
     end if
   end subroutine read_measurement_file
