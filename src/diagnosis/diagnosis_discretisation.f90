@@ -95,7 +95,7 @@ contains
     end if
     self%n_points = size(self%parents, 2)
     allocate (masses(0))
-    if (s%measurement%count_modes() > 0) then ! modes need the mass of this mesh
+    if (s%measurement%moves()) then ! motion needs the mass of this mesh
       call lump_mass(self%wing, s%wing_case%material, mass, messages)
       masses = mass%nodal
       call parts%init(self%wing, mass)

@@ -16,20 +16,20 @@ contains
     class(diagnosis_case_t), intent(inout) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
-    real(rp) :: residuals(simulator%modes%n)
+    real(rp) :: residuals(simulator%motion%modes%n)
     logical :: ok
     integer :: side, i
     if (s%measurement%count_modes() == 0) return
     allocate (s%modes(s%measurement%count_modes()))
     do side = 1, 2
       if (side == 1 .or. .not. d%extended%is_found) then
-        call simulator%modes%evaluate(d%plain%q, residuals, ok)
+        call simulator%motion%modes%evaluate(d%plain%q, residuals, ok)
       else
-        call simulator%modes%evaluate(d%extended%q, residuals, ok)
+        call simulator%motion%modes%evaluate(d%extended%q, residuals, ok)
       end if
       if (.not. ok) cycle
       do i = 1, size(s%modes)
-        associate (t => simulator%modes%simulation%targets(i))
+        associate (t => simulator%motion%modes%simulation%targets(i))
           s%modes(i)%number(side) = t%lo
           s%modes(i)%frequency(side) = t%frequency
           s%modes(i)%mac(side) = t%mac

@@ -23,6 +23,7 @@ module diagnosis_noise
     integer :: n = 0                  !< differences
     real(rp) :: declared = 0          !< [m] root mean square of the declared sd of deformations
     real(rp) :: white = 0             !< [m] sd of the part that neighbours do not share
+    integer :: freedom = 0            !< degrees of freedom of its square; 0: not found
     type(noise_model_t) :: model      !< what follows
     character(:), allocatable :: warning !< empty: the declared errors are plausible
   end type noise_estimate_t
@@ -67,7 +68,12 @@ contains
       estimate%white = ratio*estimate%declared
       if (a%correlation_length > 0) estimate%model%white = min(1.0_rp, ratio**2)
       estimate%model%factor = max(1.0_rp, ratio**2)
-      if (.not. a%correlation_length > 0) estimate%model%factor = ratio**2
+      ! Of errors that neighbours share pixels say nothing: the data tell how large they are.
+      if (.not. a%correlation_length > 0) then
+        estimate%model%factor = ratio**2
+        estimate%freedom = freedom_of(n, size(experiment%comparisons), unloaded_share(experiment))
+        call tell_scans_apart(experiment, values, estimate)
+      end if
     end associate
     estimate%warning = warning_of(ratio, experiment%measurement%accuracy%correlation_length > 0)
 
@@ -103,6 +109,85 @@ contains
       warning = 'neighbouring heights scatter less than the declared errors: they are too large, or correlated'
     end if
   end function warning_of
+
+  !> The unloaded scan is in every deformation. Differences of two loads do not have it: they tell the errors of loaded scans, and
+  !> what these leave of all errors is that of the unloaded one. Each load is in one pair. Where there are too few pairs both
+  !> parameters of scans have the same ratio of true to declared variance.
+  subroutine tell_scans_apart(experiment, values, estimate)
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: values(:, :)
+    type(noise_estimate_t), intent(inout) :: estimate
+    real(rp), parameter :: LEAST = 0.01_rp ! of the ratio of loaded scans
+    real(rp), allocatable :: differences(:)
+    real(rp) :: loaded, share
+    integer :: l, k, n
+    share = unloaded_share(experiment)
+    allocate (differences(2*sum(experiment%comparisons%n_heights)))
+    n = 0
+    do l = 1, size(experiment%comparisons) - 1, 2
+      do k = 1, experiment%comparisons(l)%n_heights
+        call add([1, 0])
+        call add([0, 1])
+      end do
+    end do
+    if (n < FEWEST .or. .not. share > 0) return
+    call sort_reals(differences(:n))
+    loaded = (differences((n + 1)/2)/(MEDIAN_OF_NORMAL*sqrt(6.0_rp)))**2
+    estimate%model%unloaded = max(LEAST, (estimate%model%factor - loaded*(1 - share))/(loaded*share))
+    estimate%model%factor = loaded
+    estimate%freedom = freedom_of(n, 1, 0.0_rp)
+
+  contains
+
+    !> The second difference of both loads' difference at height k of load l, over its declared sd.
+    subroutine add(along)
+      integer, intent(in) :: along(2)
+      integer :: at(2), first(3), second(3), i
+      real(rp) :: variance(3)
+      associate (one => experiment%comparisons(l), other => experiment%comparisons(l + 1), m => experiment%measurement)
+        do i = 1, 3
+          at = one%node(:, k) + (i - 2)*along
+          if (any(at < 1) .or. any(at > shape(one%number))) return
+          first(i) = one%number(at(1), at(2))
+          second(i) = other%number(at(1), at(2))
+          if (first(i) == 0 .or. second(i) == 0) return
+          variance(i) = one%sigma(first(i))**2 + other%sigma(second(i))**2 - 2*m%unloaded_sigma(at(1), at(2))**2
+        end do
+        if (.not. minval(variance) > 0) return
+        n = n + 1
+        differences(n) = abs(dot_product([1, -2, 1], values(first, l) - values(second, l + 1)))/ &
+                         sqrt(dot_product([1, 4, 1], variance)/6)
+      end associate
+    end subroutine add
+  end subroutine tell_scans_apart
+
+  !> Degrees of freedom of a variance from the median of n second differences in as many loads. Of independent ones the
+  !> median tells the variance as 0.37 n squares do (its efficiency); neighbouring and crossing differences have heights in
+  !> common, by which the events that tell the median are correlated as 1 : 2.2 in the sum over all, and the same differences
+  !> of two loads share the unloaded scan: its share s of the variance correlates these events by about 0.6 s^2.
+  pure integer function freedom_of(n, loads, share) result(freedom)
+    integer, intent(in) :: n, loads
+    real(rp), intent(in) :: share
+    freedom = max(1, int(0.37_rp*n/(2.2_rp*(1 + 0.6_rp*(loads - 1)*share**2))))
+  end function freedom_of
+
+  !> Of the declared variance of deformations, the share that the unloaded scan has.
+  real(rp) function unloaded_share(experiment) result(share)
+    type(experiment_t), intent(in) :: experiment
+    real(rp) :: whole
+    integer :: l, k
+    share = 0
+    whole = 0
+    do l = 1, size(experiment%comparisons)
+      associate (comparison => experiment%comparisons(l))
+        do k = 1, comparison%n_heights
+          share = share + experiment%measurement%unloaded_sigma(comparison%node(1, k), comparison%node(2, k))**2
+        end do
+        whole = whole + sum(comparison%sigma(:comparison%n_heights)**2)
+      end associate
+    end do
+    share = share/max(whole, tiny(whole))
+  end function unloaded_share
 
   !> Before there are heights. How much of correlated errors is independent from pixel to pixel is not known then: they count as
   !> independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 - w) C <= 1 + C as

@@ -23,6 +23,7 @@ module diagnosis_wing_bins
     real(rp) :: white = 1      !< share of the declared variance that is independent from pixel to pixel
     real(rp) :: length = 0     !< [m] of the correlation of the rest
     real(rp) :: factor = 1     !< of the declared variance
+    real(rp) :: unloaded = 1   !< further factor on that of the unloaded scan
   end type noise_model_t
 
   !> The observations of all loads: averages, then scalar observations as they are.
@@ -156,7 +157,7 @@ contains
         end if
         own = 0
         if (all(bins%cell(:, a) == bins%cell(:, b))) own = noise%white/max(bins%pixels(a), bins%pixels(b))
-        c(i, j) = sqrt(bins%unloaded(a)*bins%unloaded(b))*(near + own)
+        c(i, j) = noise%unloaded*sqrt(bins%unloaded(a)*bins%unloaded(b))*(near + own)
         if (bins%load(a) == bins%load(b)) c(i, j) = c(i, j) + sqrt(bins%loaded(a)*bins%loaded(b))*(near + own)
         c(i, j) = noise%factor*c(i, j)
         ! Rounding must not make a smooth covariance indefinite.

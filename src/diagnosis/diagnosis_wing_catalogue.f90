@@ -5,6 +5,7 @@ module diagnosis_wing_catalogue
   use base_kinds, only: rp
   use base_parameter, only: define_parameter, parameter_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_named, millimetres, percent
+  use diagnosis_wing_damping, only: add_damping, enter_damping
   use diagnosis_wing_inertia, only: add_air, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of, needs_holds, needs_levels, needs_mass, needs_membrane, &
@@ -48,6 +49,7 @@ contains
       if (.not. catalogue%parameters(n)%is_log) catalogue%parameters(n)%prior_sd = decades
     end do
     call add_air(catalogue, experiment)
+    call add_damping(catalogue, experiment)
     do i = 1, size(experiment%measurement%zeros)
       call define_parameter(p, 'zero:'//trim(experiment%measurement%zeros(i)), 'm', .false., -experiment%model%size, &
                             experiment%model%size)
@@ -57,6 +59,7 @@ contains
     call enter_structure(catalogue, experiment, numbers)
     call enter_scans(catalogue, experiment, wing)
     call enter_inertia(catalogue, experiment, wing)
+    call enter_damping(catalogue, experiment)
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 

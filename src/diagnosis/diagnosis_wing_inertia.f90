@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Entries of the catalogue that only motion shows: what the wing weighs, and where. Natural modes are what shows them; without
-!> modes there is none of them.
+!> Entries of the catalogue that only motion shows: what the wing weighs, and where. Natural modes and records of motion
+!> are what shows them; without these there is none of them.
 module diagnosis_wing_inertia
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -9,7 +9,6 @@ module diagnosis_wing_inertia
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_MASS, KIND_POINT_MASS
   use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
-  use measurement_modes, only: MEDIUM_AIR
   use solid_mass_effects, only: describe_mass_effect, MASS_ADDED, MASS_GRADIENT, MASS_MEMBRANE, MASS_POINT, MASS_VEINS
   use solid_wing, only: wing_t
   implicit none
@@ -20,13 +19,12 @@ module diagnosis_wing_inertia
 
 contains
 
-  !> If a mode was measured in air, the baseline seeks the ratio of the air that moves with the wing to that of strip theory.
+  !> If the wing moved in air, the baseline seeks the ratio of the air that moves with the wing to that of strip theory.
   subroutine add_air(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer :: n
-    if (e%measurement%count_modes() == 0) return
-    if (any(e%measurement%modes%medium == MEDIUM_AIR)) n = add_effect(c, MASS_ADDED)
+    if (e%measurement%is_in_air()) n = add_effect(c, MASS_ADDED)
   end subroutine add_air
 
   !> Adds an effect of the masses, and gives its number.
@@ -44,7 +42,7 @@ contains
     type(experiment_t), intent(in) :: e
     type(wing_t), intent(in) :: wing
     type(variant_t), allocatable :: variants(:)
-    if (e%measurement%count_modes() == 0) return
+    if (.not. e%measurement%moves()) return
     if (size(wing%veins) > 0) call enter_one(c, MASS_VEINS, 'vein_mass', 'heavier or lighter veins', &
                                              'The veins weigh more or less than was assumed.')
     if (size(wing%triangles) > 0) then

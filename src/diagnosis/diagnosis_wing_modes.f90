@@ -21,7 +21,7 @@ module diagnosis_wing_modes
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_modes_t, mass_effects_at
+  public :: wing_modes_t, mass_effects_at, put_mass_at
 
   type :: wing_modes_t
     integer :: n = 0                                 !< observations
@@ -162,14 +162,15 @@ contains
             call effects%set(one%number, q(i))
           end if
         else if (one%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) then
-          call put_at(bare, one%disc(:2), effects)
+          call put_mass_at(bare, one%disc(:2), effects)
           effects%point = q(i)
         end if
       end associate
     end do
   end function mass_effects_at
 
-  subroutine put_at(bare, place, effects)
+  !> The point mass of `effects` is at this place [m] of the wing.
+  subroutine put_mass_at(bare, place, effects)
     type(experiment_t), intent(in) :: bare
     real(rp), intent(in) :: place(2)
     type(mass_effects_t), intent(inout) :: effects
@@ -177,7 +178,7 @@ contains
     found = find_material_point(bare%model%points(:, :bare%model%n_points), bare%model%triangles, bare%model%size, place)
     effects%corner = found%corner
     effects%weight = found%weight
-  end subroutine put_at
+  end subroutine put_mass_at
 
   !> column(n): derivative of the residuals with respect to parameter i at q, after `evaluate` there.
   subroutine modes_tangent(self, q, i, column)
@@ -212,7 +213,7 @@ contains
         return
       case (KIND_POINT_MASS)
         effects = self%effects
-        call put_at(self%bare, one%disc(:2), effects)
+        call put_mass_at(self%bare, one%disc(:2), effects)
         call self%simulation%mass_tangent(MASS_POINT, effects, column)
         return
       case default ! of the measurement of bending
@@ -261,7 +262,7 @@ contains
     p = describe_mass_effect(MASS_POINT, sum(self%bare%masses))
     effects = self%effects
     do i = 1, n
-      call put_at(self%bare, place(:, i), effects)
+      call put_mass_at(self%bare, place(:, i), effects)
       call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
       patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
     end do

@@ -66,8 +66,8 @@ contains
         missing = needs_membrane(e)
       case (NEED_NO_SLACK)
         if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
-      case (NEED_UNSTRESSED_REST) ! natural modes are those about a flat wing without stress
-        if (e%measurement%count_modes() > 0) missing = 'cannot be sought where natural modes are in the data'
+      case (NEED_UNSTRESSED_REST) ! motion is that about a flat wing without stress
+        if (e%measurement%moves()) missing = 'cannot be sought where natural modes or records of motion are in the data'
       case (NEED_SIDED_JOINTS)
         missing = lacks(e%model%params%effects, needs(i))
       end select ! places and sided veins are given by the diagnosis itself

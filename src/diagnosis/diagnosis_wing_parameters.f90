@@ -10,9 +10,12 @@
 !> | ZERO | [m] unknown offset of scalar observations |
 !> | MASS | of an effect of the masses, by its number in solid_mass_effects; natural modes alone feel it |
 !> | POINT_MASS | [kg] a mass at a place, the same |
+!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; records of motion alone feel it |
+!> | RELAXATION | share of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
+!> | RELAXATION_TIME | log of a factor on that time; `number` is that of the share |
 !>
-!> Soft hinges, damage and point masses have the same parameter at many places, of which one at a time may differ from
-!> its null; an experiment is made for those that do.
+!> Soft hinges, damage, point masses and relaxations have the same parameter at many places, or times, of which one at a time may
+!> differ from its null; an experiment is made for those that do.
 module diagnosis_wing_parameters
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -29,15 +32,20 @@ module diagnosis_wing_parameters
             is_fit_case_for, fit_case_coordinates, wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
-                                KIND_MASS = 6, KIND_POINT_MASS = 7
+                                KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
+                                KIND_RELAXATION_TIME = 10
+
+  !> A wing at rest feels none of these.
+  integer, parameter :: OF_MOTION(5) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME]
 
   !> A parameter by its coordinates: its null is where it does nothing, or where the wing has it.
   type, extends(parameter_t) :: wing_parameter_t
     integer :: kind = KIND_PARAMETER
-    integer :: number = 0        !< of the parameter, the hinge or the offset
+    integer :: number = 0        !< of the parameter, the hinge, the offset or another quantity
     real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
+    real(rp) :: time = 0         !< [s] of a relaxation
     integer :: vein = 0          !< of a soft hinge
-    real(rp) :: fraction = 0        !< its place, of the vein's length
+    real(rp) :: fraction = 0     !< its place, of the vein's length
   end type wing_parameter_t
 
   !> An experiment whose unknowns are the parameters `order`, in that order.
@@ -76,7 +84,7 @@ contains
     integer, allocatable :: numbers(:)
     integer :: i
     numbers = pack([(i, i=1, size(q))], abs(q - parameters%null) > 0 .or. parameters%kind == KIND_ZERO)
-    numbers = pack(numbers, parameters(numbers)%kind /= KIND_MASS .and. parameters(numbers)%kind /= KIND_POINT_MASS)
+    numbers = pack(numbers, [(all(parameters(numbers(i))%kind /= OF_MOTION), i=1, size(numbers))])
   end function differing
 
   !> The parameter of this kind and number behind the first `behind`; 0: none.
@@ -204,7 +212,7 @@ contains
         else
           call simulation%damage_tangent(e, l, one%disc, column)
         end if
-      case (KIND_MASS, KIND_POINT_MASS) ! a wing at rest does not feel them
+      case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME) ! a wing at rest does not feel them
         column = 0
       case default
         do k = 1, size(fit_case%order)

@@ -14,11 +14,12 @@ module diagnosis_wing_simulator
   use diagnosis_answers, only: ask_farm
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_labels, only: make_labels
-  use diagnosis_wing_modes, only: wing_modes_t
+  use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_places, KIND_INSTRUMENT, KIND_PARAMETER, &
                                        KIND_SOFT
   use diagnosis_wing_state, only: wing_state_t
-  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES
+  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
+                                 NUISANCE_NAMES
   use inference_simulator, only: effect_t, simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
@@ -43,7 +44,7 @@ module diagnosis_wing_simulator
     type(wing_runner_t) :: runner
     type(bins_t) :: bins
     type(noise_model_t) :: noise
-    type(wing_modes_t) :: modes                  !< on rank 0: observations behind those of `bins`
+    type(wing_motion_t) :: motion                !< on rank 0: observations behind those of `bins`
     integer :: n_evaluations = 0
     type(journal_t), pointer :: journal => null() !< of what a farm has answered, on rank 0
     type(farm_t), private :: farm
@@ -88,15 +89,15 @@ contains
     type(effect_t), intent(in) :: effects(:)
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
-    type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for natural modes
+    type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
     integer :: l, n, n_own
     self%experiment => experiment
     self%parameters = without_places(parameters)
     self%effects = effects
     self%bins = bins
     self%n_baseline = n_baseline
-    if (experiment%measurement%count_modes() > 0 .and. world%is_root) call self%modes%init(experiment, wing, parameters, parts)
-    self%n_observations = bins%n + self%modes%n
+    if (world%is_root) call self%motion%init(experiment, wing, parameters, parts)
+    self%n_observations = bins%n + self%motion%n
     n = size(patterns%place, 2)
     n_own = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*n
@@ -104,8 +105,7 @@ contains
     self%field = pack([(l, l=1, size(parameters))], parameters%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), &
-                                    l=1, size(experiment%loads))], &
+                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), l=1, size(experiment%loads))], &
                                   experiment%model%layout%hinge_place(:, parameters(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
     call self%runner%init(experiment, wing, parameters, bins, patterns)
@@ -115,18 +115,20 @@ contains
     self%tried = self%here%shapes
     self%was_straight = self%here%is_start
     self%was_tried = self%here%is_start
-    self%n_nuisances = n*N_LOAD_NUISANCES + N_COMMON_NUISANCES
+    self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
+    self%n_nuisances = size(self%nuisance_kind) + N_COMMON_NUISANCES + self%motion%n_nuisances
+    self%nuisance_names = NUISANCE_NAMES
     self%gain = find_parameter(parameters, n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
     self%membrane = find_parameter(parameters, n_baseline, KIND_PARAMETER, PARAM_PLATE)
     call make_labels(experiment, bins, self%labels)
-    if (self%modes%n > 0) call self%modes%append_labels(self%labels)
+    call self%motion%append_labels(self%labels)
   end subroutine wing_init
 
   !> Releases everything.
   subroutine wing_free(self)
     class(wing_simulator_t), intent(inout) :: self
     call self%runner%free()
-    call self%modes%free()
+    call self%motion%free()
   end subroutine wing_free
 
   !> Does tasks until rank 0 dismisses. On the other ranks.
@@ -217,12 +219,10 @@ contains
       self%tried(:, :, l) = reshape(outputs(at + 1:at + size(self%tried)/size(outputs, 2), l), &
                                     shape(self%tried(:, :, l)))
     end do
-    if (self%modes%n == 0) return
     if (allocated(self%is_skipped)) then
       if (all(self%is_skipped(size(outputs, 2) + 1:))) return
     end if
-    call self%modes%evaluate(q, residuals(self%bins%n + 1:), is_valid)
-    if (is_valid) call self%modes%tangents(q, columns, jacobian(self%bins%n + 1:, :))
+    call self%motion%evaluate(q, columns, residuals(self%bins%n + 1:), jacobian(self%bins%n + 1:, :), is_valid)
   end subroutine wing_evaluate
 
   !> The shapes of the last evaluation become starts of what follows.
@@ -348,7 +348,7 @@ contains
     self%noise%white = 1 - fraction
   end subroutine wing_set_common_fraction
 
-  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, and the band.
+  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, those of motion, and the band.
   subroutine wing_directions(self, q, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -391,9 +391,11 @@ contains
       call bin_distortions(self%bins, l, self%experiment%root, self%experiment%model%size, &
                            patterns(first:first + b - 1, i + 1:i + N_DISTORTIONS))
     end do
-    nuisances(:, shared + N_COMMON_NUISANCES + 1:) = self%here%error_directions
-    if (self%modes%n > 0) call self%modes%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%place, &
-                                                     self%runner%patterns%radius, nuisances(self%bins%n + 1:, shared + 2), &
-                                                     patterns(self%bins%n + 1:, :), is_valid)
+    shared = shared + N_COMMON_NUISANCES
+    nuisances(:, shared + self%motion%n_nuisances + 1:) = self%here%error_directions
+    associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances)
+      call self%motion%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%place, self%runner%patterns%radius, &
+                                  nuisances(rows:, shared), nuisances(rows:, shared + 1:last), patterns(rows:, :), is_valid)
+    end associate
   end subroutine wing_directions
 end module diagnosis_wing_simulator

@@ -18,6 +18,10 @@ module diagnosis_wing_task
 
   integer, parameter, public :: N_FACTS = 1        !< numbers of an output before the results: solved without snap
   integer, parameter, public :: N_LOAD_NUISANCES = N_NUISANCES
+  !> Kinds of accidents of a load with one declared sd, in the order of simulation_t, and what they are called.
+  integer, parameter, public :: NUISANCE_KIND(N_NUISANCES) = [1, 2, 2, 3, 3, 4]
+  character(*), parameter, public :: NUISANCE_NAMES(4) = [character(34) :: 'errors of forces', &
+                                                          'errors of places', 'tilts of scans', 'heights of whole scans']
 
   !> Unknown causes: log stiffness in discs, and forces in proportion to the load around the same places.
   type :: wing_patterns_t

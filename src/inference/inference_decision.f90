@@ -3,13 +3,13 @@
 !>
 !> | verdict | when |
 !> |---|---|
-!> | adequate | chance alone is as sure as the combined test in more than LEVEL of all experiments |
+!> | adequate | chance alone is as sure as tests and checks together in more than LEVEL of all experiments |
 !> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high;
 !> and were the truth an unknown cause of this strength, of any kind, the name would be rejected with a probability of at least
 !> POWER |
 !> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
-!> | unknown | no effects of the catalogue, up to three together, leave nothing but noise, or an unknown cause is more
-!> probable than they are and than not |
+!> | unknown | the checks alone speak against the baseline; or no effects of the catalogue, up to three together, leave
+!> nothing but noise; or an unknown cause is more probable than they are and than not |
 !> | insufficient | there is nothing that the data could show |
 module inference_decision
   use base_kinds, only: i8, rp
@@ -33,6 +33,7 @@ module inference_decision
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
   real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
+  real(rp), parameter, public :: TESTS_SHARE = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which a set, which excludes no other cause, says more
@@ -40,7 +41,10 @@ module inference_decision
 
   type :: decision_t
     integer :: verdict = VERDICT_INSUFFICIENT
-    real(rp) :: log_p_global = 0
+    real(rp) :: log_p_global = 0            !< of tests and checks
+    real(rp) :: log_p_tests = 0             !< of the catalogue and of unknown causes
+    real(rp) :: log_p_checks = 0            !< of the plain checks to the residuals
+    logical :: is_by_checks = .false.       !< the checks alone speak against the baseline
     !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, alone or with another one, or
     !> exactly these together; set, one at least of these is a cause; unknown, a cause that is not in the catalogue.
     real(rp) :: probability = 0
@@ -96,8 +100,9 @@ contains
   end function rank_effects
 
   !> The verdict for z(k), in units of the noise, with its statistics and hypotheses; the evidences may have been
-  !> corrected by nonlinear fits.
-  subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision)
+  !> corrected by nonlinear fits. The checks of residuals, whose combined log p is `checks_log_p`, have their share of the
+  !> level: where they alone speak against the baseline, the cause is unknown.
+  subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision, checks_log_p)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
     type(statistics_t), intent(in) :: statistics
@@ -105,12 +110,12 @@ contains
     real(rp), intent(in) :: z(:)
     integer(i8), intent(in) :: seed
     type(decision_t), intent(out) :: decision
+    real(rp), intent(in), optional :: checks_log_p
     type(explained_t) :: one, joint
     integer, allocatable :: order(:)
     real(rp) :: log_joint
-    integer :: first
     allocate (decision%causes(0), decision%set(0))
-    decision%log_p_global = calibration%log_p_global(statistics)
+    call find_global_p(calibration%log_p_global(statistics), checks_log_p, decision)
     order = rank_effects(hypotheses)
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
     call find_posterior(hypotheses, size(order), log_joint, decision)
@@ -122,18 +127,18 @@ contains
     end if
     decision%verdict = VERDICT_UNKNOWN
     decision%probability = decision%posterior_unknown
-    if (size(order) == 0) return
-    first = order(1)
-    call explain(design, [hypotheses%best(first)], z, one)
+    if (decision%is_by_checks) call reject_catalogue(decision, rejected_probability(decision))
+    if (decision%is_by_checks .or. size(order) == 0) return
+    call explain(design, [hypotheses%best(order(1))], z, one)
     decision%causes = one%members
     decision%snr = sqrt(one%square)
     decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
-    if (hypotheses%is_fitted(first)) then
-      decision%snr = sqrt(max(one%square, hypotheses%gain(first)))
-      decision%remainder_log_p = hypotheses%remainder(first)
+    if (hypotheses%is_fitted(order(1))) then
+      decision%snr = sqrt(max(one%square, hypotheses%gain(order(1))))
+      decision%remainder_log_p = hypotheses%remainder(order(1))
     end if
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
-        decision%posterior_joint <= SECOND_ODDS*decision%posterior(first)) then
+        decision%posterior_joint <= SECOND_ODDS*decision%posterior(order(1))) then
       call find_set(design, hypotheses, order, z, decision)
       if (decision%posterior_unknown > max(LEAST_UNKNOWN, sum(decision%posterior(decision%set)))) then
         decision%set = [integer ::]
@@ -157,6 +162,19 @@ contains
     end if
   end subroutine decide
 
+  !> The p of tests and checks, each with its share of the level, and whether the checks alone speak against the baseline.
+  pure subroutine find_global_p(tests, checks, decision)
+    real(rp), intent(in) :: tests
+    real(rp), intent(in), optional :: checks
+    type(decision_t), intent(inout) :: decision
+    decision%log_p_tests = tests
+    decision%log_p_global = tests
+    if (.not. present(checks)) return
+    decision%log_p_checks = checks
+    decision%log_p_global = min(0.0_rp, tests - log(TESTS_SHARE), checks - log(1 - TESTS_SHARE))
+    decision%is_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_SHARE)
+  end subroutine find_global_p
+
   !> The verdict is an unknown cause, with this probability; what is left of 1 is shared as before.
   pure subroutine reject_catalogue(decision, probability)
     type(decision_t), intent(inout) :: decision
@@ -175,18 +193,23 @@ contains
     decision%set = [integer ::]
   end subroutine reject_catalogue
 
-  !> Posterior probability of an unknown cause where the catalogue's best explanation leaves a remainder of this p. A small p
-  !> is evidence of 1/(-e p ln p) against an explanation at most (Sellke, Bayarri and Berger 2001,
-  !> DOI 10.1198/000313001300339950).
+  !> Posterior probability of an unknown cause where the catalogue's best explanation leaves a remainder of this p; or where
+  !> checks have this one, and say so of nothing and of everything that is in the catalogue.
   pure real(rp) function rejected_probability(decision) result(probability)
     type(decision_t), intent(in) :: decision
-    real(rp) :: factor
-    factor = 1
-    associate (log_p => decision%remainder_log_p)
-      if (log_p < -1) factor = -exp(1 + max(-700.0_rp, log_p))*log_p
-    end associate
-    probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + (PRIOR_ONE + PRIOR_TWO)*factor))
+    real(rp) :: other
+    other = (PRIOR_ONE + PRIOR_TWO)*largest_odds(decision%remainder_log_p)
+    if (decision%is_by_checks) other = (1 - PRIOR_UNKNOWN)*largest_odds(decision%log_p_checks)
+    probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + other))
   end function rejected_probability
+
+  !> A small p is evidence of 1/(-e p ln p) against an explanation at most (Sellke, Bayarri and Berger 2001,
+  !> DOI 10.1198/000313001300339950): what is left of its odds at least.
+  pure real(rp) function largest_odds(log_p) result(factor)
+    real(rp), intent(in) :: log_p
+    factor = 1
+    if (log_p < -1) factor = -exp(1 + max(-700.0_rp, log_p))*log_p
+  end function largest_odds
 
   !> Posterior probabilities of all hypotheses.
   subroutine find_posterior(hypotheses, n, log_joint, decision)

@@ -71,6 +71,7 @@ module inference_design
   contains
     procedure :: compress => design_compress
     procedure :: observed => design_observed
+    procedure :: beside_baseline => design_beside_baseline
   end type design_t
 
 contains
@@ -373,6 +374,16 @@ contains
     z = matmul(r, self%q_all)
     rest = max(0.0_rp, sum(r**2) - sum(z**2))
   end subroutine design_compress
+
+  !> Whitened columns (n, :) without what the baseline, held by its priors, imitates of them.
+  function design_beside_baseline(self, columns) result(beside)
+    class(design_t), intent(in) :: self
+    real(rp), intent(in) :: columns(:, :)
+    real(rp) :: beside(size(columns, 1), size(columns, 2))
+    associate (basis => self%q_base(:size(columns, 1), :))
+      beside = columns - matmul(basis, matmul(transpose(basis), columns))
+    end associate
+  end function design_beside_baseline
 
   !> What z(k) is among the whitened observations (n).
   function design_observed(self, z) result(r)

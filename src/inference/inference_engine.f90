@@ -5,8 +5,10 @@
 module inference_engine
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use inference_residual_checks, only: combined_log_p, loudest
   use inference_calibration, only: find_detectable, find_statistics, statistics_t
   use inference_calibration_store, only: calibrate, calibration_store_t
+  use inference_fit_checks, only: check_fit
   use inference_decision, only: decide, reject_catalogue, take_back_name, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, AT_BOUND, &
                                 VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET
   use inference_design, only: build_design, design_t
@@ -69,7 +71,8 @@ contains
     call find_detectable(d%design, d%calibration, n_effects, LEVEL, d%detectable_snr)
     call judge(simulator, options, is_scale_known, d, failure)
     if (failure%failed) return
-    if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT) then
+    if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT .or. &
+        d%linear%is_by_checks) then
       if (options%validates) &
         call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
       call d%restore_baseline(simulator)
@@ -98,8 +101,9 @@ contains
     call d%restore_extended(simulator)
   end subroutine run_diagnosis
 
-  !> What the tangents alone say: z, statistics, odds, and a first verdict. Statistics that are there already are those of
-  !> the scan, with which the global p and the size of the noise stay: finer places may leave nothing to tell it from.
+  !> What the tangents and the plain questions say: z, statistics, odds, and a first verdict. Questions and statistics that are
+  !> there already are those of the scan, with which the global p and the size of the noise stay: finer places may leave
+  !> nothing to tell it from.
   subroutine judge(simulator, options, is_scale_known, d, failure)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -124,10 +128,19 @@ contains
     end if
     if (.not. is_scale_known) d%scale = d%rest/d%design%n_rest
     d%z = d%z/sqrt(d%scale)
+    if (.not. allocated(d%checks)) call check_fit(simulator, d%design, d%baseline, d%scale, noise_freedom(options), &
+                                                     d%checks)
     call d%hypotheses%init(d%design, n_effects, d%z)
-    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear)
+    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear, &
+                combined_log_p(d%checks))
     d%decision = d%linear
   end subroutine judge
+
+  !> How well the size of the noise is known: a declared one is believed.
+  pure integer function noise_freedom(options)
+    type(diagnosis_options_t), intent(in) :: options
+    noise_freedom = merge(huge(1), options%noise_freedom, options%is_scale_known)
+  end function noise_freedom
 
   !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
   !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
@@ -151,11 +164,12 @@ contains
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
     call d%restore_extended(simulator)
-    ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next.
+    ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next. What the
+    ! extended model leaves beyond the noise is an error of it, of which nobody knows more than its size: intervals carry it.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
-      call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
       call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
-      if (ok) call find_intervals(simulator, d%whitener, d%scale, options%fit, d%extended, d%intervals)
+      if (ok) call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
       call find_support(simulator%parameters, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if

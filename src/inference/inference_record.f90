@@ -3,6 +3,7 @@
 module inference_record
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
+  use inference_residual_checks, only: residual_check_t
   use inference_calibration, only: calibration_t, statistics_t
   use inference_decision, only: decision_t
   use inference_design, only: design_t
@@ -26,6 +27,8 @@ module inference_record
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< top candidates that are fitted in full
     logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
+    !> Degrees of freedom with which the size of the noise is known beside the fits, see check_residuals.
+    integer :: noise_freedom = 0
     logical :: validates = .true.
     logical :: finds_intervals = .true.
   end type diagnosis_options_t
@@ -52,6 +55,8 @@ module inference_record
     real(rp) :: rest = 0
     real(rp) :: extended_scale = 0       !< variance of what the extended model leaves over that of the noise model
     type(statistics_t) :: statistics
+    type(residual_check_t), allocatable :: checks(:)      !< to the residuals of the baseline
+    type(residual_check_t), allocatable :: left_checks(:) !< to those of the extended model
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: linear, decision !< before and after the refits
     type(refit_t), allocatable :: refits(:)

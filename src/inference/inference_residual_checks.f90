@@ -2,105 +2,160 @@
 !> Plain questions to the residuals of the baseline, each with a statistic, its p if the baseline is true, and a
 !> sentence.
 !>
-!> Residuals are whitened. With g the whitened response to each load, a = g r/(g g) is by how much of itself a
-!> response is too large, with the sd 1/|g|; its slopes against the level, the order and so on are tested by weighted
-!> regression. The fitted parameters are not accounted for, which makes p a little too large.
+!> Residuals are whitened. Whether responses to loads are too large in proportion to x, the level or the order for instance, is
+!> asked with the direction in which they then are: computed response times x, whitened, without what the baseline and one factor
+!> for all responses imitate of it. The residuals along it have the sd 1, whatever errors loads have in common. (The measured
+!> response has the noise in it: where the baseline imitates all but noise, direction and residuals are the same numbers, and
+!> their product is no normal number.) Elsewhere the
+!> fitted parameters are not accounted for, which makes p a little too large. `combined_log_p` makes one p of all that take
+!> part in a verdict.
 module inference_residual_checks
   use base_kinds, only: rp
   use base_text, only: number_text
-  use inference_distributions, only: log_chi2_tail
+  use inference_design, only: design_t
+  use inference_distributions, only: log_chi2_tail, log_f_tail
   use inference_simulator, only: labels_t
   implicit none
   private
-  public :: residual_check_t, check_residuals
+  public :: combined_log_p, loudest, make_question, residual_check_t, check_residuals
 
   type :: residual_check_t
     character(:), allocatable :: name
     real(rp) :: statistic = 0
-    real(rp) :: p = 1
+    real(rp) :: log_p = 0
+    logical :: takes_part = .true.        !< a small p speaks against the model
     character(:), allocatable :: sentence
+    real(rp) :: interval(2) = 0           !< 90 %, of the statistic; 0, 0: none
+  contains
+    procedure :: p => question_p
   end type residual_check_t
 
 contains
 
-  !> residuals(n) and responses(n), whitened with a noise of which `scale` is the estimated over the declared variance.
-  subroutine check_residuals(labels, residuals, responses, n_fitted, scale, checks)
+  !> residuals(n), whitened as the design does, and responses(n) that the fit computes, not whitened; of observations with a noise
+  !> of which `scale` is the estimated over the declared variance. The
+  !> variance of the whitening is known with so many degrees of freedom from elsewhere, the scatter of pixels for instance;
+  !> huge: it is believed; 0: it may be wrong.
+  subroutine check_residuals(labels, design, residuals, responses, n_fitted, scale, noise_freedom, checks)
     type(labels_t), intent(in) :: labels
+    type(design_t), intent(in) :: design
     real(rp), intent(in) :: residuals(:), responses(:), scale
-    integer, intent(in) :: n_fitted
+    integer, intent(in) :: n_fitted, noise_freedom
     type(residual_check_t), allocatable, intent(out) :: checks(:)
-    real(rp), allocatable :: excess(:), weight(:)
-    integer :: l, n
-    n = size(labels%fold)
-    allocate (checks(0), excess(n), weight(n))
-    call check_chi2(residuals, n_fitted, checks)
+    logical :: is_load(size(labels%level))
+    allocate (checks(0))
+    call check_chi2(residuals, n_fitted, noise_freedom, checks)
     call check_neighbours(labels, residuals, checks)
-    do l = 1, n
-      weight(l) = sum(responses**2, mask=labels%surface == l)/scale
-      excess(l) = -sum(responses*residuals, mask=labels%surface == l)/scale/max(weight(l), tiny(1.0_rp))
-    end do
-    call ask_slope('level', abs(labels%level), 'with the size of the force', spread(.true., 1, n))
-    call ask_slope('sign', sign(1.0_rp, labels%level), 'with the sign of the force', spread(.true., 1, n))
+    is_load = abs(labels%level) > 0
+    call ask_slope('level', abs(labels%level), 'with the size of the force', is_load)
+    call ask_slope('sign', sign(1.0_rp, labels%level), 'with the sign of the force', is_load)
     call ask_slope('order', labels%order, 'with the order of the measurements', labels%order > 0)
     call ask_slope('hold', log(max(labels%hold, 1.0e-3_rp)), 'with the time of holding', labels%hold >= 0)
-    call ask_slope('root moment', labels%moment, 'with the moment about the root', spread(.true., 1, n))
+    call ask_slope('root moment', labels%moment, 'with the moment about the root', is_load)
     call check_influence(labels, residuals, scale, checks)
     call check_outliers(residuals/sqrt(scale), checks)
     call check_replicates(labels, residuals, scale, checks)
 
   contains
 
-    !> Whether the response is larger or smaller than computed in proportion to x.
+    !> Whether the response is larger or smaller than computed in proportion to x, of which all loads have one. Not asked where
+    !> a response that varies by all of itself would make less than one sd beside the baseline.
     subroutine ask_slope(name, x, words, is_known)
       character(*), intent(in) :: name, words
       real(rp), intent(in) :: x(:)
       logical, intent(in) :: is_known(:)
-      real(rp) :: w(size(x)), mean, about, slope, square
-      w = merge(weight, 0.0_rp, is_known)
-      if (.not. all(is_known) .or. .not. sum(w) > 0) return
-      mean = sum(w*x)/sum(w)
-      about = sum(w*excess)/sum(w)
-      square = sum(w*(x - mean)**2)
-      if (.not. square > 1.0e-12_rp*sum(w*x**2)) return
-      slope = sum(w*(x - mean)*(excess - about))/sqrt(square)
-      call append(checks, name, slope, exp(log_chi2_tail(slope**2, 1)), &
+      real(rp) :: both(size(residuals), 2), slope, length, largest, least, mean
+      if (.not. any(is_load) .or. .not. all(is_known .or. .not. is_load)) return
+      largest = maxval(x, mask=is_load)
+      least = minval(x, mask=is_load)
+      if (.not. largest - least > 1.0e-6_rp*max(abs(largest), abs(least))) return
+      mean = sum(x, mask=is_load)/count(is_load)
+      both(:, 1) = merge(responses, 0.0_rp, is_load(labels%surface))
+      both(:, 2) = both(:, 1)*(x(labels%surface) - mean)/(largest - least)
+      call design%whitener%apply(both)
+      both = design%beside_baseline(both)
+      length = sum(both(:, 1)**2)
+      if (length > 0) both(:, 2) = both(:, 2) - both(:, 1)*(sum(both(:, 1)*both(:, 2))/length)
+      length = norm2(both(:, 2))
+      if (.not. length > 1) return
+      slope = -sum(both(:, 2)*residuals)/length/sqrt(scale)
+      call append(checks, name, slope, log_chi2_tail(slope**2, 1), &
                   'measured deflections grow '//trim(merge('more', 'less', slope > 0))//' than computed ones '//words, &
                   'deflections do not depart from the model '//words)
     end subroutine ask_slope
 
   end subroutine check_residuals
 
-  !> Adds a question; the sentence is `yes` if p < 0.01.
-  subroutine append(checks, name, statistic, p, yes, no)
+  !> p of a question.
+  pure elemental real(rp) function question_p(self) result(p)
+    class(residual_check_t), intent(in) :: self
+    p = exp(max(-700.0_rp, self%log_p))
+  end function question_p
+
+  !> A question; the sentence is `yes` if p < 0.01.
+  function make_question(name, statistic, log_p, yes, no) result(question)
+    character(*), intent(in) :: name, yes, no
+    real(rp), intent(in) :: statistic, log_p
+    type(residual_check_t) :: question
+    question%name = name
+    question%statistic = statistic
+    question%log_p = min(0.0_rp, log_p)
+    question%sentence = no
+    if (log_p < log(0.01_rp)) question%sentence = yes
+  end function make_question
+
+  !> Adds it.
+  subroutine append(checks, name, statistic, log_p, yes, no)
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
     character(*), intent(in) :: name, yes, no
-    real(rp), intent(in) :: statistic, p
-    type(residual_check_t), allocatable :: longer(:)
-    integer :: i
-    allocate (longer(size(checks) + 1))
-    do i = 1, size(checks)
-      longer(i) = checks(i)
-    end do
-    longer(i)%name = name
-    longer(i)%statistic = statistic
-    longer(i)%p = p
-    longer(i)%sentence = no
-    if (p < 0.01_rp) longer(i)%sentence = yes
-    call move_alloc(longer, checks)
+    real(rp), intent(in) :: statistic, log_p
+    checks = [checks, make_question(name, statistic, log_p, yes, no)]
   end subroutine append
 
-  subroutine check_chi2(residuals, n_fitted, checks)
+  !> The question that speaks loudest against the model, 0: there is none.
+  pure integer function loudest(checks) result(at)
+    type(residual_check_t), intent(in) :: checks(:)
+    integer :: i
+    at = 0
+    do i = 1, size(checks)
+      if (.not. checks(i)%takes_part) cycle
+      if (at > 0) then
+        if (checks(i)%log_p >= checks(at)%log_p) cycle
+      end if
+      at = i
+    end do
+  end function loudest
+
+  !> log p of the hypothesis that all of these checks that take part have the answer of chance: the smallest p times their
+  !> number (Bonferroni), whatever they share.
+  pure real(rp) function combined_log_p(checks) result(log_p)
+    type(residual_check_t), intent(in) :: checks(:)
+    integer :: at
+    log_p = 0
+    at = loudest(checks)
+    if (at > 0) log_p = min(0.0_rp, checks(at)%log_p + log(real(count(checks%takes_part), rp)))
+  end function combined_log_p
+
+  !> Whether all differences are as large as their errors. That they are smaller is no misfit.
+  subroutine check_chi2(residuals, n_fitted, noise_freedom, checks)
     real(rp), intent(in) :: residuals(:)
-    integer, intent(in) :: n_fitted
+    integer, intent(in) :: n_fitted, noise_freedom
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
-    real(rp) :: square, p
+    real(rp) :: square, log_p
     integer :: dof
     dof = max(1, size(residuals) - n_fitted)
     square = sum(residuals**2)
-    p = exp(log_chi2_tail(square, dof))
-    call append(checks, 'chi2', square/dof, 2*min(p, 1 - p), 'all differences together are '// &
-                trim(merge('larger ', 'smaller', square > dof))//' than the declared errors allow', &
-                'all differences together are as large as the declared errors')
+    if (square < dof) then
+      log_p = log(min(1.0_rp, 2*max(tiny(square), 1 - exp(log_chi2_tail(square, dof)))))
+    else if (noise_freedom > 0 .and. noise_freedom < huge(1)) then
+      log_p = log_f_tail(square/dof, dof, noise_freedom)
+    else
+      log_p = log_chi2_tail(square, dof)
+    end if
+    call append(checks, 'chi2', square/dof, log_p, 'all differences together are '// &
+                trim(merge('larger ', 'smaller', square > dof))//' than their errors allow', &
+                'all differences together are as large as their errors')
+    checks(size(checks))%takes_part = square > dof .and. noise_freedom > 0
   end subroutine check_chi2
 
   !> Moran's I of nearest neighbours within surfaces (Moran 1950, DOI 10.1093/biomet/37.1-2.17).
@@ -130,7 +185,7 @@ contains
     if (n == 0 .or. .not. square > 0) return
     ! Mutual neighbours count twice: at most double variance.
     z = product/square*sqrt(0.5_rp*n)
-    call append(checks, 'neighbours', product/square, exp(log_chi2_tail(max(0.0_rp, z)**2, 1)), &
+    call append(checks, 'neighbours', product/square, log_chi2_tail(max(0.0_rp, z)**2, 1), &
                 'differences at neighbouring places have the same sign: they are a shape, not noise', &
                 'differences at neighbouring places are independent')
   end subroutine check_neighbours
@@ -142,7 +197,7 @@ contains
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp) :: log_p, least
     integer :: l, n, worst
-    least = 1
+    least = 0
     worst = 1
     do l = 1, size(labels%fold)
       n = count(labels%surface == l)
@@ -151,7 +206,7 @@ contains
       if (log_p < least) worst = l
       least = min(least, log_p)
     end do
-    call append(checks, 'single load', real(worst, rp), min(1.0_rp, size(labels%fold)*exp(least)), &
+    call append(checks, 'single load', real(worst, rp), least + log(real(size(labels%fold), rp)), &
                 'load number '//number_text(worst)//' fits worse than all others', 'no single load stands out')
   end subroutine check_influence
 
@@ -165,7 +220,7 @@ contains
     ! P(Poisson(m) >= n) is the tail of chi^2 with 2 n degrees of freedom below 2 m.
     associate (below => 2*BEYOND_THREE*size(residuals))
       call append(checks, 'outliers', real(n, rp)/size(residuals), &
-                  merge(1 - exp(log_chi2_tail(below, max(2, 2*n))), 1.0_rp, n > 0), &
+                  merge(log(max(1.0e-15_rp, 1 - exp(log_chi2_tail(below, max(2, 2*n))))), 0.0_rp, n > 0), &
                 'there are more outliers than normal errors have', 'there are no more outliers than normal errors have')
     end associate
   end subroutine check_outliers
@@ -189,7 +244,7 @@ contains
       n = n + size(one)
     end do
     if (n == 0) return
-    call append(checks, 'repeats', square/n, exp(log_chi2_tail(square, n)), &
+    call append(checks, 'repeats', square/n, log_chi2_tail(square, n), &
                 'repeats of the same load differ more than their errors: something changed between them', &
                 'repeats of the same load agree within their errors')
   end subroutine check_replicates

@@ -56,6 +56,9 @@ module inference_simulator
     integer :: n_observations = 0
     integer :: n_baseline = 0                 !< parameters 1 .. n_baseline are the unknowns of the baseline
     integer :: n_nuisances = 0                !< directions of errors that are known only by their sd
+    !> (n_nuisances at most) of the first of them: kinds of errors that have one declared sd, 1, 2, ..; 0: of no kind.
+    integer, allocatable :: nuisance_kind(:)
+    character(:), allocatable :: nuisance_names(:) !< of the kinds, in the plural
     integer :: n_patterns = 0                 !< of unknown causes
     integer :: n_alone = huge(1)              !< so many of them, the first, may also be alone such a cause
     type(labels_t) :: labels

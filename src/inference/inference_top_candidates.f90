@@ -3,6 +3,7 @@
 module inference_top_candidates
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use inference_residual_checks, only: combined_log_p
   use inference_decision, only: decide, rank_effects, VERDICT_UNKNOWN
   use inference_design, only: design_t, is_part_of
   use inference_hypotheses, only: explain, explained_t, remainder_log_p
@@ -84,7 +85,8 @@ contains
         d%refits(i) = one
       end do
       call d%hypotheses%correct_unknown(d%design)
-      call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision)
+      call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, &
+                  combined_log_p(d%checks))
       if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2 .and. &
           d%decision%posterior_unknown <= sum(d%decision%posterior(d%decision%set))) exit
     end do

@@ -8,6 +8,7 @@
                   verdict, as is true in all but 1.3e-3 of all runs of a program that fails in a tenth of its cases, twice
                   as often as the targets of docs/guide/diagnosis.md allow. One that always says "adequate" passes in 5 % of all runs
     test_controls stated errors of half and twice the true size, nothing hidden in a wing of a finer mesh
+    test_tilted   scans that are tilted farther than declared
     test_shuffled scans under each other's names
 
 usage: blind_diagnoses.py <msm_diagnose> <h5dump> [test ...]; BLIND_SEED repeats a random batch
@@ -177,6 +178,20 @@ def test_controls(case):
         check(code == ADEQUATE, f"another mesh is not {one['verdict']['sentence']}")
         band = one["mesh_band"]
         check(band["is_found"] and band["is_fitted_on"] == (refine == "fit"), f"the band is told: {band}")
+
+
+def test_tilted(case):
+    """Scans that are tilted 3.3 times as far as declared: that is said, with their size, whatever the fit explains."""
+    design = quick_design()
+    design["noise"]["tilt"], design["declared"] = 1e-3, {"tilt": 3e-4}
+    data = blindgen(case, design, "--fixed", "none")
+    code, found, said = diagnose(case, data / "none.h5", "tilted")
+    check(code != ADEQUATE, "tilts that are larger than declared are not adequate")
+    size, = (q for q in found["questions"] if q["name"] == "size of tilts of scans")
+    lower, upper = size["interval_90"]
+    check(size["log_p"] < -10 and lower < 3.3 < upper, f"their size is measured: {size}")
+    check(found["verdict"]["log_global_p"] <= size["log_p"] + 6, "the global p honours it")
+    check("tilts of scans are" in said and found["verdict"]["alarm"] == size["name"], f"it is printed: {said}")
 
 
 def test_shuffled(case):

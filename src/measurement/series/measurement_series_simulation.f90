@@ -12,6 +12,7 @@ module measurement_series_simulation
   use measurement_modes, only: MEDIUM_AIR
   use measurement_place, only: find_material_point, material_point_t
   use measurement_series, only: measured_series_t
+  use measurement_series_looks, only: along, apply_joints, inertia_along, no_matrix, products
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t, mode_slopes_t
@@ -19,8 +20,6 @@ module measurement_series_simulation
   use solid_params, only: solid_params_t
   use solid_ringing, only: ring_change_t, ringing_t, EXCITED_BASE
   use solid_stiffness, only: stiffness_t
-  use solid_stiffness_effects, only: parameter_direction
-  use solid_tangent, only: assemble_tangent
   implicit none
   private
   public :: series_simulation_t
@@ -173,48 +172,6 @@ contains
     end associate
   end subroutine ring_with
 
-  !> stiff(3, n_all, modes) = K_joints Phi.
-  subroutine apply_joints(modal, stiff)
-    class(modal_t), intent(in) :: modal
-    real(rp), intent(out) :: stiff(:, :, :)
-    type(solid_model_t), allocatable :: probe
-    type(stiffness_t) :: direction
-    type(parameter_t) :: p
-    real(rp), allocatable :: blocks(:, :, :), rest(:, :), axial(:), hinge(:), f(:, :)
-    integer :: k, i
-    stiff = 0
-    allocate (probe, source=modal%model)
-    allocate (hinge(size(probe%plans)), source=0.0_rp)
-    do k = 1, probe%params%count_usual()
-      p = probe%params%describe(k)
-      if (index(p%name, 'joint:') /= 1) cycle
-      call parameter_direction(modal%model, k, direction)
-      hinge = hinge + direction%hinge
-    end do
-    if (.not. any(abs(hinge) > 0)) return
-    direction%hinge = hinge
-    allocate (blocks(3, 3, size(probe%pattern%rows)), rest(3, probe%n_all), f(3, probe%n_free))
-    rest = 0
-    probe%stiffness = direction
-    probe%springs%tension = direction%tension
-    axial = direction%tension
-    call assemble_tangent(probe, rest, axial, .false., blocks)
-    do i = 1, size(stiff, 3)
-      f = 0
-      call probe%pattern%multiply(blocks, 1.0_rp, modal%shapes(:, probe%movable, i), f)
-      stiff(:, probe%movable, i) = f
-    end do
-  end subroutine apply_joints
-
-  !> a(:, :, i) times b(:, :, j).
-  pure function products(a, b) result(c)
-    real(rp), intent(in) :: a(:, :, :), b(:, :, :)
-    real(rp) :: c(size(a, 3), size(b, 3))
-    integer :: n
-    n = size(a, 1)*size(a, 2)
-    c = matmul(transpose(reshape(a, [n, size(a, 3)])), reshape(b, [n, size(b, 3)]))
-  end function products
-
   !> What the places of record i see of shapes(3, n_all, modes).
   pure function look_at(self, i, shapes) result(look)
     class(series_simulation_t), intent(in) :: self
@@ -226,18 +183,6 @@ contains
       look(j, :) = along(self%places(j, i), self%series(i)%axis, shapes)
     end do
   end function look_at
-
-  !> Displacements of a place along an axis.
-  pure function along(place, axis, shapes) result(values)
-    type(material_point_t), intent(in) :: place
-    real(rp), intent(in) :: axis(3), shapes(:, :, :)
-    real(rp) :: values(size(shapes, 3))
-    integer :: c
-    values = 0
-    do c = 1, 3
-      values = values + place%weight(c)*matmul(axis, shapes(:, place%corner(c), :))
-    end do
-  end function along
 
   !> The excitation of record i, of the size that is stated, on shapes(3, n_all, modes); see ringing_t.
   pure function push_at(self, i, shapes) result(push)
@@ -253,13 +198,6 @@ contains
       end if
     end associate
   end function push_at
-
-  pure function inertia_along(mass, direction, shapes) result(values)
-    real(rp), intent(in) :: mass(:, :), direction(3), shapes(:, :, :)
-    real(rp) :: values(size(shapes, 3))
-    integer :: i
-    values = [(sum(direction*sum(mass*shapes(:, :, i), 2)), i=1, size(values))]
-  end function inertia_along
 
   !> Puts seen(samples, traces) of record i over their sd where something was measured.
   subroutine gather(self, i, seen, column)
@@ -435,11 +373,6 @@ contains
       call gather(self, i, seen, column)
     end do
   end subroutine simulation_damping_tangent
-
-  pure function no_matrix() result(matrix)
-    real(rp), allocatable :: matrix(:, :)
-    allocate (matrix(0, 0))
-  end function no_matrix
 
   !> The model with the parameters of the last evaluation, from which directions of stiffness are made.
   function simulation_model(self) result(model)

@@ -11,6 +11,7 @@ module diagnose_files
   use common_instrument, only: instrument_lines
   use common_wing_fragment, only: wing_lines
   use diagnose_modes, only: mass_lines, write_mode_tables
+  use diagnose_series, only: damping_lines
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_next, only: next_t
@@ -70,7 +71,7 @@ contains
     end if
     call write_text(path, '; Stiffness of '//s%wing_case%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
-                    wing_lines(params, s%wing_case)//mass_lines(s, q)// &
+                    wing_lines(params, s%wing_case)//mass_lines(s, q)//damping_lines(s, q)// &
                     instrument_lines(fit_case%experiment%instrument_at(fit_case_coordinates(fit_case, q))), ok)
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment

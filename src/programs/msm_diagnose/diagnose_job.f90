@@ -87,7 +87,10 @@ contains
                                s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns, s%parts)
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
-      if (s%options%is_scale_known .and. .not. s%measurement%is_plan) self%simulator%noise%factor = 1
+      if (s%options%is_scale_known .and. .not. s%measurement%is_plan) then
+        self%simulator%noise%factor = 1
+        self%simulator%noise%unloaded = 1
+      end if
       self%has_discretisation = s%finds_discretisation .and. command%action /= DIAGNOSE_PLAN
     end associate
     if (.not. self%has_discretisation) return
@@ -104,7 +107,6 @@ contains
     type(next_t) :: next
     type(zeros_t) :: zeros
     type(unknown_t) :: unknown
-    type(residual_check_t), allocatable :: checks(:)
     type(draws_file_t) :: store
     character(:), allocatable :: warning
     store%path = self%settings%draws_path
@@ -132,7 +134,6 @@ contains
     call judge_variance(self%settings%noise, self%diagnosis%scale)
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
-    call check_baseline(self, checks)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
@@ -141,7 +142,7 @@ contains
     call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
     call write_next(self%settings, next, self%failure)
     ! The verdict comes last: where it is, all is.
-    call write_diagnosis_json(self%settings, self%diagnosis, self%discretisation, next, checks, zeros, unknown, self%failure)
+    call write_diagnosis_json(self%settings, self%diagnosis, self%discretisation, next, zeros, unknown, self%failure)
     if (command%wants_code) self%code = self%diagnosis%decision%verdict
     if (self%failure%failed) self%code = EXIT_UNWRITABLE
   end subroutine diagnose_lead
@@ -207,27 +208,6 @@ contains
       call self%simulator%shut_down()
     end if
   end subroutine diagnose_shut_down
-
-  !> Puts the plain questions to the residuals of the baseline.
-  subroutine check_baseline(self, checks)
-    class(diagnose_t), intent(inout) :: self
-    type(residual_check_t), allocatable, intent(out) :: checks(:)
-    real(rp) :: residuals(self%simulator%n_observations), jacobian(self%simulator%n_observations, 0)
-    real(rp) :: both(self%simulator%n_observations, 2)
-    logical :: is_valid
-    call self%diagnosis%restore_baseline(self%simulator)
-    call self%simulator%evaluate(self%diagnosis%baseline%q, [integer ::], residuals, jacobian, is_valid)
-    call self%diagnosis%restore_extended(self%simulator)
-    both(:, 1) = residuals
-    both(:, 2) = self%simulator%labels%observed
-    call self%diagnosis%whitener%apply(both)
-    if (is_valid) then
-      call check_residuals(self%simulator%labels, both(:, 1), both(:, 2), self%settings%catalogue%n_baseline, &
-                              self%diagnosis%scale, checks)
-    else
-      allocate (checks(0))
-    end if
-  end subroutine check_baseline
 
   !> The values of [Wing], or where a fit for the band has come from there; then points about the values of [Wing].
   function starts(self) result(points)

@@ -6,7 +6,7 @@ module diagnose_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
-  use diagnose_json_parts, only: put_checks, put_discretisation, put_next
+  use diagnose_json_parts, only: put_discretisation, put_next
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
   use diagnose_modes, only: put_modes
   use diagnose_settings, only: diagnose_settings_t
@@ -16,6 +16,7 @@ module diagnose_json
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
+  use diagnose_checks, only: alarm_name, put_checks
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
   use inference_probability, only: grade_of, calibrated_probability, PROVENANCE
@@ -32,12 +33,11 @@ module diagnose_json
 contains
 
   !> Writes the file.
-  subroutine write_diagnosis_json(s, d, discretisation, next, checks, zeros, unknown, failure)
+  subroutine write_diagnosis_json(s, d, discretisation, next, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(discretisation_error_t), intent(in) :: discretisation
     type(next_t), intent(in) :: next
-    type(residual_check_t), intent(in) :: checks(:)
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
@@ -64,7 +64,9 @@ contains
     call put_validation(json, d)
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
-    call put_checks(json, checks)
+    if (allocated(d%checks)) call put_checks(json, 'questions', d%checks)
+    if (.not. allocated(d%checks)) call put_checks(json, 'questions', [residual_check_t ::])
+    if (allocated(d%left_checks)) call put_checks(json, 'questions_of_extended', d%left_checks)
     call put_rivals(json, s, d, next)
     call put_next(json, s%measurement, next)
     call json%close()
@@ -113,14 +115,17 @@ contains
       call json%put('probability_map', PROVENANCE)
       call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))
       call json%put('log_global_p', v%log_p_global)
+      call json%put('log_p_of_tests', v%log_p_tests)
+      call json%put('log_p_of_checks', v%log_p_checks)
+      call json%put('alarm', alarm_name(d))
       call json%put('snr', v%snr)
       call json%put('remainder_log_p', v%remainder_log_p)
       call json%put('rejection_power', v%name_power)
-      call json%put('is_together', v%is_joint)
+      call json%put('is_joint', v%is_joint)
       call json%put('set_because', trim(v%reason))
       call json%put('linear_word', verdict_word(d%linear%verdict))
       call json%put('posterior_none', v%posterior_none)
-      call json%put('posterior_together', v%posterior_joint)
+      call json%put('posterior_joint', v%posterior_joint)
       call json%put('posterior_unknown', v%posterior_unknown)
       call json%open_list('causes')
       do i = 1, size(v%causes)
@@ -175,7 +180,8 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     call json%open_object('baseline')
-    call json%put('observations', s%bins%n + s%measurement%count_mode_observations())
+    call json%put('observations', s%bins%n + s%measurement%count_mode_observations() + &
+                  s%measurement%count_series_observations())
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
     call json%put('chi2', d%plain%chi2)

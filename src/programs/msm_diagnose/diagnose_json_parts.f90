@@ -3,12 +3,11 @@
 module diagnose_json_parts
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_next, only: next_t
-  use inference_residual_checks, only: residual_check_t
   use io_json, only: json_t
   use measurement_data, only: measurement_t
   implicit none
   private
-  public :: put_checks, put_discretisation, put_next
+  public :: put_discretisation, put_next
 
 contains
 
@@ -25,23 +24,6 @@ contains
     call json%put('snr', discretisation%snr)
     call json%close()
   end subroutine put_discretisation
-
-  !> The checks of the residuals of the baseline.
-  subroutine put_checks(json, checks)
-    type(json_t), intent(inout) :: json
-    type(residual_check_t), intent(in) :: checks(:)
-    integer :: i
-    call json%open_list('questions')
-    do i = 1, size(checks)
-      call json%open_object('')
-      call json%put('name', checks(i)%name)
-      call json%put('statistic', checks(i)%statistic)
-      call json%put('p', checks(i)%p)
-      call json%put('sentence', checks(i)%sentence)
-      call json%close()
-    end do
-    call json%close()
-  end subroutine put_checks
 
   !> Loads of the measurement to repeat, and loads at new sites.
   subroutine put_next(json, measurement, next)

@@ -13,7 +13,7 @@ module diagnose_modes
   use io_hdf5, only: hdf5_file_t
   use io_json, only: json_t
   use io_table, only: put_table
-  use measurement_modes, only: MEDIUM_AIR, MEDIUM_NAMES
+  use measurement_modes, only: MEDIUM_NAMES
   use solid_mass_effects, only: mass_effects_t
   implicit none
   private
@@ -69,7 +69,7 @@ contains
     call json%close()
   end subroutine put_modes
 
-  !> The section [Mass] of a wing at q, as far as its masses differ from those of the input; nothing without natural modes.
+  !> The section [Mass] of a wing at q, as far as its masses differ from those of the input; nothing if it did not move.
   function mass_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
@@ -79,7 +79,7 @@ contains
     real(rp) :: point(3)
     integer :: i
     text = ''
-    if (s%measurement%count_modes() == 0) return
+    if (.not. s%measurement%moves()) return
     effects = mass_effects_at(s%experiment, s%catalogue%parameters, q)
     point = s%wing_case%material%point
     do i = 1, size(q)
@@ -92,7 +92,7 @@ contains
     end associate
     if (abs(point(3)) > 0) text = text//'point_mass = '//number_text(point(1))//' '//number_text(point(2))//' '// &
                                   number_text(point(3))//'; m, m, kg'//NL
-    if (any(s%measurement%modes%medium == MEDIUM_AIR)) text = text//'; the air that moves with the wing is '// &
+    if (s%measurement%is_in_air()) text = text//'; the air that moves with the wing is '// &
       number_text(effects%added)//' of that of strip theory'//NL
   end function mass_lines
 

@@ -67,20 +67,20 @@ contains
     if (errors%count() == 0) call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
 
-  !> What natural modes need.
+  !> What natural modes and records of motion need.
   subroutine check_modes(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
     type(effect_t), allocatable :: list(:)
     integer :: e
-    if (s%measurement%count_modes() == 0) return
+    if (.not. s%measurement%moves()) return
     if (.not. s%wing_case%has_mass) call s%config%complain(errors, 'Mass', 'membrane_law', &
-                                  'the measurement holds natural modes, which need a valid mass of the wing')
+                                  'the measurement holds natural modes or records of motion, which need a valid mass of the wing')
     list = list_effects()
     do e = 1, size(list)
       if (all(list(e)%needs /= NEED_UNSTRESSED_REST) .or. .not. is_active(list, e, s%wing_case%requested%effects)) cycle
       call s%config%complain(errors, 'Wing', 'parameters', &
-        'natural modes are those of a wing that is flat and free of stress at rest: without pretension and camber')
+        'motion is that about a wing which is flat and free of stress at rest: without pretension and camber')
       exit
     end do
   end subroutine check_modes
@@ -169,6 +169,7 @@ contains
       values(:s%experiment%comparisons(l)%n, l) = s%experiment%comparisons(l)%measured
     end do
     call estimate_noise(s%experiment, values, s%noise)
+    s%options%noise_freedom = s%noise%freedom
     if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
   end subroutine make_all
 

@@ -12,13 +12,14 @@ module diagnose_summary
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: candidate_name, unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, VERDICT_ADEQUATE, &
-                                VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, TESTS_SHARE, &
+                                VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use inference_residual_checks, only: loudest
   use inference_engine, only: diagnosis_t
   use inference_probability, only: calibrated_probability
   implicit none
   private
-  public :: print_verdict, verdict_sentence, cause_name, probability_text
+  public :: alarm_of, print_verdict, verdict_sentence, cause_name, probability_text
 
 contains
 
@@ -37,13 +38,14 @@ contains
     call print_data(unit, s)
     if (discretisation%is_found) then
       what = 'heights by '//fixed(1.0e6_rp*discretisation%rms, 2)//' um rms'
-      if (s%bins%n == 0) what = 'modes'
+      if (s%bins%n == 0) what = 'the motion'
       what = what//' after a refit, as a signal-to-noise ratio of '//fixed(discretisation%snr, 1)//' ('// &
              number_text(discretisation%n_points)//' points'
       if (s%fits_finer) what = what//', on which all is fitted'
       write (unit, '(a)') 'mesh      changes '//what//')'
     end if
     call print_misfit(unit, s, d)
+    if (allocated(d%checks)) call print_alarm(unit, d)
     write (unit, '(a)') 'verdict   '//verdict_word(d%decision%verdict)//': '//verdict_sentence(s, d)
     if (d%decision%verdict == VERDICT_UNKNOWN) then
       call print_unknown(unit, unknown)
@@ -72,7 +74,7 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     integer :: n
-    n = s%bins%n + s%measurement%count_mode_observations()
+    n = s%bins%n + s%measurement%count_mode_observations() + s%measurement%count_series_observations()
     write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%plain%chi2, 1)//' of '//number_text(n)// &
       ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
     write (unit, '(a)') 'misfit    chance alone does this with p = '//probability_text(d%decision%log_p_global)// &
@@ -112,6 +114,17 @@ contains
     write (unit, '(a)') 'zeros     '//trim(zeros%names(i))//trim(line)//' '//trim(zeros%names(1))// &
       '; they are equal with p = '//probability_text(zeros%log_p)
   end subroutine print_zeros
+
+  !> What the plain questions say against the baseline, if anything.
+  subroutine print_alarm(unit, d)
+    integer, intent(in) :: unit
+    type(diagnosis_t), intent(in) :: d
+    integer :: at
+    at = alarm_of(d)
+    if (at == 0) return
+    write (unit, '(a)') 'check     '//d%checks(at)%sentence//' (p = '//probability_text(d%checks(at)%log_p)//' of '// &
+      number_text(count(d%checks%takes_part))//' checks)'
+  end subroutine print_alarm
 
   !> The load that separates the cause from its nearest rival best: a repeat or a new place.
   subroutine print_next(unit, s, d, next)
@@ -161,6 +174,8 @@ contains
     what = 'data      '
     if (s%measurement%count_modes() > 0) what = what//number_text(s%measurement%count_modes())//' natural modes ('// &
                                                 number_text(s%measurement%count_mode_observations())//' numbers), '
+    if (s%measurement%count_series() > 0) what = what//number_text(s%measurement%count_series())//' records of motion ('// &
+                                                 number_text(s%measurement%count_series_observations())//' numbers), '
     if (size(s%measurement%loads) == 0) then
       write (unit, '(a)') what(:len(what) - 2)//'; '//s%measurement_path
       return
@@ -197,12 +212,15 @@ contains
         text = text//' and '//cause_name(s, d, i)
       end do
       text = text(6:)
+      if (d%decision%posterior_joint > LEVEL .and. .not. d%decision%is_joint) &
+        text = text//'; a second cause beside it is not excluded ('//share_text(d%decision%posterior_joint)//' %)'
     case (VERDICT_SET)
       text = 'these data cannot tell apart:'
       do i = 1, size(d%decision%set)
         text = text//' '//s%catalogue%effects(d%decision%set(i))%title
         if (i < size(d%decision%set)) text = text//';'
       end do
+      text = text//'; nor from something that is not in the catalogue ('//share_text(d%decision%posterior_unknown)//' %)'
       if (d%decision%is_joint) then
         text = 'consistent with'
         do i = 1, size(d%decision%causes)
@@ -214,12 +232,29 @@ contains
                                             '; other causes are not excluded'//because(d%decision)
     case (VERDICT_UNKNOWN)
       text = 'something that is not in the catalogue'
+      if (alarm_of(d) > 0 .and. d%decision%is_by_checks) text = text//', as '//d%checks(alarm_of(d))%sentence
     case default
       text = 'there are too few data to test anything'
       return
     end select
     text = text//' (probability '//trim(percent)//' %)'
   end function verdict_sentence
+
+  !> A probability in percent.
+  function share_text(probability) result(text)
+    real(rp), intent(in) :: probability
+    character(:), allocatable :: text
+    text = number_text(nint(100*probability))
+    if (100*probability < 1) text = 'below 1'
+  end function share_text
+
+  !> The loudest question to the residuals of the baseline, if all together speak against it; else 0.
+  pure integer function alarm_of(d) result(at)
+    type(diagnosis_t), intent(in) :: d
+    at = 0
+    if (.not. allocated(d%checks)) return
+    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_SHARE))) at = loudest(d%checks)
+  end function alarm_of
 
   !> Why the fit of what could have been a name speaks against it, or nothing.
   pure function because(decision) result(text)

@@ -117,9 +117,8 @@ contains
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
     if (.not. allocated(s%measurement%loads)) return
-    if (s%measurement%count_modes() > 0 .and. size(s%measurement%loads) == 0) &
-      call s%config%complain(errors, 'Measurement', 'file', &
-                             'holds natural modes and no bending test; a training needs bending tests, msm_diagnose takes both')
+    if (s%measurement%moves() .and. size(s%measurement%loads) == 0) call s%config%complain(errors, 'Measurement', 'file', &
+      'holds modes or records of motion and no bending test; a training needs bending tests, msm_diagnose takes all')
   end subroutine check_tests
 
   subroutine make_experiment(s, errors)

@@ -167,7 +167,6 @@ contains
     type(ring_change_t), intent(in) :: change
     real(rp), allocatable, intent(out) :: seen(:, :)
     real(rp) :: da(self%n, self%n), dx(self%n, size(self%x, 2)), ends(self%n, 2), begin(self%n, 2)
-    integer :: j, i
     call differentiate(self, change, da)
     begin = 0
     call differentiate_begin(self, change, begin(:, 1))
@@ -178,69 +177,85 @@ contains
     call self%flow%tangent(da, self%x, dx)
     seen = self%output(dx)
     if (size(change%look) > 0 .and. .not. self%cutoff > 0) seen = seen + look_at(self, change%look, self%x)
-
-  contains
-
-    !> dA.
-    subroutine differentiate(self, change, da)
-      class(ringing_t), intent(in) :: self
-      type(ring_change_t), intent(in) :: change
-      real(rp), intent(out) :: da(:, :)
-      real(rp) :: slow(self%r, self%r)
-      integer :: k, r
-      r = self%r
-      da = 0
-      associate (d => self%damping, w => self%omega, rows => da(r + 1:2*r, :))
-        if (size(change%stiffness) > 0) then
-          do k = 1, r
-            rows(:, k) = -change%stiffness(:, k)/w(k)
-            rows(:, r + k) = -d%stiffness*change%stiffness(:, k)
-            rows(:, 2*r + k) = -d%relaxation*change%stiffness(:, k)/w(k)
-          end do
-        end if
-        if (size(change%joints) > 0) rows(:, r + 1:2*r) = rows(:, r + 1:2*r) - d%joints*change%joints
-        if (size(change%mass) > 0) then
-          slow = d%joints*self%joints
-          do k = 1, r
-            slow(k, k) = slow(k, k) + d%stiffness*w(k)**2
-            rows(:, k) = rows(:, k) + change%mass(:, k)*w(k)
-            rows(:, 2*r + k) = rows(:, 2*r + k) + d%relaxation*change%mass(:, k)*w(k)
-          end do
-          rows(:, r + 1:2*r) = rows(:, r + 1:2*r) + matmul(change%mass, slow)
-          if (self%excitation == EXCITED_BASE) rows(:, self%n - 1) = rows(:, self%n - 1) - matmul(change%mass, self%push)
-        end if
-        if (self%excitation == EXCITED_BASE .and. size(change%push) > 0) &
-          rows(:, self%n - 1) = rows(:, self%n - 1) + change%push
-        do k = 1, r
-          select case (change%damping)
-          case (0)
-            exit
-          case (DAMPING_MASS)
-            rows(k, r + k) = -1
-          case (DAMPING_STIFFNESS)
-            rows(k, r + k) = -w(k)**2
-          case (DAMPING_JOINTS)
-            rows(k, r + 1:2*r) = -self%joints(k, :)
-          case (DAMPING_TIME)
-            da(2*r + k, 2*r + k) = 1/d%relaxation_time
-          case default
-            rows(k, 2*r + k) = -w(k)
-          end select
-        end do
-        if (self%cutoff > 0 .and. size(change%look) > 0) then
-          do j = 1, self%m
-            i = 3*r + j + (self%order - 1)*self%m
-            if (self%sees_velocity) then
-              da(i, r + 1:2*r) = self%cutoff*change%look(j, :)
-            else
-              da(i, :r) = self%cutoff*change%look(j, :)/w
-            end if
-          end do
-        end if
-      end associate
-    end subroutine differentiate
-
   end subroutine ringing_tangent
+
+  !> da(n, n): the derivative of A.
+  subroutine differentiate(self, change, da)
+    class(ringing_t), intent(in) :: self
+    type(ring_change_t), intent(in) :: change
+    real(rp), intent(out) :: da(:, :)
+    real(rp) :: slow(self%r, self%r)
+    integer :: k, r
+    r = self%r
+    da = 0
+    call differentiate_damping(self, change%damping, da)
+    call differentiate_look(self, change%look, da)
+    associate (d => self%damping, w => self%omega, rows => da(r + 1:2*r, :))
+      if (size(change%stiffness) > 0) then
+        do k = 1, r
+          rows(:, k) = -change%stiffness(:, k)/w(k)
+          rows(:, r + k) = -d%stiffness*change%stiffness(:, k)
+          rows(:, 2*r + k) = -d%relaxation*change%stiffness(:, k)/w(k)
+        end do
+      end if
+      if (size(change%joints) > 0) rows(:, r + 1:2*r) = rows(:, r + 1:2*r) - d%joints*change%joints
+      if (size(change%mass) > 0) then
+        slow = d%joints*self%joints
+        do k = 1, r
+          slow(k, k) = slow(k, k) + d%stiffness*w(k)**2
+          rows(:, k) = rows(:, k) + change%mass(:, k)*w(k)
+          rows(:, 2*r + k) = rows(:, 2*r + k) + d%relaxation*change%mass(:, k)*w(k)
+        end do
+        rows(:, r + 1:2*r) = rows(:, r + 1:2*r) + matmul(change%mass, slow)
+        if (self%excitation == EXCITED_BASE) rows(:, self%n - 1) = rows(:, self%n - 1) - matmul(change%mass, self%push)
+      end if
+      if (self%excitation == EXCITED_BASE .and. size(change%push) > 0) &
+        rows(:, self%n - 1) = rows(:, self%n - 1) + change%push
+    end associate
+  end subroutine differentiate
+
+  !> Adds that with respect to effect `number` of the damping; 0: none.
+  subroutine differentiate_damping(self, number, da)
+    class(ringing_t), intent(in) :: self
+    integer, intent(in) :: number
+    real(rp), intent(inout) :: da(:, :)
+    integer :: k, r
+    r = self%r
+    do k = 1, r
+      select case (number)
+      case (0)
+        exit
+      case (DAMPING_MASS)
+        da(r + k, r + k) = -1
+      case (DAMPING_STIFFNESS)
+        da(r + k, r + k) = -self%omega(k)**2
+      case (DAMPING_JOINTS)
+        da(r + k, r + 1:2*r) = -self%joints(k, :)
+      case (DAMPING_TIME)
+        da(2*r + k, 2*r + k) = 1/self%damping%relaxation_time
+      case default
+        da(r + k, 2*r + k) = -self%omega(k)
+      end select
+    end do
+  end subroutine differentiate_damping
+
+  !> Adds that of what a filter sees.
+  subroutine differentiate_look(self, look, da)
+    class(ringing_t), intent(in) :: self
+    real(rp), intent(in) :: look(:, :)
+    real(rp), intent(inout) :: da(:, :)
+    integer :: j, i, r
+    if (.not. self%cutoff > 0 .or. size(look) == 0) return
+    r = self%r
+    do j = 1, self%m
+      i = 3*r + j + (self%order - 1)*self%m
+      if (self%sees_velocity) then
+        da(i, r + 1:2*r) = self%cutoff*look(j, :)
+      else
+        da(i, :r) = self%cutoff*look(j, :)/self%omega
+      end if
+    end do
+  end subroutine differentiate_look
 
   !> Of the states with which a motion begins.
   subroutine differentiate_begin(self, change, begin)

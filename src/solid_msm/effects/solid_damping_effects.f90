@@ -11,7 +11,7 @@
 !> The forces of a viscoelastic wing are those of a standard linear solid: f + g z with z' = f' - z/tau, f the elastic force.
 module solid_damping_effects
   use base_kinds, only: rp
-  use solid_parameter, only: define_effect, parameter_t
+  use base_parameter, only: define_effect, parameter_t
   implicit none
   private
   public :: damping_effects_t, describe_damping

@@ -31,6 +31,7 @@ module diagnosis_beam
     real(rp), allocatable :: hidden(:)   !< (STATIONS) log compliance of bending that the model does not know
     real(rp), allocatable :: hidden_twist(:) !< the same of torsion
     real(rp), allocatable :: load(:, :)  !< (4, surfaces) a, b, F, order
+    real(rp) :: gain_sd = 0              !< of all forces, if there is a nuisance more for it
     real(rp) :: turns = 0                !< strong P_SPAN also looks like P_ROOT and P_TORSION, with its third power
   contains
     procedure :: evaluate => beam_evaluate
@@ -51,6 +52,8 @@ contains
     beam%n_observations = n*28
     beam%n_baseline = N_BASE
     beam%n_nuisances = 3*n
+    beam%nuisance_kind = [(1, l=1, 3*n)]
+    beam%nuisance_names = ['tilts of scans']
     beam%n_patterns = 4*N_BUMPS
     allocate (beam%load(4, n), beam%labels%fold(n), beam%labels%level(n), beam%labels%order(n), beam%labels%hold(n), &
               beam%labels%moment(n), beam%labels%replicate(n), beam%hidden(STATIONS), &
@@ -190,18 +193,21 @@ contains
     class(beam_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), sigma
     integer, intent(in) :: seed
-    real(rp) :: noise(self%n_observations), tilt(3*size(self%load, 2))
+    real(rp) :: noise(self%n_observations), tilt(3*size(self%load, 2)), gain(1)
     integer :: k, l
     if (.not. allocated(self%data)) allocate (self%data(self%n_observations))
     call self%shape(q, self%data)
     call fill_gaussians(int(seed, i8), 1_i8, 0_i8, noise)
     call fill_gaussians(int(seed, i8), 2_i8, 0_i8, tilt)
+    call fill_gaussians(int(seed, i8), 3_i8, 0_i8, gain)
+    self%data = self%data*(1 + self%gain_sd*gain(1))
     do k = 1, size(noise)
       l = self%labels%surface(k)
       self%data(k) = self%data(k) + sigma*noise(k) + &
                      self%tilt_sd*(tilt(3*l - 2) + tilt(3*l - 1)*self%labels%place(1, k) &
                                    + tilt(3*l)*self%labels%place(2, k))
     end do
+    self%labels%observed = self%data
     self%hidden = 0
     self%hidden_twist = 0
   end subroutine beam_observe
@@ -251,6 +257,10 @@ contains
     is_valid = .true.
     nuisances = 0
     patterns = 0
+    if (self%n_nuisances > 3*size(self%load, 2)) then
+      call self%shape(q, nuisances(:, self%n_nuisances))
+      nuisances(:, self%n_nuisances) = self%gain_sd*nuisances(:, self%n_nuisances)
+    end if
     ds = 1.0_rp/STATIONS
     do k = 1, self%n_observations
       l = self%labels%surface(k)

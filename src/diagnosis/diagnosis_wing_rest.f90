@@ -1,0 +1,171 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The wing at rest as motion about it needs it: a model that has the places of what differs from its null, all parameters at a
+!> point q of the parameters, and the direction of stiffness of each quantity. Veins have sides, so that torsion has room.
+module diagnosis_wing_rest
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_parameter, only: parameter_t
+  use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_PARAMETER, KIND_RELAXATION, &
+                                       KIND_SOFT
+  use measurement_experiment, only: experiment_t
+  use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
+  use solid_effects, only: clamp_axis
+  use solid_model, only: solid_model_t
+  use solid_params, only: solid_params_t
+  use solid_stiffness, only: stiffness_t
+  use solid_stiffness_effects, only: damage_direction, hinge_direction, parameter_direction
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: wing_rest_t, damping_at
+
+  type :: wing_rest_t
+    type(experiment_t), pointer :: bare => null()
+    type(wing_t), pointer :: wing => null()
+    type(wing_parameter_t), allocatable :: parameters(:)
+    integer, private :: placed(2) = -1 !< parameters whose place the model has: a soft hinge, a damage; 0: none
+  contains
+    procedure :: init => rest_init
+    procedure :: prepare => rest_prepare
+    procedure :: params => rest_params
+    procedure :: direction => rest_direction
+    procedure :: clamp => rest_clamp
+  end type wing_rest_t
+
+contains
+
+  !> The experiment `bare`, without unknowns of its own, and the wing must live as long as this.
+  subroutine rest_init(self, bare, wing, parameters)
+    class(wing_rest_t), intent(inout) :: self
+    type(experiment_t), intent(in), target :: bare
+    type(wing_t), intent(in), target :: wing
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    self%bare => bare
+    self%wing => wing
+    self%parameters = parameters
+    self%placed = -1
+  end subroutine rest_init
+
+  !> A model with the places of what differs from its null at q, or of the bare wing if q is empty; not allocated if those of the
+  !> last call still are right. `ok` false: there is no such model.
+  subroutine rest_prepare(self, q, model, ok)
+    class(wing_rest_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    type(solid_model_t), allocatable, intent(out) :: model
+    logical, intent(out) :: ok
+    type(solid_params_t) :: params
+    type(failure_t) :: failure
+    integer, allocatable :: wanted(:)
+    integer :: placed(2), i
+    placed = 0
+    allocate (wanted(0))
+    if (size(q) > 0) wanted = differing(self%parameters, q)
+    do i = 1, size(wanted)
+      if (self%parameters(wanted(i))%kind == KIND_SOFT) placed(1) = wanted(i)
+      if (self%parameters(wanted(i))%kind == KIND_DAMAGE) placed(2) = wanted(i)
+    end do
+    ok = .true.
+    if (all(placed == self%placed)) return
+    params = self%bare%model%params
+    params%effects%has_sided_veins = size(self%bare%model%triangles) > 0
+    if (placed(1) > 0) then
+      associate (one => self%parameters(placed(1)))
+        params%effects%soft_vein = trim(params%vein_names(one%vein))
+        params%effects%soft_fraction = one%fraction
+      end associate
+    end if
+    if (placed(2) > 0) params%effects%disc = self%parameters(placed(2))%disc
+    allocate (model)
+    call model%init(self%wing, params, failure)
+    ok = .not. failure%failed
+    if (ok) self%placed = placed
+    if (.not. ok) deallocate (model)
+  end subroutine rest_prepare
+
+  !> All parameters at q, of a model that `prepare` has given for it.
+  function rest_params(self, model, q) result(params)
+    class(wing_rest_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: q(:)
+    type(solid_params_t) :: params
+    type(parameter_t) :: p
+    integer :: i
+    params = model%params
+    do i = 1, size(q)
+      associate (one => self%parameters(i))
+        select case (one%kind)
+        case (KIND_PARAMETER)
+          p = params%describe(one%number)
+          if (p%is_log) then
+            call params%set(one%number, exp(q(i)))
+          else
+            call params%set(one%number, q(i))
+          end if
+        case (KIND_SOFT)
+          if (i == self%placed(1)) call params%set_named('soft', exp(q(i)))
+        case (KIND_DAMAGE)
+          if (i == self%placed(2)) call params%set_named('damage', exp(q(i)))
+        end select
+      end associate
+    end do
+  end function rest_params
+
+  !> The axis about which quantity i lets the clamp turn, 1: x, 2: y; 0: it is something else.
+  integer function rest_clamp(self, model, i) result(axis)
+    class(wing_rest_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    integer, intent(in) :: i
+    axis = 0
+    if (self%parameters(i)%kind == KIND_PARAMETER) &
+      axis = clamp_axis(model%params%effects, self%parameters(i)%number - model%params%count_usual())
+  end function rest_clamp
+
+  !> How all stiffness changes with quantity i at q; `is_any` false: it is none of stiffness.
+  subroutine rest_direction(self, model, q, i, direction, is_any, is_joint)
+    class(wing_rest_t), intent(in) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: i
+    type(stiffness_t), intent(inout) :: direction
+    logical, intent(out) :: is_any, is_joint
+    type(parameter_t) :: p
+    is_any = .true.
+    is_joint = .false.
+    associate (one => self%parameters(i))
+      select case (one%kind)
+      case (KIND_PARAMETER)
+        p = model%params%describe(one%number)
+        is_joint = index(p%name, 'joint:') == 1
+        call parameter_direction(model, one%number, direction)
+      case (KIND_SOFT)
+        call hinge_direction(model, one%number, direction)
+      case (KIND_DAMAGE)
+        if (abs(q(i) - one%null) > 0) then
+          call parameter_direction(model, model%params%find('damage'), direction)
+        else
+          call damage_direction(model, one%disc, direction)
+        end if
+      case default
+        is_any = .false.
+      end select
+    end associate
+  end subroutine rest_direction
+
+  !> Damping at q.
+  function damping_at(parameters, q) result(damping)
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    real(rp), intent(in) :: q(:)
+    type(damping_effects_t) :: damping
+    integer :: i
+    do i = 1, size(q)
+      associate (one => parameters(i))
+        if (one%kind == KIND_DAMPING) then
+          call damping%set(one%number, merge(exp(min(q(i), 700.0_rp)), q(i), one%is_log))
+        else if (one%kind == KIND_RELAXATION .and. abs(q(i)) > 0) then
+          call damping%set(DAMPING_RELAXATION, q(i))
+          damping%relaxation_time = one%time*exp(q(one%number))
+        end if
+      end associate
+    end do
+  end function damping_at
+end module diagnosis_wing_rest

@@ -1,0 +1,218 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The records of a wing that rings as a simulator of a wing sees them: residuals in units of their sd, with the unit matrix as
+!> covariance, exact tangents of all parameters of the catalogue, and the size and the time of every excitation as nuisances.
+!> Every trace is a surface of its own, and a fold of its own. Without records there are no observations here.
+module diagnosis_wing_series
+  use base_kinds, only: rp
+  use base_parameter, only: parameter_t
+  use diagnosis_wing_modes, only: mass_effects_at, put_mass_at
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMPING, KIND_MASS, KIND_POINT_MASS, KIND_RELAXATION, &
+                                       KIND_RELAXATION_TIME
+  use diagnosis_wing_rest, only: damping_at, wing_rest_t
+  use inference_simulator, only: labels_t
+  use measurement_experiment, only: experiment_t
+  use measurement_series_simulation, only: series_simulation_t
+  use solid_damping_effects, only: DAMPING_RELAXATION, DAMPING_TIME
+  use solid_mass_effects, only: describe_mass_effect, mass_effects_t, mass_parts_t, MASS_POINT
+  use solid_model, only: solid_model_t
+  use solid_params, only: solid_params_t
+  use solid_stiffness, only: stiffness_t
+  use solid_stiffness_effects, only: damage_direction
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: wing_series_t
+
+  type :: wing_series_t
+    integer :: n = 0                                 !< observations
+    integer :: n_nuisances = 0
+    !> One per simulator, of which no copy is ever wanted.
+    type(series_simulation_t), pointer :: simulation => null()
+    type(wing_rest_t), private :: rest
+    type(mass_parts_t), private :: parts
+    type(stiffness_t), private :: direction
+    type(mass_effects_t), private :: effects
+  contains
+    procedure :: init => series_init
+    procedure :: free => series_free
+    procedure :: evaluate => series_evaluate
+    procedure :: tangents => series_tangents
+    procedure :: directions => series_directions
+    procedure :: append_labels => series_append_labels
+    procedure, private :: tangent => series_tangent
+    procedure, private :: stand => series_stand
+  end type wing_series_t
+
+contains
+
+  !> The records of the measurement of `bare`, on a wing of these masses; both must live as long as this.
+  subroutine series_init(self, bare, wing, parameters, parts)
+    class(wing_series_t), intent(inout) :: self
+    type(experiment_t), intent(in), target :: bare
+    type(wing_t), intent(in), target :: wing
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    type(mass_parts_t), intent(in) :: parts
+    logical :: ok
+    call self%rest%init(bare, wing, parameters)
+    self%parts = parts
+    if (.not. associated(self%simulation)) allocate (self%simulation)
+    call self%stand([real(rp) ::], ok)
+    self%n = self%simulation%n
+    self%n_nuisances = 2*bare%measurement%count_series()
+  end subroutine series_init
+
+  !> Releases everything.
+  subroutine series_free(self)
+    class(wing_series_t), intent(inout) :: self
+    if (associated(self%simulation)) then
+      call self%simulation%free()
+      deallocate (self%simulation)
+    end if
+    self%n = 0
+    self%n_nuisances = 0
+  end subroutine series_free
+
+  !> The simulation has the model for q.
+  subroutine series_stand(self, q, ok)
+    class(wing_series_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    logical, intent(out) :: ok
+    type(solid_model_t), allocatable :: model
+    call self%rest%prepare(q, model, ok)
+    if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
+  end subroutine series_stand
+
+  !> residuals(n) at q; `ok` false: the wing at rest is not stable. Tangents are those there.
+  subroutine series_evaluate(self, q, residuals, ok)
+    class(wing_series_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    real(rp), intent(out) :: residuals(:)
+    logical, intent(out) :: ok
+    type(solid_model_t), pointer :: model
+    type(solid_params_t) :: params
+    residuals = 0
+    call self%stand(q, ok)
+    if (.not. ok) return
+    model => self%simulation%model()
+    params = self%rest%params(model, q)
+    self%effects = mass_effects_at(self%rest%bare, self%rest%parameters, q)
+    call self%simulation%evaluate(params, self%effects, damping_at(self%rest%parameters, q), residuals, ok)
+  end subroutine series_evaluate
+
+  !> column(n): derivative of the residuals with respect to quantity i at q, after `evaluate` there.
+  subroutine series_tangent(self, q, i, column)
+    class(wing_series_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: i
+    real(rp), intent(out) :: column(:)
+    type(solid_model_t), pointer :: model
+    type(mass_effects_t) :: effects
+    logical :: is_any, is_joint
+    model => self%simulation%model()
+    column = 0
+    associate (one => self%rest%parameters(i))
+      select case (one%kind)
+      case (KIND_MASS)
+        call self%simulation%mass_tangent(one%number, self%effects, column)
+      case (KIND_POINT_MASS)
+        effects = self%effects
+        call put_mass_at(self%rest%bare, one%disc(:2), effects)
+        call self%simulation%mass_tangent(MASS_POINT, effects, column)
+      case (KIND_DAMPING)
+        call self%simulation%damping_tangent(one%number, 0.0_rp, column)
+        if (one%is_log) column = exp(q(i))*column
+      case (KIND_RELAXATION)
+        call self%simulation%damping_tangent(DAMPING_RELAXATION, one%time*exp(q(one%number)), column)
+      case (KIND_RELAXATION_TIME)
+        if (abs(q(one%number)) > 0) call self%simulation%damping_tangent(DAMPING_TIME, 0.0_rp, column)
+      case default
+        if (self%rest%clamp(model, i) > 0) then
+          call self%simulation%clamp_tangent(self%rest%clamp(model, i), column)
+        else
+          call self%rest%direction(model, q, i, self%direction, is_any, is_joint)
+          if (is_any) call self%simulation%stiffness_tangent(self%direction, is_joint, column)
+        end if
+      end select
+    end associate
+  end subroutine series_tangent
+
+  !> jacobian(n, size(columns)) with respect to the parameters `columns`.
+  subroutine series_tangents(self, q, columns, jacobian)
+    class(wing_series_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    real(rp), intent(out) :: jacobian(:, :)
+    integer :: k
+    do k = 1, size(columns)
+      call self%tangent(q, columns(k), jacobian(:, k))
+    end do
+  end subroutine series_tangents
+
+  !> At q: membrane(n), what D in error by membrane_sd does, if quantity `number` is D (0: none); own(n, n_nuisances), errors of
+  !> the excitations; and, unless patterns(n, :) has no columns, in the first ones what unit stiffness around each place(2, :) [m]
+  !> does, and without bending tests, in the next ones, a mass of the usual prior at each place.
+  subroutine series_directions(self, q, number, membrane_sd, place, radius, membrane, own, patterns, ok)
+    class(wing_series_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius
+    integer, intent(in) :: number
+    real(rp), intent(inout) :: membrane(:), own(:, :), patterns(:, :)
+    logical, intent(out) :: ok
+    real(rp) :: residuals(self%n)
+    type(solid_model_t), pointer :: model
+    type(mass_effects_t) :: effects
+    type(parameter_t) :: p
+    integer :: i, n
+    call self%evaluate(q, residuals, ok)
+    if (.not. ok) return
+    if (number > 0) then
+      call self%tangent(q, number, membrane)
+      membrane = membrane_sd*membrane
+    end if
+    call self%simulation%nuisances(own)
+    n = size(place, 2)
+    model => self%simulation%model()
+    do i = 1, min(n, size(patterns, 2))
+      call damage_direction(model, [place(:, i), radius], self%direction)
+      call self%simulation%stiffness_tangent(self%direction, .false., patterns(:, i))
+    end do
+    if (size(self%rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
+    p = describe_mass_effect(MASS_POINT, sum(self%rest%bare%masses))
+    effects = self%effects
+    do i = 1, n
+      call put_mass_at(self%rest%bare, place(:, i), effects)
+      call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
+      patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
+    end do
+  end subroutine series_directions
+
+  !> Every trace is a surface with a fold and a block of its own.
+  subroutine series_append_labels(self, labels)
+    class(wing_series_t), intent(in) :: self
+    type(labels_t), intent(inout) :: labels
+    integer :: i, j, k, n, surface, fold, block
+    surface = size(labels%fold)
+    fold = max(0, maxval(labels%fold))
+    block = max(0, maxval(labels%block))
+    do i = 1, size(self%simulation%series)
+      associate (s => self%simulation%series(i))
+        do j = 1, size(s%sigma)
+          n = count(s%is_known(:, j))
+          if (n == 0) cycle
+          surface = surface + 1
+          fold = fold + 1
+          block = block + 1
+          labels%surface = [labels%surface, (surface, k=1, n)]
+          labels%block = [labels%block, (block, k=1, n)]
+          labels%observed = [labels%observed, (0.0_rp, k=1, n)]
+          labels%place = reshape([labels%place, (s%place(:, j), k=1, n)], [2, size(labels%surface)])
+          labels%fold = [labels%fold, fold]
+          labels%level = [labels%level, 0.0_rp]
+          labels%order = [labels%order, 0.0_rp]
+          labels%hold = [labels%hold, -1.0_rp]
+          labels%moment = [labels%moment, 0.0_rp]
+          labels%replicate = [labels%replicate, surface]
+        end do
+      end associate
+    end do
+  end subroutine series_append_labels
+end module diagnosis_wing_series

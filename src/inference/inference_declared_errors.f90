@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How large errors are of which only an sd is declared, such as tilts of scans, against this sd.
+!>
+!> With r the whitened residuals behind a fit of the baseline (projector P) and W = P C^-1/2 V, V the directions of one kind of
+!> error scaled by their sd, G = W^T W = X diag(g) X^T: if these errors are k times as large as declared the components of
+!> X^T W^T r are independent with the variances g + (k^2 - 1) g^2. (C has them once.) Their sum of squares over these
+!> variances is then that of chi^2, which tells k as a variance component (Searle, Casella and McCulloch 1992, ISBN
+!> 0-471-62162-5): its interval, and p of the hypothesis that k is not more than what nobody would call wrong.
+module inference_declared_errors
+  use base_kinds, only: rp
+  use base_lapack, only: symmetric_eigen
+  use inference_residual_checks, only: make_question, residual_check_t
+  use inference_design, only: design_t
+  use inference_distributions, only: chi2_threshold, log_chi2_tail
+  implicit none
+  private
+  public :: ask_declared_errors, SIZE_WORDS
+
+  character(*), parameter :: SIZE_WORDS = 'size of ' !< names of these checks begin so
+  real(rp), parameter :: TOLERATED = 1.5_rp  !< times the declared sd
+  real(rp), parameter :: VISIBLE = 0.2_rp    !< g of directions that noise hides
+  integer, parameter :: FEWEST = 6           !< directions
+  real(rp), parameter :: SMALLEST = 1.0e-2_rp, LARGEST = 1.0e4_rp !< of k
+
+contains
+
+  !> Adds a question for every kind of error to checks(:). parameters(:) are those of the first nuisances of the design, 1, 2, ..
+  !> with the name names(kind), or 0; residuals(n) are whitened, with a noise of `scale` times the variance of the whitener.
+  subroutine ask_declared_errors(design, parameters, names, residuals, scale, checks)
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: parameters(:)
+    character(*), intent(in) :: names(:)
+    real(rp), intent(in) :: residuals(:), scale
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
+    real(rp), allocatable :: directions(:, :)
+    integer, allocatable :: columns(:)
+    integer :: k, i
+    do k = 1, size(names)
+      columns = pack([(i, i=1, size(parameters))], parameters == k)
+      columns = pack(columns, norm2(design%nuisances(:, columns), 1) > 0)
+      if (size(columns) < FEWEST) cycle
+      directions = design%nuisances(:, columns)
+      call design%whitener%apply(directions)
+      call ask_one(trim(names(k)), design%beside_baseline(directions), residuals/sqrt(scale), checks)
+    end do
+  end subroutine ask_declared_errors
+
+  !> directions(n, :) are W.
+  subroutine ask_one(name, directions, residuals, checks)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: directions(:, :), residuals(:)
+    type(residual_check_t), allocatable, intent(inout) :: checks(:)
+    real(rp) :: vectors(size(directions, 2), size(directions, 2)), values(size(directions, 2))
+    real(rp), allocatable :: squares(:), g(:)
+    type(residual_check_t) :: one
+    real(rp) :: ratio, ends(2)
+    vectors = matmul(transpose(directions), directions)
+    call symmetric_eigen(vectors, values)
+    squares = pack(matmul(matmul(residuals, directions), vectors)**2, values > VISIBLE)
+    g = pack(values, values > VISIBLE)
+    if (size(g) < FEWEST) return
+    ratio = size_for(real(size(g), rp))
+    ends = [size_for(chi2_threshold(log(0.05_rp), size(g))), size_for(chi2_threshold(log(0.95_rp), size(g)))]
+    one = make_question(SIZE_WORDS//name, ratio, log_chi2_tail(sum_at(TOLERATED), size(g)), &
+                        name//' are '//shown(ratio)//' times as large as declared (90 % interval '// &
+                        shown(ends(1))//' to '//shown(ends(2))//')', name//' are no larger than declared')
+    one%interval = ends
+    checks = [checks, one]
+
+  contains
+
+    !> The sum of squares over variances at k.
+    pure real(rp) function sum_at(k)
+      real(rp), intent(in) :: k
+      sum_at = sum(squares/(g + (k**2 - 1)*g**2))
+    end function sum_at
+
+    !> k at which it is this; at an end where it is nowhere.
+    pure real(rp) function size_for(wanted) result(k)
+      real(rp), intent(in) :: wanted
+      real(rp) :: lower, upper
+      integer :: i
+      lower = SMALLEST
+      upper = LARGEST
+      do i = 1, 60
+        k = sqrt(lower*upper)
+        if (sum_at(k) > wanted) then
+          lower = k
+        else
+          upper = k
+        end if
+      end do
+    end function size_for
+  end subroutine ask_one
+
+  !> With one decimal.
+  function shown(x) result(text)
+    real(rp), intent(in) :: x
+    character(:), allocatable :: text
+    character(16) :: buffer
+    write (buffer, '(f15.1)') x
+    text = trim(adjustl(buffer))
+  end function shown
+end module inference_declared_errors

@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What places, forces, masses and joints make of the modes of a wing: products with their shapes(3, n_all, modes).
+module measurement_series_looks
+  use base_kinds, only: rp
+  use measurement_place, only: material_point_t
+  use solid_modal, only: modal_t
+  use solid_model, only: solid_model_t
+  use solid_stiffness, only: stiffness_t
+  use solid_stiffness_effects, only: hinge_direction
+  use solid_tangent, only: assemble_tangent
+  implicit none
+  private
+  public :: along, apply_joints, inertia_along, no_matrix, products
+
+contains
+
+  !> stiff(3, n_all, modes) = K_joints Phi, of the first modes, with the parameters of the model.
+  subroutine apply_joints(modal, stiff)
+    class(modal_t), intent(in) :: modal
+    real(rp), intent(out) :: stiff(:, :, :)
+    type(solid_model_t), allocatable :: probe
+    type(stiffness_t) :: direction
+    real(rp), allocatable :: blocks(:, :, :), rest(:, :), axial(:), f(:, :)
+    integer :: i
+    stiff = 0
+    allocate (probe, source=modal%model)
+    if (.not. any(probe%plans%joint > 0)) return
+    call hinge_direction(modal%model, 1, direction) ! allocates all of it
+    direction%hinge = merge(probe%stiffness%hinge, 0.0_rp, probe%plans%joint > 0)
+    allocate (blocks(3, 3, size(probe%pattern%rows)), rest(3, probe%n_all), f(3, probe%n_free))
+    rest = 0
+    probe%stiffness = direction
+    probe%springs%tension = direction%tension
+    axial = direction%tension
+    call assemble_tangent(probe, rest, axial, .false., blocks)
+    do i = 1, size(stiff, 3)
+      f = 0
+      call probe%pattern%multiply(blocks, 1.0_rp, modal%shapes(:, probe%movable, i), f)
+      stiff(:, probe%movable, i) = f
+    end do
+  end subroutine apply_joints
+
+  !> a(:, :, i) times b(:, :, j).
+  pure function products(a, b) result(c)
+    real(rp), intent(in) :: a(:, :, :), b(:, :, :)
+    real(rp) :: c(size(a, 3), size(b, 3))
+    integer :: n
+    n = size(a, 1)*size(a, 2)
+    c = matmul(transpose(reshape(a, [n, size(a, 3)])), reshape(b, [n, size(b, 3)]))
+  end function products
+
+  !> Displacements of a place along an axis.
+  pure function along(place, axis, shapes) result(values)
+    type(material_point_t), intent(in) :: place
+    real(rp), intent(in) :: axis(3), shapes(:, :, :)
+    real(rp) :: values(size(shapes, 3))
+    integer :: c
+    values = 0
+    do c = 1, 3
+      values = values + place%weight(c)*matmul(axis, shapes(:, place%corner(c), :))
+    end do
+  end function along
+
+  !> Products of the masses(3, n_all) that move along a direction.
+  pure function inertia_along(mass, direction, shapes) result(values)
+    real(rp), intent(in) :: mass(:, :), direction(3), shapes(:, :, :)
+    real(rp) :: values(size(shapes, 3))
+    integer :: i
+    values = [(sum(direction*sum(mass*shapes(:, :, i), 2)), i=1, size(values))]
+  end function inertia_along
+
+  !> A matrix of size 0.
+  pure function no_matrix() result(matrix)
+    real(rp), allocatable :: matrix(:, :)
+    allocate (matrix(0, 0))
+  end function no_matrix
+end module measurement_series_looks

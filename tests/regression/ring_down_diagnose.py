@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Records of a wing that rings in msm_diagnose: data of tools/make_series, whose mechanics and integration in time share nothing with
+the program.
+
+usage: ring_down_diagnose.py <msm_diagnose> <h5dump> [tests]
+
+Intervals are of 90 %; the truth is asked to be within twice their width, as in diagnosis_entries.py.
+"""
+import json
+import subprocess
+import sys
+
+from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, WING, diagnose
+from whole_program import SOURCE, check, main
+
+from json_schema import validate
+
+RING = {"wing": WING, "seed": 3, "excitation": "release", "point": [8.0e-3, -0.6e-3], "size": 2.0e-5,
+        "places": [[8.4e-3, -0.7e-3], [6.5e-3, 0.1e-3], [5.5e-3, -1.6e-3]], "rate": 10000, "samples": 120,
+        "stiffness": {"plate": "edges", "E": 1.1e10}, "damping": {"rayleigh_mass": 200},
+        "noise": {"motion": 0.01, "trigger": 5.0e-6, "size": 0.05}}
+OPTIONS = "noise = declared;\nstarts = 1;\ndraws = 1000;\nrefits = 2;\n"
+
+
+def ring(case, file, *more, **sections):
+    """A record with these sections added to those of RING."""
+    test = {**RING}
+    for name, content in sections.items():
+        test[name] = {**test.get(name, {}), **content} if isinstance(content, dict) else content
+    (case.folder / "series.json").write_text(json.dumps(test))
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_series", "series.json", "-o", file, *more], cwd=case.folder, check=True,
+                   stdout=subprocess.DEVNULL)
+
+
+def interval(found, name):
+    return {one["name"]: one["lower_best_upper"] for one in found["extended"]["intervals_90"]}[name]
+
+
+def names(found):
+    return found["verdict"]["set"] or [cause["effect"] for cause in found["verdict"]["causes"]]
+
+
+def test_null(case):
+    """Another E, another air, a filter: all that is no discovery."""
+    ring(case, "data.h5", lowpass=4000, order=2)
+    code, found = diagnose(case, "data.h5", "null", OPTIONS)
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    damping = {one["name"]: one["value"] for one in found["baseline"]["parameters"]}["rayleigh_mass"]
+    check(abs(damping / 200 - 1) < 0.1, f"damping is {damping} 1/s")
+
+
+def test_stiffness(case):
+    """A cuticle that loses energy at every rate."""
+    ring(case, "data.h5", damping={"rayleigh_stiffness": 2.0e-5})
+    code, found = diagnose(case, "data.h5", "stiffness", OPTIONS)
+    check(code in (NAMED, SET) and "stiffness_damping" in names(found), found["verdict"]["sentence"])
+    problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
+    check(not problems, f"the JSON file is what the schema says: {problems}")
+
+
+def test_relaxation(case):
+    """A viscoelastic wing: what, how much, and flusi's section with it."""
+    ring(case, "data.h5", damping={"relaxation": 0.2, "relaxation_time": 2.0e-4})
+    code, found = diagnose(case, "data.h5", "relaxation", OPTIONS)
+    check(code == NAMED and names(found) == ["viscoelasticity"], found["verdict"]["sentence"])
+    lower, best, upper = interval(found, "relaxation")
+    check(2 * lower - best <= 0.2 <= 2 * upper - best, f"share {best} ({lower} to {upper})")
+    check(found["validation"]["gain_per_location"] > 0, "places that were left out are predicted better")
+
+
+def test_outside(case):
+    """Drag with the square of the speed, which no entry of the catalogue is."""
+    ring(case, "data.h5", damping={"rayleigh_mass": 10, "drag": 3.0e3})
+    code, found = diagnose(case, "data.h5", "outside", OPTIONS)
+    check(code in (UNKNOWN, SET), found["verdict"]["sentence"])
+
+
+if __name__ == "__main__":
+    main(globals())
