@@ -110,8 +110,7 @@ contains
     end if
     call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue)
     allocate (patterns%place(2, 0))
-    call self%simulator%init(world, self%experiment, self%wing, self%catalogue%parameters, &
-                             self%catalogue%n_baseline, self%catalogue%effects, bins, patterns, parts)
+    call self%simulator%init(world, self%experiment, self%wing, self%catalogue, bins, patterns, parts)
     self%simulator%noise = s%noise%model
     self%simulator%membrane_sd = s%membrane_sd
   end subroutine discretisation_init

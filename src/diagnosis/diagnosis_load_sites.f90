@@ -109,7 +109,7 @@ contains
     one%place = self%m%loads(l)%point
     one%force = self%m%loads(l)%force
     one%direction = self%m%loads(l)%direction
-    call find_normal(self%parameters, simulator, self%fit_case, self%work, self%bins, self%q, columns, l, one%normal, ok)
+    call find_normal(self, simulator, columns, l, one%normal, ok)
   end subroutine trial_apply
 
   subroutine trial_end(self)
@@ -176,35 +176,31 @@ contains
   end function nearest_load
 
   !> The normal matrix of load l; not `ok` if it has no shape, or only one behind a snap.
-  subroutine find_normal(parameters, simulator, fit_case, work, bins, q, columns, l, normal, ok)
-    type(wing_parameter_t), intent(in) :: parameters(:)
+  subroutine find_normal(self, simulator, columns, l, normal, ok)
+    class(trial_t), intent(inout) :: self
     type(wing_simulator_t), intent(in) :: simulator
-    type(fit_case_t), intent(in) :: fit_case
-    type(evaluation_work_t), intent(inout) :: work
-    type(bins_t), intent(in) :: bins
-    real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:), l
     real(rp), allocatable, intent(out) :: normal(:, :)
     logical, intent(out) :: ok
     type(evaluation_t) :: evaluation
-    real(rp) :: u(3, fit_case%experiment%model%n_all), sd(N_NUISANCES)
-    real(rp) :: raw(fit_case%experiment%comparisons(l)%n), accidents(size(raw), N_NUISANCES)
-    real(rp) :: white(bins%count(l), size(columns)), seen(bins%count(l), 1), c(bins%count(l), bins%count(l))
+    real(rp) :: u(3, self%fit_case%experiment%model%n_all), sd(N_NUISANCES)
+    real(rp) :: raw(self%fit_case%experiment%comparisons(l)%n), accidents(size(raw), N_NUISANCES)
+    real(rp) :: white(self%bins%count(l), size(columns)), seen(self%bins%count(l), 1), c(self%bins%count(l), self%bins%count(l))
     integer :: i
     u = 0
-    call evaluation%init(fit_case%experiment, l, .false.)
-    call evaluate(fit_case%experiment, work, fit_case_coordinates(fit_case, q), l, .false., u, evaluation)
+    call evaluation%init(self%fit_case%experiment, l, .false.)
+    call evaluate(self%fit_case%experiment, self%work, fit_case_coordinates(self%fit_case, self%q), l, .false., u, evaluation)
     ok = evaluation%is_feasible() .and. evaluation%snaps == 0
     if (.not. ok) return
-    call bin_covariance(bins, simulator%noise, [(i, i=bins%first(l), bins%first(l) + bins%count(l) - 1)], c)
-    call work%nuisance_tangents(fit_case%experiment, l, accidents, sd)
+    call bin_covariance(self%bins, simulator%noise, [(i, i=self%bins%first(l), self%bins%first(l) + self%bins%count(l) - 1)], c)
+    call self%work%nuisance_tangents(self%fit_case%experiment, l, accidents, sd)
     do i = 1, N_NUISANCES
-      call bin_rows(bins, l, sd(i)*accidents(:, i), seen(:, 1))
+      call bin_rows(self%bins, l, sd(i)*accidents(:, i), seen(:, 1))
       c = c + matmul(seen, transpose(seen))
     end do
     do i = 1, size(columns)
-      call wing_parameter_tangent(work, fit_case, parameters, q, columns(i), l, raw)
-      call bin_rows(bins, l, raw, white(:, i))
+      call wing_parameter_tangent(self%work, self%fit_case, self%parameters, self%q, columns(i), l, raw)
+      call bin_rows(self%bins, l, raw, white(:, i))
     end do
     call factorise(c, ok)
     if (.not. ok) return

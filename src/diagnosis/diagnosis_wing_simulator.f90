@@ -13,14 +13,14 @@ module diagnosis_wing_simulator
   use base_kinds, only: rp
   use diagnosis_answers, only: ask_farm
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
+  use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_motion, only: wing_motion_t
-  use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_places, KIND_INSTRUMENT, KIND_PARAMETER, &
-                                       KIND_SOFT
+  use diagnosis_wing_parameters, only: find_parameter, without_places, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES
-  use inference_simulator, only: effect_t, simulator_t
+  use inference_simulator, only: simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
   use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
@@ -77,38 +77,35 @@ module diagnosis_wing_simulator
 
 contains
 
-  !> The first n_baseline of the parameters are those of the baseline. The experiment,
-  !> without unknowns of its own, and the wing must live as long as the simulator. Collective.
-  subroutine wing_init(self, world, experiment, wing, parameters, n_baseline, effects, bins, patterns, parts)
+  !> The experiment, without unknowns of its own, and the wing must live as long as the simulator. Collective.
+  subroutine wing_init(self, world, experiment, wing, catalogue, bins, patterns, parts)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in), target :: experiment
     type(wing_t), intent(in), target :: wing
-    type(wing_parameter_t), intent(in) :: parameters(:)
-    integer, intent(in) :: n_baseline
-    type(effect_t), intent(in) :: effects(:)
+    type(catalogue_t), intent(in) :: catalogue
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
     integer :: l, n, n_own
     self%experiment => experiment
-    self%parameters = without_places(parameters)
-    self%effects = effects
+    self%parameters = without_places(catalogue%parameters)
+    self%effects = catalogue%effects
     self%bins = bins
-    self%n_baseline = n_baseline
-    if (world%is_root) call self%motion%init(experiment, wing, parameters, parts)
+    self%n_baseline = catalogue%n_baseline
+    if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts)
     self%n_observations = bins%n + self%motion%n
     n = size(patterns%place, 2)
     n_own = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*n
     self%n_patterns = 2*n + n_own*size(experiment%loads)
-    self%field = pack([(l, l=1, size(parameters))], parameters%kind == KIND_SOFT)
+    self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
                                   [(spread(experiment%measurement%loads(l)%point, 2, n_own), l=1, size(experiment%loads))], &
-                                  experiment%model%layout%hinge_place(:, parameters(self%field)%number)], &
+                                  experiment%model%layout%hinge_place(:, catalogue%parameters(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
-    call self%runner%init(experiment, wing, parameters, bins, patterns)
+    call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
     n = size(experiment%loads)
     call self%here%init(self%n_observations, bins%n, experiment%model%n_all, n)
@@ -118,8 +115,8 @@ contains
     self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
     self%n_nuisances = size(self%nuisance_kind) + N_COMMON_NUISANCES + self%motion%n_nuisances
     self%nuisance_names = NUISANCE_NAMES
-    self%gain = find_parameter(parameters, n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
-    self%membrane = find_parameter(parameters, n_baseline, KIND_PARAMETER, PARAM_PLATE)
+    self%gain = find_parameter(catalogue%parameters, catalogue%n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
+    self%membrane = find_parameter(catalogue%parameters, catalogue%n_baseline, KIND_PARAMETER, PARAM_PLATE)
     call make_labels(experiment, bins, self%labels)
     call self%motion%append_labels(self%labels)
   end subroutine wing_init

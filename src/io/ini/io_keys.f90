@@ -27,6 +27,7 @@ module io_keys
     procedure :: section => keys_section
     generic :: integer => integer_key, long_key
     procedure :: real => keys_real
+    procedure :: reals => keys_reals
     procedure :: switch => keys_switch
     procedure :: word => keys_word
     procedure :: text => keys_text
@@ -83,20 +84,33 @@ contains
     if (associated(self%config)) value = short
   end subroutine keys_long
 
-  !> A real, min <= value <= max or above < value < below; `scale` is the unit of the key in units of the variable.
-  subroutine keys_real(self, key, value, default, help, unit, min, max, above, below, scale)
+  !> A real, min <= value <= max or above < value; `scale` is the unit of the key in units of the variable.
+  subroutine keys_real(self, key, value, default, help, unit, min, max, above, required, scale)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
     real(rp), intent(inout) :: value
     real(rp), intent(in) :: default !< in the unit of the key
     character(*), intent(in), optional :: unit
-    real(rp), intent(in), optional :: min, max, above, below, scale
+    real(rp), intent(in), optional :: min, max, above, scale
+    logical, intent(in), optional :: required
     if (associated(self%registry)) &
-      call self%registry%add_real(self%name, key, default, help, unit=unit, min=min, max=max, above=above, below=below)
+      call self%registry%add_real(self%name, key, default, help, unit=unit, min=min, max=max, above=above, required=required)
     if (.not. associated(self%config)) return
     value = self%config%get_real(self%name, key)
     if (present(scale)) value = scale*value
   end subroutine keys_real
+
+  !> As many reals as the variable has.
+  subroutine keys_reals(self, key, values, default, help, unit)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: key, help
+    real(rp), intent(inout) :: values(:)
+    real(rp), intent(in) :: default(:)
+    character(*), intent(in), optional :: unit
+    if (associated(self%registry)) &
+      call self%registry%add_reals(self%name, key, default, help, unit=unit, length=size(values))
+    if (associated(self%config)) values = self%config%get_reals(self%name, key)
+  end subroutine keys_reals
 
   !> yes or no.
   subroutine keys_switch(self, key, value, default, help)

@@ -83,8 +83,8 @@ contains
     type(diagnose_command_t), intent(in) :: command
     type(failure_t) :: failure
     associate (s => self%settings)
-      call self%simulator%init(self%world, s%experiment, s%wing_case%wing, s%catalogue%parameters, &
-                               s%catalogue%n_baseline, s%catalogue%effects, s%bins, s%patterns, s%parts)
+      call self%simulator%init(self%world, s%experiment, s%wing_case%wing, s%catalogue, s%bins, &
+                               s%patterns, s%parts)
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
       if (s%options%is_scale_known .and. .not. s%measurement%is_plan) then

@@ -13,7 +13,7 @@ program test_keys
   type :: choices_t
     integer :: most = -7
     integer(i8) :: seed = -7
-    real(rp) :: step = -7, wall = -7
+    real(rp) :: step = -7, wall = -7, axis(3) = -7
     logical :: saves = .false.
     character(:), allocatable :: method, path, kept
   end type choices_t
@@ -33,13 +33,15 @@ program test_keys
   call load('')
   call t%check('variables get defaults', c%most == 5 .and. c%seed == 1 .and. c%saves .and. c%method == 'fast')
   call t%check_close('in the unit of the variable', c%wall, 7200.0_rp, 0.0_rp)
+  call t%check_close('three reals', norm2(c%axis - [0, 0, 1]), 0.0_rp, 0.0_rp)
   call t%check('a default that the program works out leaves the variable', c%path == 'out' .and. .not. allocated(c%kept))
 
-  call load('[Search]'//NL//'most = 3'//NL//'seed = 2000000000'//NL//'step = 0.25'//NL//'wall = 1.5'//NL// &
+  call load('[Search]'//NL//'most = 3'//NL//'seed = 2000000000'//NL//'step = 0.25'//NL//'wall = 1.5'//NL//'axis = 1 2 3'//NL// &
             '[Saving]'//NL//'saves = no'//NL//'method = slow'//NL//'path = there'//NL//'kept = here'//NL)
   call t%check('variables get what the file says', c%most == 3 .and. c%seed == 2000000000_i8 .and. .not. c%saves .and. &
                c%method == 'slow' .and. c%path == 'there' .and. c%kept == 'here')
   call t%check_close('with their unit', c%wall, 5400.0_rp, 0.0_rp)
+  call t%check_close('a list', norm2(c%axis - [1, 2, 3]), 0.0_rp, 0.0_rp)
   call t%check_close('a real', c%step, 0.25_rp, 0.0_rp)
 
   call load('[Search]'//NL//'most = 11'//NL//'step = 0'//NL//'[Saving]'//NL//'method = slower'//NL)
@@ -56,6 +58,7 @@ contains
     call keys%integer('seed', c%seed, 1, 'of random numbers', min=0)
     call keys%real('step', c%step, 0.5_rp, 'the first', unit='m', above=0.0_rp)
     call keys%real('wall', c%wall, 2.0_rp, 'time', unit='h', min=0.0_rp, scale=3600.0_rp)
+    call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'of the turn', unit='m')
     call keys%section('Saving')
     call keys%switch('saves', c%saves, .true., 'or not')
     call keys%word('method', c%method, 'fast', 'fast|slow', 'of saving')

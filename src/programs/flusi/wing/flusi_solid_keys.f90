@@ -1,25 +1,46 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The register of the ini keys of `flusi --solid`. All units are SI; [units] gives those of [Insects].
+!> The ini keys of `flusi --solid`. All units are SI; [units] gives those of [Insects].
 module flusi_solid_keys
+  use base_constants, only: PI
   use base_kinds, only: rp
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_SOLID
   use common_instrument, only: register_idle_instrument
-  use common_solver_keys, only: register_limits
+  use common_solver_keys, only: limit_keys
   use common_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
   use fsi_kinematics_keys, only: register_kinematics_keys
   use io_include, only: register_include
+  use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
+  use io_stop, only: job_limits_t
+  use solid_dynamics, only: dynamic_options_t
   implicit none
   private
-  public :: register_solid_keys, write_solid_reference
+  public :: solid_choices_t, load_keys, solid_keys, register_solid_keys, write_solid_reference
 
   real(rp), parameter :: ZERO(3) = 0.0_rp
+
+  !> What a user chooses, beside the wing, its motion and its loads.
+  type :: solid_choices_t
+    real(rp) :: load_ramp = 1, load_frequency = 0, load_phase = 0 !< [s], [1/s], [rad]
+    integer :: mode = 0                             !< natural mode in which the wing starts
+    real(rp) :: amplitude = 0                       !< [m]
+    real(rp) :: dt = 0, t_max = 0                   !< [s]
+    type(dynamic_options_t) :: options
+    character(:), allocatable :: name               !< of the files to write
+    integer :: series_every = 1
+    real(rp) :: t_save = 0                          !< [s]
+    logical :: backup = .true.
+    type(job_limits_t) :: limits
+    real(rp) :: progress_seconds = 30
+  end type solid_choices_t
 
 contains
 
   !> Fills `registry` with every key that `flusi --solid` accepts.
   subroutine register_solid_keys(registry)
-    type(registry_t), intent(inout) :: registry
+    type(registry_t), intent(inout), target :: registry
+    type(solid_choices_t) :: unused
+    type(keys_t) :: keys
     call register_include(registry)
     call register_foreign_inputs(registry, INPUT_OF_SOLID)
     call register_wing_keys(registry, required=.true.)
@@ -27,9 +48,8 @@ contains
     call register_damping_keys(registry)
     call register_motion(registry)
     call register_loads(registry)
-    call register_initial(registry)
-    call register_time(registry)
-    call register_saving(registry)
+    keys = declaring(registry)
+    call solid_keys(keys, unused)
   end subroutine register_solid_keys
 
   !> Writes the reference of these keys, the third part of docs/formats/parameters.md.
@@ -62,49 +82,56 @@ contains
   end subroutine register_motion
 
   subroutine register_loads(r)
-    type(registry_t), intent(inout) :: r
+    type(registry_t), intent(inout), target :: r
+    type(solid_choices_t) :: unused
+    type(keys_t) :: keys
     call r%add_section('Loads', 'forces of fixed direction in the wing frame: PLACE fx fy fz [N], separated by '// &
                        'commas. '//PLACE_HELP)
     call r%add_text('Loads', 'constant', '', 'forces that act from the beginning')
     call r%add_text('Loads', 'ramped', '', 'forces that grow, smoothly, from 0 over the time `ramp`, and then stay')
     call r%add_text('Loads', 'sinusoidal', '', 'forces times sin(2 pi frequency t + phase)')
-    call r%add_real('Loads', 'ramp', 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
-    call r%add_real('Loads', 'frequency', 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
-    call r%add_real('Loads', 'phase', 0.0_rp, 'of the sinusoidal forces', unit='degree')
+    keys = declaring(r)
+    call load_keys(keys, unused)
     call r%add_reals('Loads', 'gravity', ZERO, 'acceleration of gravity in space, whose axes are those of the wing '// &
                      'frame at time 0, or those in which [Insects] states the attitude', unit='m/s^2', length=3)
-  end subroutine register_loads
-
-  subroutine register_initial(r)
-    type(registry_t), intent(inout) :: r
     call r%add_section('Initial', 'the wing at time 0: unloaded, bent and released, or in a mode')
     call r%add_text('Initial', 'released', '', 'forces as in [Loads]: the wing starts at rest in their static '// &
                     'equilibrium (without gravity), and they are gone at time 0')
-    call r%add_integer('Initial', 'mode', 0, 'start at rest, bent like this natural mode; 0: none', min=0, max=100)
-    call r%add_real('Initial', 'amplitude', 1.0e-7_rp, 'largest displacement of the mode; small, or springs stretch', &
-                    unit='m', above=0.0_rp)
-  end subroutine register_initial
+  end subroutine register_loads
 
-  subroutine register_time(r)
-    type(registry_t), intent(inout) :: r
-    call r%add_section('Time', 'steps of equal size; one that does not converge is made in halves')
-    call r%add_real('Time', 'dt', 0.0_rp, 'time step', unit='s', above=0.0_rp, required=.true.)
-    call r%add_real('Time', 't_max', 0.0_rp, 'end of the run', unit='s', above=0.0_rp, required=.true.)
-    call r%add_real('Time', 'tolerance', 1.0e-8_rp, 'of the residual, relative to the largest force in the balance', &
-                    min=1.0e-13_rp, max=1.0e-3_rp)
-    call r%add_integer('Time', 'iterations', 10, 'of Newton''s method in a step, before it is halved', min=1, max=100)
-    call r%add_integer('Time', 'halvings', 8, 'of a step, before the run fails', min=0, max=20)
-  end subroutine register_time
+  !> How forces depend on time.
+  subroutine load_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(solid_choices_t), intent(inout) :: c
+    call keys%section('Loads')
+    call keys%real('ramp', c%load_ramp, 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
+    call keys%real('frequency', c%load_frequency, 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
+    call keys%real('phase', c%load_phase, 0.0_rp, 'of the sinusoidal forces', unit='degree', scale=PI/180)
+  end subroutine load_keys
 
-  subroutine register_saving(r)
-    type(registry_t), intent(inout) :: r
-    call r%add_section('Saving', 'what is written, and when to stop')
-    call r%add_text('Saving', 'name', 'solid', 'first part of the names of all files, with a folder if wanted')
-    call r%add_real('Saving', 't_save', 9.0e9_rp, 'interval of shapes; the first and the last are always saved', &
-                    unit='s', above=0.0_rp)
-    call r%add_integer('Saving', 'series_every', 1, 'steps between two records of the time series', min=1)
-    call r%add_switch('Saving', 'iDoBackup', .true., 'write backups')
-    call r%add_real('Saving', 'truntime', 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp)
-    call register_limits(r)
-  end subroutine register_saving
+  !> All other keys whose values stand for themselves.
+  subroutine solid_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(solid_choices_t), intent(inout) :: c
+    call keys%section('Initial')
+    call keys%integer('mode', c%mode, 0, 'start at rest, bent like this natural mode; 0: none', min=0, max=100)
+    call keys%real('amplitude', c%amplitude, 1.0e-7_rp, 'largest displacement of the mode; small, or springs stretch', &
+                   unit='m', above=0.0_rp)
+    call keys%section('Time', 'steps of equal size; one that does not converge is made in halves')
+    call keys%real('dt', c%dt, 0.0_rp, 'time step', unit='s', above=0.0_rp, required=.true.)
+    call keys%real('t_max', c%t_max, 0.0_rp, 'end of the run', unit='s', above=0.0_rp, required=.true.)
+    call keys%real('tolerance', c%options%tolerance, 1.0e-8_rp, 'of the residual, relative to the largest force in the balance', &
+                   min=1.0e-13_rp, max=1.0e-3_rp)
+    call keys%integer('iterations', c%options%iterations, 10, 'of Newton''s method in a step, before it is halved', min=1, max=100)
+    call keys%integer('halvings', c%options%halvings, 8, 'of a step, before the run fails', min=0, max=20)
+    call keys%section('Saving', 'what is written, and when to stop')
+    call keys%text('name', c%name, 'solid', 'first part of the names of all files, with a folder if wanted')
+    call keys%real('t_save', c%t_save, 9.0e9_rp, 'interval of shapes; the first and the last are always saved', unit='s', &
+                   above=0.0_rp)
+    call keys%integer('series_every', c%series_every, 1, 'steps between two records of the time series', min=1)
+    call keys%switch('iDoBackup', c%backup, .true., 'write backups')
+    call keys%real('truntime', c%limits%backup_seconds, 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp, &
+                   scale=3600.0_rp)
+    call limit_keys(keys, c%limits, c%progress_seconds)
+  end subroutine solid_keys
 end module flusi_solid_keys

@@ -7,11 +7,10 @@ module flusi_solid_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use common_solver_keys, only: read_limits
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
   use flusi_settings, only: output_params_t
-  use flusi_solid_keys, only: register_solid_keys
+  use flusi_solid_keys, only: load_keys, register_solid_keys, solid_choices_t, solid_keys
   use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics, only: wing_mount_t
@@ -19,9 +18,9 @@ module flusi_solid_settings
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_motion, only: wing_motion_t
   use io_config, only: config_t
+  use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
   use io_shared_text, only: read_text_file
-  use solid_dynamics, only: dynamic_options_t
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
   use solid_wing, only: wing_t
@@ -40,7 +39,7 @@ module flusi_solid_settings
     procedure :: at => law_at
   end type load_law_t
 
-  type :: solid_settings_t
+  type, extends(solid_choices_t) :: solid_settings_t
     type(config_t) :: config
     type(wing_case_t) :: wing_case
     type(inertia_t) :: inertia
@@ -48,12 +47,6 @@ module flusi_solid_settings
     logical :: is_mirrored = .false.                !< the wing that flaps is the mirror image of the one in the file
     type(load_law_t) :: law
     type(point_force_t), allocatable :: released(:) !< forces that bend the wing before time 0
-    integer :: mode = 0                             !< natural mode in which the wing starts
-    real(rp) :: amplitude = 0                       !< [m]
-    real(rp) :: dt = 0, t_max = 0                   !< [s]
-    type(dynamic_options_t) :: options
-    character(:), allocatable :: name               !< of the files to write
-    integer :: series_every = 1
     type(output_params_t) :: output                 !< times of shapes and backups, and when to stop
   end type solid_settings_t
 
@@ -117,25 +110,20 @@ contains
   end subroutine load_solid_settings
 
   subroutine read_options(s, errors)
-    type(solid_settings_t), intent(inout) :: s
+    type(solid_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
+    type(keys_t) :: keys
+    keys = reading(s%config)
+    call load_keys(keys, s%solid_choices_t)
+    call solid_keys(keys, s%solid_choices_t)
+    s%law%ramp = s%load_ramp
+    s%law%frequency = s%load_frequency
+    s%law%phase = s%load_phase
+    s%output%t_save = s%t_save
+    s%output%backup = s%backup
+    s%output%limits = s%limits
+    s%output%progress_seconds = s%progress_seconds
     associate (c => s%config)
-      s%dt = c%get_real('Time', 'dt')
-      s%t_max = c%get_real('Time', 't_max')
-      s%options%tolerance = c%get_real('Time', 'tolerance')
-      s%options%iterations = c%get_integer('Time', 'iterations')
-      s%options%halvings = c%get_integer('Time', 'halvings')
-      s%mode = c%get_integer('Initial', 'mode')
-      s%amplitude = c%get_real('Initial', 'amplitude')
-      s%law%ramp = c%get_real('Loads', 'ramp')
-      s%law%frequency = c%get_real('Loads', 'frequency')
-      s%law%phase = c%get_real('Loads', 'phase')*(PI/180)
-      s%name = c%get_text('Saving', 'name')
-      s%series_every = c%get_integer('Saving', 'series_every')
-      s%output%t_save = c%get_real('Saving', 't_save')
-      s%output%backup = c%get_switch('Saving', 'iDoBackup')
-      s%output%limits%backup_seconds = 3600*c%get_real('Saving', 'truntime')
-      call read_limits(c, s%output%limits, s%output%progress_seconds)
       call check_name(c, s%name, errors)
       if (s%t_max > MOST_SHAPES*s%output%t_save) &
         call c%complain(errors, 'Saving', 't_save', 'means more than '//number_text(MOST_SHAPES)//' shapes')

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The register of the ini keys of `flusi --static`. All units are SI.
+!> The ini keys of `flusi --static`. All units are SI.
 module flusi_static_keys
   use base_kinds, only: rp
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_STATIC
@@ -12,7 +12,16 @@ module flusi_static_keys
   use solid_statics, only: static_options_t
   implicit none
   private
-  public :: static_solver_keys, register_static_keys, write_static_reference
+  public :: static_choices_t, static_keys, register_static_keys, write_static_reference
+
+  !> What a user chooses, beside the wing and its loads.
+  type :: static_choices_t
+    type(static_options_t) :: options
+    character(:), allocatable :: name      !< of the files to write
+    logical :: save_shapes = .true.
+    integer :: n_modes = 0
+    real(rp) :: gravity(3) = 0             !< [m/s^2]
+  end type static_choices_t
 
 contains
 
@@ -36,17 +45,10 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_static_reference
 
-  !> [Solver].
-  subroutine static_solver_keys(keys, options)
-    type(keys_t), intent(inout) :: keys
-    type(static_options_t), intent(inout) :: options
-    call solver_keys(keys, options, 900)
-  end subroutine static_solver_keys
-
   subroutine register_rest(r)
     type(registry_t), intent(inout), target :: r
     type(keys_t) :: keys
-    type(static_options_t) :: unused
+    type(static_choices_t) :: unused
     call r%add_section('Loads', 'every row, and every entry of a list, is a load of its own; rows of forces come '// &
                        'first, then those of point_forces, then the lists')
     call r%add_matrix('Loads', 'forces', 3, 'rows of x y force: place on the unloaded membrane [m], force along z [N]')
@@ -54,14 +56,22 @@ contains
                       'force [N]')
     call r%add_text('Loads', 'named_forces', '', 'loads PLACE fx fy fz [N], separated by commas; + joins several '// &
                     'forces to one load. '//PLACE_HELP)
-    call r%add_reals('Loads', 'gravity', [0.0_rp, 0.0_rp, 0.0_rp], 'acceleration of gravity in the wing frame: the '// &
-                     'weight is part of every load, and a load of its own if there is no other', unit='m/s^2', length=3)
-    call r%add_section('Modes', 'natural frequencies and shapes of the unloaded wing')
-    call r%add_integer('Modes', 'modes', 0, 'number of modes, lowest first', min=0, max=100)
     keys = declaring(r)
-    call static_solver_keys(keys, unused)
-    call r%add_section('Saving', 'what is written')
-    call r%add_text('Saving', 'name', 'static', 'first part of the names of all files, with a folder if wanted')
-    call r%add_switch('Saving', 'shapes', .true., 'one HDF5 file and one XDMF index for every load')
+    call static_keys(keys, unused)
   end subroutine register_rest
+
+  !> All keys whose values stand for themselves.
+  subroutine static_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(static_choices_t), intent(inout) :: c
+    call keys%section('Loads')
+    call keys%reals('gravity', c%gravity, [0.0_rp, 0.0_rp, 0.0_rp], 'acceleration of gravity in the wing frame: the '// &
+                    'weight is part of every load, and a load of its own if there is no other', unit='m/s^2')
+    call keys%section('Modes', 'natural frequencies and shapes of the unloaded wing')
+    call keys%integer('modes', c%n_modes, 0, 'number of modes, lowest first', min=0, max=100)
+    call solver_keys(keys, c%options, 900)
+    call keys%section('Saving', 'what is written')
+    call keys%text('name', c%name, 'static', 'first part of the names of all files, with a folder if wanted')
+    call keys%switch('shapes', c%save_shapes, .true., 'one HDF5 file and one XDMF index for every load')
+  end subroutine static_keys
 end module flusi_static_keys

@@ -6,14 +6,13 @@ module flusi_static_settings
   use base_kinds, only: rp
   use base_text, only: number_text
   use common_wing_settings, only: check_name, load_wing
-  use flusi_static_keys, only: register_static_keys, static_solver_keys
+  use flusi_static_keys, only: register_static_keys, static_choices_t, static_keys
   use flusi_wing_sites, only: add_force, force_group_t, read_force_groups
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
-  use solid_statics, only: static_options_t
   use solid_wing_case, only: wing_case_t
   implicit none
   private
@@ -28,15 +27,10 @@ module flusi_static_settings
     real(rp) :: magnitude = 0              !< [N] sum of the magnitudes
   end type static_load_t
 
-  type :: static_settings_t
+  type, extends(static_choices_t) :: static_settings_t
     type(config_t) :: config
     type(wing_case_t) :: wing_case
     type(static_load_t), allocatable :: loads(:)
-    type(static_options_t) :: options
-    character(:), allocatable :: name      !< of the files to write
-    logical :: save_shapes = .true.
-    integer :: n_modes = 0
-    real(rp) :: gravity(3) = 0             !< [m/s^2]
   end type static_settings_t
 
 contains
@@ -63,14 +57,8 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(keys_t) :: keys
     keys = reading(s%config)
-    call static_solver_keys(keys, s%options)
-    associate (c => s%config)
-      s%gravity = c%get_reals('Loads', 'gravity')
-      s%n_modes = c%get_integer('Modes', 'modes')
-      s%name = c%get_text('Saving', 'name')
-      s%save_shapes = c%get_switch('Saving', 'shapes')
-      call check_name(c, s%name, errors)
-    end associate
+    call static_keys(keys, s%static_choices_t)
+    call check_name(s%config, s%name, errors)
   end subroutine read_options
 
   !> All loads: rows of forces, rows of point_forces, the list; the weight is added to each.
