@@ -154,7 +154,7 @@ def test_corrugated(case):
             for y in range(1, 32):
                 close(rows[y + 32 * z], rows[(32 - y) + 32 * z], 1e-12, "left and right wing")
     check(len({x for x in dry.field("mask_000000.h5") if x > 0}) > 50, "there are wings")
-    thin = make(case.sub("thin"), merged(ini, {"Insects": {"surface": "thin"}}), 1)
+    thin = make(case.sub("thin"), merged(ini, {"Insects": {"surface": "thin", "slip_interval": 1}}), 1)
     done = thin.run("run.ini", "--check")
     check("has a variable thickness, which counts only" in done.out + done.err, f"what does not count is told: {done.err}")
     check(len(thin.series("slip.t").rows) > 1, "wings without thickness fly")

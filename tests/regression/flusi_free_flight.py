@@ -32,7 +32,7 @@ SPHERE = {
     "Saving": {"tsave": 0.02, "tintegral": 1e-9, "iSaveVelocity": "yes"},
 }
 EXAMPLE = (1.98340912, 1.97500181, 2.49945266, -4.22964940e-2, 1.51016555e-5, -3.17224540e-3)
-THIN = {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.4}}
+THIN = {"Insects": {"surface": "thin", "slip_interval": 1}, "Time": {"CFL": 0.4}}
 
 
 def test_restart(case):
@@ -60,7 +60,7 @@ def test_ranks(case):
 def test_flexible(case):
     """Flexible wings without thickness hang on the free body: restart to the bit; their weight is that of [Insects]."""
     ini = merged(FLIGHT, {
-        "Insects": {"surface": "thin", "BodyMotion": "free_flight", "mass": 50.0, "gravity": -0.05,
+        "Insects": {"surface": "thin", "slip_interval": 1, "BodyMotion": "free_flight", "mass": 50.0, "gravity": -0.05,
                     "J_body_yawpitchroll": "4.0 4.0 3.0"},
         "Time": {"nt": 10}, "Wing": {"E": 2e9}, "Saving": {"tintegral": 4e-3}})
     ends = []
