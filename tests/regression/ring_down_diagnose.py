@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, WING, diagnose
+from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, WING, diagnose, measure
 from whole_program import SOURCE, check, main
 
 from json_schema import validate
@@ -104,6 +104,16 @@ def test_outside(case):
     ring(case, "data.h5", damping={"rayleigh_mass": 10, "drag": 3.0e3})
     code, found = diagnose(case, "data.h5", "outside", OPTIONS, parameters="E")
     check(code in (UNKNOWN, SET), found["verdict"]["sentence"])
+
+
+def test_both(case):
+    """The force sensor reads 1.25 times too little. The record of a motion, which needs no force, says that the wing is not softer."""
+    measure(case, "bending.h5", stiffness={"plate": "edges"}, hidden={"force_gain": 1.25})
+    ring(case, "bending.h5", "--add", samples=60)
+    code, found = diagnose(case, "bending.h5", "both", OPTIONS + "observations = 150;\n", parameters="E")
+    check(code == NAMED and names(found) == ["force_gain"], found["verdict"]["sentence"])
+    lower, best, upper = interval(found, "force_gain")
+    check(2 * lower - best <= 1.25 <= 2 * upper - best, f"{best} ({lower} to {upper})")
 
 
 if __name__ == "__main__":
