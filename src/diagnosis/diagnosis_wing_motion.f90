@@ -67,8 +67,8 @@ contains
     if (ok) call self%series%tangents(q, columns, jacobian(n + 1:, :))
   end subroutine motion_evaluate
 
-  !> At q: membrane(n), what D in error by membrane_sd does, if quantity `number` is D (0: none); own(n, n_nuisances) of the records;
-  !> patterns(n, :) of unknown causes, or none.
+  !> At q: membrane(n), what D in error by membrane_sd does, if quantity `number` is D (0: none); own(n, n_nuisances) of the
+  !> records; patterns(n, :) of unknown causes, or none.
   subroutine motion_directions(self, q, number, membrane_sd, place, radius, membrane, own, patterns, ok)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius

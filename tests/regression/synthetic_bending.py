@@ -39,14 +39,14 @@ def append_loads(case, file, other, interval=120.0):
             facts["replicate"] = facts["replicate"] + 1
 
 
-def diagnose(case, file, name, options, before=""):
+def diagnose(case, file, name, options, before="", parameters="E, joint:*"):
     """Exit code and JSON of a diagnosis with these lines in [Diagnose], behind the sections `before`."""
     text = f"""{before}[Wing]
 file = {WING};
 [Measurement]
 file = {file};
 [Diagnose]
-parameters = E, joint:*;
+parameters = {parameters};
 refine = no;
 {options}[Saving]
 name = {name};

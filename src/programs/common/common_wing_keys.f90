@@ -84,6 +84,9 @@ call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the
     call r%add_real('Damping', 'rayleigh_mass', 0.0_rp, 'damping force per mass and velocity', unit='1/s', min=0.0_rp)
     call r%add_real('Damping', 'rayleigh_stiffness', 0.0_rp, 'damping force per rate of the elastic force', unit='s', &
                     min=0.0_rp)
+    call r%add_real('Damping', 'relaxation', 0.0_rp, 'g of a viscoelastic wing: a sudden force meets 1 + g times the stiffness', &
+                    min=0.0_rp)
+    call r%add_real('Damping', 'relaxation_time', 1.0e-3_rp, 'in which that relaxes', unit='s', above=0.0_rp)
     call r%add_real('Damping', 'nodal', 0.0_rp, 'damping force per velocity, the same at every point', unit='kg/s', &
                     min=0.0_rp)
   end subroutine register_damping_keys

@@ -285,6 +285,8 @@ contains
     type(inertia_t), intent(inout) :: inertia !< initialised
     inertia%rayleigh_mass = config%get_real('Damping', 'rayleigh_mass')
     inertia%rayleigh_stiffness = config%get_real('Damping', 'rayleigh_stiffness')
+    inertia%relaxation = config%get_real('Damping', 'relaxation')
+    inertia%relaxation_time = config%get_real('Damping', 'relaxation_time')
     inertia%nodal(model%movable) = config%get_real('Damping', 'nodal')
   end subroutine read_damping
 end module common_wing_settings

@@ -32,7 +32,7 @@ module solid_balance
   !> Forces and displacements at the beginning of a step; nothing is allocated after `init`.
   type :: balance_t
     private
-    real(rp), dimension(:, :), allocatable :: u, g, force, weight, apparent, new_weight, new_apparent
+    real(rp), dimension(:, :), allocatable :: u, g, force, weight, apparent, new_weight, new_apparent, elastic, new_elastic
   contains
     procedure :: init => balance_init
     procedure :: record => balance_record
@@ -55,7 +55,7 @@ contains
     integer :: n
     n = model%n_all
     allocate (self%u(3, n), self%g(3, n), self%force(3, n), self%weight(3, n), self%apparent(3, n), &
-              self%new_weight(3, n), self%new_apparent(3, n), source=0.0_rp)
+              self%new_weight(3, n), self%new_apparent(3, n), self%elastic(3, n), self%new_elastic(3, n), source=0.0_rp)
   end subroutine balance_init
 
   !> Remembers displacements u, elastic forces g and external forces, all (3, n_all), before a step.
@@ -69,6 +69,7 @@ contains
     self%g = g
     self%force = force
     call evaluate(model, inertia, frame, u, self%weight, self%apparent)
+    if (inertia%relaxation > 0) call model%gradient(u, self%elastic)
   end subroutine balance_record
 
   !> Adds what happened in the step of size h [s] since `look` to `work`; the arguments are those after it.
@@ -82,6 +83,7 @@ contains
     real(rp) :: du(3), loads, weight, apparent, damped
     integer :: i, p
     call evaluate(model, inertia, frame, u, self%new_weight, self%new_apparent)
+    if (inertia%relaxation > 0) call model%gradient(u, self%new_elastic)
     loads = 0
     weight = 0
     apparent = 0
@@ -94,6 +96,9 @@ contains
       apparent = apparent + dot_product(self%apparent(:, p) + self%new_apparent(:, p), du)
       damped = damped + ((inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
                          inertia%rayleigh_stiffness*dot_product(g(:, p) - self%g(:, p), du))/h
+      ! What a relaxing force does, some of which it gives back later.
+      if (inertia%relaxation > 0) damped = damped + 0.5_rp*dot_product(g(:, p) + self%g(:, p) - self%elastic(:, p) - &
+                                                                      self%new_elastic(:, p), du)
     end do
     work%loads = work%loads + 0.5_rp*loads
     work%weight = work%weight + 0.5_rp*weight

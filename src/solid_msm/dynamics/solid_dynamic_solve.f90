@@ -87,8 +87,7 @@ contains
     self%is_own = .false.
     associate (blocks => self%equilibrium%blocks)
       call assemble_tangent(model, u, self%equilibrium%axial, semidefinite, blocks)
-      if (inertia%rayleigh_stiffness > 0) &
-        blocks = (1 + q*inertia%rayleigh_stiffness)*blocks
+      if (max(inertia%rayleigh_stiffness, inertia%relaxation) > 0) blocks = inertia%elastic_factor(q)*blocks
       if (semidefinite) then
         call add_inertia_tangent(inertia, model, at_rest, q, blocks)
       else

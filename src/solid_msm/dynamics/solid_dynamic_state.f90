@@ -13,7 +13,7 @@ module solid_dynamic_state
     real(rp) :: old_step = 0                                !< [s] size of the last step; 0: none yet
     real(rp), dimension(:, :), allocatable :: u, v          !< [m], [m/s] now, in the wing frame
     real(rp), dimension(:, :), allocatable :: old_u, old_v  !< one step before
-    real(rp), dimension(:, :), allocatable :: g, old_g      !< [N] elastic forces of both times
+    real(rp), dimension(:, :), allocatable :: g, old_g      !< [N] elastic, and viscoelastic, forces of both times
     real(rp), dimension(:, :), allocatable :: a             !< [m/s^2] rate of v in the wing frame, of order 2
   contains
     procedure :: init => state_init

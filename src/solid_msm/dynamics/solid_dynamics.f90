@@ -3,9 +3,10 @@
 !>
 !> With r = h/h_old, b_y = C1 y_n - C2 y_(n-1) and q = 1/(C3 h), C1 = (1+r)^2/(1+2r), C2 = r^2/(1+2r),
 !> C3 = (1+r)/(1+2r), the rate of any y at the new time is q (y - b_y). Velocities are eliminated: the
-!> unknown is the displacement. Stiffness-proportional damping is the rate of the elastic forces, so it
-!> has an exact tangent. Newton's method uses the mixed-stress tangent of the statics; its linear equations are those of
-!> solid_dynamic_solve. A load may answer the velocity of the wing at once (solid_reaction).
+!> unknown is the displacement. Stiffness-proportional damping is the rate of the elastic forces, and the force of a viscoelastic
+!> wing a rational function of them and their past, so both have an exact tangent. Newton's method uses the mixed-stress
+!> tangent of the statics; its linear equations are those of solid_dynamic_solve.
+!> A load may answer the velocity of the wing at once (solid_reaction).
 module solid_dynamics
   use base_errors, only: require
   use base_kinds, only: rp
@@ -53,7 +54,7 @@ module solid_dynamics
     private
     type(dynamic_solver_t) :: solver
     type(dynamic_state_t) :: saved
-    real(rp), dimension(:, :), allocatable :: bu, bv, bg, u, v, rate, r, f
+    real(rp), dimension(:, :), allocatable :: bu, bv, bg, bf, u, v, rate, r, f, total
   contains
     procedure :: init => dynamics_init
     procedure :: free => dynamics_free
@@ -71,15 +72,15 @@ contains
     call self%free()
     call self%solver%init(model)
     call self%saved%init(model, 0.0_rp)
-    allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%u(3, n), self%v(3, n), self%rate(3, n), &
-              self%r(3, n), self%f(3, n), source=0.0_rp)
+    allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%bf(3, n), self%total(3, n), self%u(3, n), self%v(3, n), &
+              self%rate(3, n), self%r(3, n), self%f(3, n), source=0.0_rp)
   end subroutine dynamics_init
 
   !> Releases everything.
   subroutine dynamics_free(self)
     class(dynamics_t), intent(inout) :: self
     call self%solver%free()
-    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%u, self%v, self%rate, self%r, self%f)
+    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%bf, self%total, self%u, self%v, self%rate, self%r, self%f)
   end subroutine dynamics_free
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
@@ -177,6 +178,13 @@ contains
     self%bu = c1*state%u - c2*state%old_u
     self%bv = c1*state%v - c2*state%old_v
     self%bg = c1*state%g - c2*state%old_g
+    if (inertia%relaxation > 0) then ! the state has the sums of elastic and viscoelastic forces
+      self%bf = self%bg
+      call model%gradient(state%old_u, self%total)
+      call model%gradient(state%u, self%bg)
+      self%bg = c1*self%bg - c2*self%total
+      call model%zero_clamped(self%bg)
+    end if
     self%u = state%u + h*state%v
     if (r > 0) self%u = self%u + (0.5_rp*h*r)*(state%v - state%old_v)
     if (present(guess)) self%u = guess
@@ -195,7 +203,11 @@ contains
       self%v = q*(self%u - self%bu)
       self%rate = q*(self%v - self%bv)
       call model%gradient(self%u, self%solver%equilibrium%g)
-      self%r = self%solver%equilibrium%g - force + (q*inertia%rayleigh_stiffness)*(self%solver%equilibrium%g - self%bg)
+      associate (g => self%solver%equilibrium%g)
+        self%total = g
+        if (inertia%relaxation > 0) self%total = inertia%remembered(q, g, self%bg, self%bf)
+        self%r = self%total - force + (q*inertia%rayleigh_stiffness)*(g - self%bg)
+      end associate
       if (present(reaction)) then
         call reaction%force(frame, self%u, self%v, self%f)
         call model%zero_clamped(self%f)
@@ -251,7 +263,8 @@ contains
     state%old_g = state%g
     state%u = self%u
     state%v = self%v
-    state%g = self%solver%equilibrium%g
+    state%g = self%total
+    call model%zero_clamped(state%g)
     state%a = self%rate
     state%old_step = h
     state%time = state%time + h

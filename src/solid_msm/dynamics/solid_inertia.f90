@@ -17,8 +17,12 @@ module solid_inertia
     real(rp), allocatable :: nodal(:)       !< (n_all) [kg/s] damping of every point
     real(rp) :: rayleigh_mass = 0           !< [1/s] times the mass
     real(rp) :: rayleigh_stiffness = 0      !< [s] times the rate of the elastic forces
+    real(rp) :: relaxation = 0              !< g: a sudden force meets (1 + g) times the stiffness,
+    real(rp) :: relaxation_time = 1         !< [s] and so long it lasts
   contains
     procedure :: init => inertia_init
+    procedure :: elastic_factor => inertia_elastic_factor
+    procedure :: remembered => inertia_remembered
   end type inertia_t
 
   !> Sums over all points, in an inertial frame with components along the wing frame.
@@ -43,6 +47,22 @@ contains
     allocate (self%mass(model%n_all), self%nodal(model%n_all), source=0.0_rp)
     self%mass(:size(masses)) = masses
   end subroutine inertia_init
+
+  !> By how much forces of stiffness and of its damping change with the elastic force, rates being rate_of [1/s] times changes.
+  pure real(rp) function inertia_elastic_factor(self, rate_of) result(factor)
+    class(inertia_t), intent(in) :: self
+    real(rp), intent(in) :: rate_of
+    factor = 1 + rate_of*self%rayleigh_stiffness
+    if (self%relaxation > 0) factor = factor + self%relaxation*rate_of/(rate_of + 1/self%relaxation_time)
+  end function inertia_elastic_factor
+
+  !> Elastic and viscoelastic force f = g + relaxation z, z' = g' - z/tau, of the elastic force g, where rates of g and f are
+  !> rate_of (g - bg) and rate_of (f - bf).
+  pure elemental real(rp) function inertia_remembered(self, rate_of, g, bg, bf) result(f)
+    class(inertia_t), intent(in) :: self
+    real(rp), intent(in) :: rate_of, g, bg, bf
+    f = g + rate_of*(self%relaxation*(g - bg) + bf - bg)/(rate_of + 1/self%relaxation_time)
+  end function inertia_remembered
 
   !> Adds to r(3, n_all) [N] mass times acceleration, damping, and minus the weight, for velocities v
   !> and their rate `rate` in the frame.

@@ -64,15 +64,28 @@ contains
     end do
   end function size_at
 
-  !> All checks together alarm in at most 1 % of nulls: more than 5 of 120 have a probability of 1.5e-3.
+  !> All questions together alarm in at most 1 % of nulls: more than 5 of 120 have a probability of 1.5e-3. Statistics of slopes are
+  !> standard normal numbers: the mean of n squares is within 4 sqrt(2/n) of 1 but for a probability of 1e-4. Questions of one null
+  !> share the response, so that n is the number of nulls.
   subroutine test_nulls()
     type(residual_check_t), allocatable :: checks(:)
-    integer :: s, alarms
+    real(rp) :: squares
+    integer :: s, alarms, i, n
+    integer, parameter :: NULLS = 120
     alarms = 0
-    do s = 1, 120
+    squares = 0
+    n = 0
+    do s = 1, NULLS
       call ask(1.0_rp, 1.0_rp, 1000 + s, SCATTER, checks)
       if (combined_log_p(checks) < log(0.01_rp)) alarms = alarms + 1
+      do i = 1, size(checks)
+        if (all(checks(i)%name /= ['level', 'sign ', 'order'])) cycle
+        squares = squares + checks(i)%statistic**2
+        n = n + 1
+      end do
     end do
+    call test%check('slopes are asked', n >= NULLS)
+    call test%check_close('slopes of residuals are standard normal', squares/n, 1.0_rp, atol=4*sqrt(2.0_rp/NULLS))
     call test%check('questions to residuals alarm in 1 % of the nulls', alarms <= 5)
   end subroutine test_nulls
 

@@ -16,7 +16,7 @@ FOLDERS = "ini|tools|wings|bench|tests|src|cmake|docs|packaging"
 # Sections of other files: a motion of FLUSI, the table of a wing.
 OTHER_SECTIONS = {"kinematics", "outline", "root"}
 # Files that a command makes, and files of FLUSI's source.
-MADE = {"ini/modes.h5", "ini/bending.h5", "src/flexible_solver/mesh/Revolving_bumblebee_wing/params_prescribed_revolving_wing.ini",
+MADE = {"ini/modes.h5", "ini/series.h5", "ini/bending.h5", "src/flexible_solver/mesh/Revolving_bumblebee_wing/params_prescribed_revolving_wing.ini",
         "src/flexible_solver/mesh/Zimmerman/params_Zimmerman-test.ini"}
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
 

@@ -104,8 +104,8 @@ contains
     call ring%run([1.0_rp], none, one, [1.0_rp], how, n, [real(rp) ::])
   end subroutine ring_alone
 
-  !> flusi's BDF2 of the whole nonlinear wing, released a little from the shape of two modes, with Rayleigh's damping: the
-  !> difference at one tip falls with the square of the step.
+  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping, released a little from the shape of two
+  !> modes: the difference at one tip falls with the square of the step.
   subroutine test_time_integration()
     integer, parameter :: A_PERIOD(2) = [100, 200], R = 2
     type(modal_t) :: modal
@@ -130,6 +130,10 @@ contains
     how%stiffness = 0.02_rp/sqrt(modal%lambda(1))
     inertia%rayleigh_mass = how%mass
     inertia%rayleigh_stiffness = how%stiffness
+    how%relaxation = 0.3_rp
+    how%relaxation_time = 1/sqrt(modal%lambda(1))
+    inertia%relaxation = how%relaxation
+    inertia%relaxation_time = how%relaxation_time
     tip_point = maxloc(model%points(1, :model%n_points), 1)
     look(1, :) = modal%shapes(3, tip_point, :)
     push = 1.0e-5_rp*model%size/look(1, 1)*modal%lambda*[1.0_rp, 0.3_rp]
