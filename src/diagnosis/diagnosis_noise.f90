@@ -57,24 +57,14 @@ contains
     estimate%n = n
     estimate%is_found = n >= FEWEST
     estimate%declared = sqrt(sum_of_squares/max(1, n_heights))
-    associate (a => experiment%measurement%accuracy)
-      estimate%model%length = a%correlation_length
-      if (.not. estimate%is_found) then
-        if (n_heights > 0) estimate%warning = 'too few neighbouring heights to check the declared errors'
-        return
-      end if
-      call sort_reals(differences(:n))
-      ratio = differences((n + 1)/2)/(MEDIAN_OF_NORMAL*sqrt(6.0_rp))
-      estimate%white = ratio*estimate%declared
-      if (a%correlation_length > 0) estimate%model%white = min(1.0_rp, ratio**2)
-      estimate%model%factor = max(1.0_rp, ratio**2)
-      ! Of errors that neighbours share pixels say nothing: the data tell how large they are.
-      if (.not. a%correlation_length > 0) then
-        estimate%model%factor = ratio**2
-        estimate%freedom = freedom_of(n, size(experiment%comparisons), unloaded_share(experiment))
-        call tell_scans_apart(experiment, values, estimate)
-      end if
-    end associate
+    estimate%model%length = experiment%measurement%accuracy%correlation_length
+    if (.not. estimate%is_found) then
+      if (n_heights > 0) estimate%warning = 'too few neighbouring heights to check the declared errors'
+      return
+    end if
+    call sort_reals(differences(:n))
+    ratio = differences((n + 1)/2)/(MEDIAN_OF_NORMAL*sqrt(6.0_rp))
+    call fill_model(experiment, values, ratio, estimate)
     estimate%warning = warning_of(ratio, experiment%measurement%accuracy%correlation_length > 0)
 
   contains
@@ -96,6 +86,23 @@ contains
       end associate
     end subroutine add
   end subroutine estimate_noise
+
+  !> The model of the noise, of which pixels scatter by `ratio` times the declared sd.
+  subroutine fill_model(experiment, values, ratio, estimate)
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: values(:, :), ratio
+    type(noise_estimate_t), intent(inout) :: estimate
+    estimate%white = ratio*estimate%declared
+    if (estimate%model%length > 0) then
+      estimate%model%white = min(1.0_rp, ratio**2)
+      ! Pixels say nothing of errors that neighbours share: the data tell how large they are.
+      estimate%model%factor = max(1.0_rp, ratio**2)
+    else
+      estimate%model%factor = ratio**2
+      estimate%freedom = freedom_of(estimate%n, size(experiment%comparisons), unloaded_share(experiment))
+      call tell_scans_apart(experiment, values, estimate)
+    end if
+  end subroutine fill_model
 
   !> What is wrong with declared errors that are to be multiplied by `ratio`; empty: nothing.
   pure function warning_of(ratio, is_correlated) result(warning)
