@@ -19,7 +19,8 @@ module diagnosis_discretisation
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_SOFT
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_RELAXATION, &
+                                       KIND_RELAXATION_TIME, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
@@ -203,7 +204,7 @@ contains
       do i = b + 1, size(q)
         change = q(i) - self%own%parameters(i)%null
         if (.not. abs(change) > 0) cycle
-        j = find_same(parameters(i), others)
+        j = find_same(parameters, i, others)
         if (j == 0) return
         if (parameters(i)%kind == KIND_SOFT) change = -log(1 + (exp(-change) - 1)*merge(0.5_rp, 2.0_rp, self%is_coarser))
         values(j) = values(j) + change
@@ -212,21 +213,31 @@ contains
     if (all(abs(values) < huge(1.0_rp))) call move_alloc(values, on_other)
   end subroutine find_on_other
 
-  !> The place of a parameter among those of another mesh; 0: nowhere.
-  pure integer function find_same(one, others) result(j)
-    type(wing_parameter_t), intent(in) :: one, others(:)
+  !> The place of parameter i among those of another mesh; 0: nowhere.
+  pure recursive integer function find_same(parameters, i, others) result(j)
+    type(wing_parameter_t), intent(in) :: parameters(:), others(:)
+    integer, intent(in) :: i
     real(rp), parameter :: NEAR = 0.05_rp ! of a vein, where the coarser mesh has no hinge at the place
-    do j = 1, size(others)
-      if (others(j)%kind /= one%kind) cycle
-      select case (one%kind)
-      case (KIND_SOFT)
-        if (others(j)%vein == one%vein .and. abs(others(j)%fraction - one%fraction) < NEAR) exit
-      case (KIND_DAMAGE, KIND_POINT_MASS)
-        if (all(abs(others(j)%disc - one%disc) <= 1.0e-6_rp*one%disc(3))) exit
-      case default
-        if (others(j)%number == one%number) exit
-      end select
-    end do
+    integer :: owner
+    associate (one => parameters(i))
+      owner = 0
+      if (one%kind == KIND_RELAXATION_TIME) owner = find_same(parameters, one%number, others)
+      do j = 1, size(others)
+        if (others(j)%kind /= one%kind) cycle
+        select case (one%kind)
+        case (KIND_SOFT)
+          if (others(j)%vein == one%vein .and. abs(others(j)%fraction - one%fraction) < NEAR) exit
+        case (KIND_DAMAGE, KIND_POINT_MASS)
+          if (all(abs(others(j)%disc - one%disc) <= 1.0e-6_rp*one%disc(3))) exit
+        case (KIND_RELAXATION)
+          if (abs(others(j)%time - one%time) <= 1.0e-6_rp*one%time) exit
+        case (KIND_RELAXATION_TIME)
+          if (others(j)%number == owner) exit
+        case default
+          if (others(j)%number == one%number) exit
+        end select
+      end do
+    end associate
     if (j > size(others)) j = 0
   end function find_same
 

@@ -119,7 +119,7 @@ contains
 
   !> The unloaded scan is in every deformation. Differences of two loads do not have it: they tell the errors of loaded scans, and
   !> what these leave of all errors is that of the unloaded one. Each load is in one pair. Where there are too few pairs both
-  !> parameters of scans have the same ratio of true to declared variance.
+  !> kinds of scans have the same ratio of true to declared variance.
   subroutine tell_scans_apart(experiment, values, estimate)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: values(:, :)

@@ -119,7 +119,7 @@ contains
     order = rank_effects(hypotheses)
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
     call find_posterior(hypotheses, size(order), log_joint, decision)
-    if (size(order) == 0 .and. size(design%families) == 0) return
+    if (size(order) == 0 .and. size(design%families) == 0 .and. .not. decision%is_by_checks) return
     if (decision%log_p_global > log(LEVEL)) then
       decision%verdict = VERDICT_ADEQUATE
       decision%probability = decision%posterior_none

@@ -24,11 +24,11 @@ module inference_declared_errors
 
 contains
 
-  !> Adds a question for every kind of error to checks(:). parameters(:) are those of the first nuisances of the design, 1, 2, ..
+  !> Adds a question for every kind of error to checks(:). kinds(:) are those of the first nuisances of the design, 1, 2, ..
   !> with the name names(kind), or 0; residuals(n) are whitened, with a noise of `scale` times the variance of the whitener.
-  subroutine ask_declared_errors(design, parameters, names, residuals, scale, checks)
+  subroutine ask_declared_errors(design, kinds, names, residuals, scale, checks)
     type(design_t), intent(in) :: design
-    integer, intent(in) :: parameters(:)
+    integer, intent(in) :: kinds(:)
     character(*), intent(in) :: names(:)
     real(rp), intent(in) :: residuals(:), scale
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
@@ -36,7 +36,7 @@ contains
     integer, allocatable :: columns(:)
     integer :: k, i
     do k = 1, size(names)
-      columns = pack([(i, i=1, size(parameters))], parameters == k)
+      columns = pack([(i, i=1, size(kinds))], kinds == k)
       columns = pack(columns, norm2(design%nuisances(:, columns), 1) > 0)
       if (size(columns) < FEWEST) cycle
       directions = design%nuisances(:, columns)
@@ -63,7 +63,7 @@ contains
     ends = [size_for(chi2_threshold(log(0.05_rp), size(g))), size_for(chi2_threshold(log(0.95_rp), size(g)))]
     one = make_question(SIZE_WORDS//name, ratio, log_chi2_tail(sum_at(TOLERATED), size(g)), &
                         name//' are '//shown(ratio)//' times as large as declared (90 % interval '// &
-                        shown(ends(1))//' to '//shown(ends(2))//')', name//' are no larger than declared')
+                        shown(ends(1))//' to '//shown(ends(2))//')', name//' are no more than 1.5 times as large as declared')
     one%interval = ends
     checks = [checks, one]
 

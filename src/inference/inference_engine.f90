@@ -5,7 +5,7 @@
 module inference_engine
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use inference_residual_checks, only: combined_log_p, loudest
+  use inference_residual_checks, only: combined_log_p
   use inference_calibration, only: find_detectable, find_statistics, statistics_t
   use inference_calibration_store, only: calibrate, calibration_store_t
   use inference_fit_checks, only: check_fit
@@ -128,18 +128,19 @@ contains
     end if
     if (.not. is_scale_known) d%scale = d%rest/d%design%n_rest
     d%z = d%z/sqrt(d%scale)
-    if (.not. allocated(d%checks)) call check_fit(simulator, d%design, d%baseline, d%scale, noise_freedom(options), &
-                                                     d%checks)
+    if (.not. allocated(d%checks)) call check_fit(simulator, d%design, d%baseline, d%scale, &
+                                                  noise_freedom(options, is_scale_known), d%checks)
     call d%hypotheses%init(d%design, n_effects, d%z)
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear, &
                 combined_log_p(d%checks))
     d%decision = d%linear
   end subroutine judge
 
-  !> How well the size of the noise is known: a declared one is believed.
-  pure integer function noise_freedom(options)
+  !> How well the size of the noise is known: a declared one is believed, and one that nothing tells.
+  pure integer function noise_freedom(options, is_scale_known)
     type(diagnosis_options_t), intent(in) :: options
-    noise_freedom = merge(huge(1), options%noise_freedom, options%is_scale_known)
+    logical, intent(in) :: is_scale_known
+    noise_freedom = merge(huge(1), options%noise_freedom, is_scale_known)
   end function noise_freedom
 
   !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that

@@ -55,8 +55,7 @@ module inference_record
     real(rp) :: rest = 0
     real(rp) :: extended_scale = 0       !< variance of what the extended model leaves over that of the noise model
     type(statistics_t) :: statistics
-    type(residual_check_t), allocatable :: checks(:)      !< to the residuals of the baseline
-    type(residual_check_t), allocatable :: left_checks(:) !< to those of the extended model
+    type(residual_check_t), allocatable :: checks(:) !< of the residuals of the baseline
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: linear, decision !< before and after the refits
     type(refit_t), allocatable :: refits(:)

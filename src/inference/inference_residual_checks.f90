@@ -32,10 +32,9 @@ module inference_residual_checks
 
 contains
 
-  !> residuals(n), whitened as the design does, and responses(n) that the fit computes, not whitened; of observations with a noise
-  !> of which `scale` is the estimated over the declared variance. The
-  !> variance of the whitening is known with so many degrees of freedom from elsewhere, the scatter of pixels for instance;
-  !> huge: it is believed; 0: it may be wrong.
+  !> residuals(n), whitened as the design does, and responses(n) that the fit computes, not whitened; `scale` is the variance
+  !> of the noise over that of the noise model. Something else, the scatter of pixels for instance, tells the variance of the
+  !> noise model with `noise_freedom` degrees of freedom; huge: it is believed; 0: it may be wrong.
   subroutine check_residuals(labels, design, residuals, responses, n_fitted, scale, noise_freedom, checks)
     type(labels_t), intent(in) :: labels
     type(design_t), intent(in) :: design
@@ -174,6 +173,7 @@ contains
       do k = 1, size(residuals)
         if (k == i .or. labels%surface(k) /= labels%surface(i)) cycle
         distance = sum((labels%place(:, i) - labels%place(:, k))**2)
+        if (.not. distance > 0) cycle ! samples of one record, and readings without a place, are no neighbours
         if (distance < nearest) at = k
         nearest = min(nearest, distance)
       end do
@@ -207,7 +207,7 @@ contains
       least = min(least, log_p)
     end do
     call append(checks, 'single load', real(worst, rp), least + log(real(size(labels%fold), rp)), &
-                'load number '//number_text(worst)//' fits worse than all others', 'no single load stands out')
+                'measurement number '//number_text(worst)//' fits worse than all others', 'no single measurement stands out')
   end subroutine check_influence
 
   !> Heavy tails: more residuals beyond three sd than normal errors have, as a Poisson number.

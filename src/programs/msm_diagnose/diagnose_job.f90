@@ -85,12 +85,12 @@ contains
     associate (s => self%settings)
       call self%simulator%init(self%world, s%experiment, s%wing_case%wing, s%catalogue, s%bins, &
                                s%patterns, s%parts)
+      if (s%options%is_scale_known .and. .not. s%measurement%is_plan) then
+        s%noise%model%factor = 1
+        s%noise%model%unloaded = 1
+      end if
       self%simulator%noise = s%noise%model
       self%simulator%membrane_sd = s%membrane_sd
-      if (s%options%is_scale_known .and. .not. s%measurement%is_plan) then
-        self%simulator%noise%factor = 1
-        self%simulator%noise%unloaded = 1
-      end if
       self%has_discretisation = s%finds_discretisation .and. command%action /= DIAGNOSE_PLAN
     end associate
     if (.not. self%has_discretisation) return

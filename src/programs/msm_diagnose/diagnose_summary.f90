@@ -78,7 +78,7 @@ contains
     write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%plain%chi2, 1)//' of '//number_text(n)// &
       ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
     write (unit, '(a)') 'misfit    chance alone does this with p = '//probability_text(d%decision%log_p_global)// &
-      ' (all tests together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
+      ' (all tests and checks together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
     if (hides_cause(n, d)) write (unit, '(a)') '          (a good chi^2 can hide a cause: it sums the noise of all numbers, '// &
       'and a cause shows in few combinations of them)'
   end subroutine print_misfit
