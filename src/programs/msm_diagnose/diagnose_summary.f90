@@ -122,8 +122,8 @@ contains
     integer :: at
     at = alarm_of(d)
     if (at == 0) return
-    write (unit, '(a)') 'check     '//d%checks(at)%sentence//' (p = '//probability_text(d%checks(at)%log_p)//' of '// &
-      number_text(count(d%checks%takes_part))//' checks)'
+    write (unit, '(a)') 'check     of what the baseline leaves: '//d%checks(at)%sentence//' (p = '// &
+      probability_text(d%checks(at)%log_p)//' of '//number_text(count(d%checks%takes_part))//' checks)'
   end subroutine print_alarm
 
   !> The load that separates the cause from its nearest rival best: a repeat or a new place.
