@@ -55,6 +55,17 @@ def test_end(case):
     check(abs(force[-1] - force[-2]) < 0.2 * max(map(abs, force)), f"nor is the force another: {force[-3:]}")
 
 
+def test_damping(case):
+    """The vanishing viscosity is the motion's: a run to a later end has the same."""
+    found = []
+    for end in (3.0, 40.0):
+        case.write("beat.ini", BEAT)
+        case.write("run.ini", merged(THIN, {"Time": {"nt": 1, "Tmax": end}, "Insects": {"BodyMotion": "casting"},
+                                            "ReynoldsNumber": {"nu": 1e-4}}))
+        found += re.findall(r"the largest wavenumber at (\S+) per T", case.run("run.ini", "--overwrite").out)
+    check(len(found) == 2 and found[0] == found[1] != "0.00", f"the same rate: {found}")
+
+
 def test_rigid_mistakes(case):
     """What wings without thickness cannot do is refused by its key."""
     case.write("beat.ini", BEAT)
