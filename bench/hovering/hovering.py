@@ -154,11 +154,16 @@ def read(folder, stroke):
     return forces[:, 0] / (math.pi * stroke), 2 * f[:, 1], 2 * f[:, 2], 2 * np.interp(forces[:, 0], power[:, 0], power[:, 1])
 
 
+def mean_over(t, x):
+    """Mean of the polygon through the points (t, x)."""
+    return float(np.sum(np.diff(t) * (x[1:] + x[:-1]) / 2) / (t[-1] - t[0]))
+
+
 def measure(root, name):
     """Means of lift and power over the window, and their ratio; time and both curves."""
     t, _, lift, power = read(root / name, CASES[name][1])
     inside = (t >= WINDOW[0]) & (t <= WINDOW[1])
-    mean = [float(np.trapezoid(x[inside], t[inside]) / np.ptp(t[inside])) for x in (lift, power)]
+    mean = [mean_over(t[inside], x[inside]) for x in (lift, power)]
     return {"lift": mean[0], "power": mean[1], "ratio": mean[0] / mean[1]}, t, lift, power
 
 
@@ -223,7 +228,7 @@ def beside_measured(root, measured):
         numbers = {}
         for key, (t, x) in curves.items():
             inside = t >= begin
-            numbers[key] = float(np.trapezoid(x[inside], t[inside]) / np.ptp(t[inside]))
+            numbers[key] = mean_over(t[inside], x[inside])
             numbers[f"{key}_largest"] = float(x[inside].max())
         line = (f"{name:22s}{numbers['CL']:8.3f}{numbers['CD']:8.3f}{numbers['CL'] / numbers['CD']:8.3f}"
                 f"{numbers['CL_largest']:13.3f}{numbers['CD_largest']:13.3f}")
@@ -273,7 +278,7 @@ def draw(root, measured, path):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, add_help=True)
     parser.add_argument("--program", default=str(ROOT / "build/release/bin/flusi"), help="flusi (that of build/release)")
-    parser.add_argument("--measured", type=Path, default=ROOT.parent / "shared/data/flapping2d_re75")
+    parser.add_argument("--measured", type=Path)
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--list", action="store_true")
     parser.add_argument("folder", nargs="?", type=Path)

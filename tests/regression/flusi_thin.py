@@ -55,6 +55,47 @@ def test_end(case):
     check(abs(force[-1] - force[-2]) < 0.2 * max(map(abs, force)), f"nor is the force another: {force[-3:]}")
 
 
+def test_damping(case):
+    """The vanishing viscosity is the motion's: a run to a later end has the same."""
+    found = []
+    for end in (3.0, 40.0):
+        case.write("beat.ini", BEAT)
+        case.write("run.ini", merged(THIN, {"Time": {"nt": 1, "Tmax": end}, "Insects": {"BodyMotion": "casting"},
+                                            "ReynoldsNumber": {"nu": 1e-4}}))
+        found += re.findall(r"the largest wavenumber at (\S+) per T", case.run("run.ini", "--overwrite").out)
+    check(len(found) == 2 and found[0] == found[1] != "0.00", f"the same rate: {found}")
+
+
+def test_slip_interval(case):
+    """The slip is measured in the same steps by a run in parts, in those whose number is a multiple, and no step depends on it."""
+    every = make(case.sub("every"), merged(THIN, steps(8)), 2)
+    third = merged(THIN, {"Insects": {"slip_interval": 3}})
+    whole = make(case.sub("whole"), merged(third, steps(8)), 2)
+    parts = make(case.sub("parts"), merged(third, steps(4)), 2)
+    parts.write("run.ini", merged(third, steps(8)))
+    parts.run("run.ini", "--restart", ranks=2)
+    rows = every.series("slip.t").rows
+    check(len(rows) == 8, f"all steps are measured: {len(rows)}")
+    for run in (whole, parts):
+        check(run.series("slip.t").rows == [rows[2], rows[5]], f"the third and the sixth step are: {run.series('slip.t').rows}")
+        for name in ("forces.t", "dt.t"):
+            check(run.series(name).lines == every.series(name).lines, f"{name}: the last digit")
+        last = max(n for n in every.files() if n.startswith("ux_"))
+        check(run.field(last) == every.field(last), f"{last}: to the bit")
+    same_checkpoints(whole, whole.newest_checkpoint(), parts, parts.newest_checkpoint())
+
+
+def test_slip_unknown(case):
+    """A summary whose last beat has no rows of slip.t, or no file with rows, says so."""
+    beats = merged(THIN, {"Time": {"nt": 1000, "Tmax": 3.0, "dt_fixed": 0.02}, "Saving": {"tsave": 9.0, "tintegral": 0.02}})
+    for interval in (80, 900):
+        run = make(case.sub(f"every_{interval}"), merged(beats, {"Insects": {"slip_interval": interval}}), 2)
+        check(len(run.series("slip.t").rows) == 150 // interval, "few rows")
+        text = (run.folder / "summary.txt").read_text()
+        check("slip        was not measured in the last beat" in text, f"interval {interval} is told: {text}")
+        check("%" not in text and "balance" not in text, f"nothing is made of no rows: {text}")
+
+
 def test_rigid_mistakes(case):
     """What wings without thickness cannot do is refused by its key."""
     case.write("beat.ini", BEAT)

@@ -29,6 +29,7 @@ module fsi_body_motion
   character(12), parameter :: SWINGING_WORDS(9) = [character(12) :: 'yawpitchroll', 'roll', 'pitch', 'yaw', &
                                                    'roll_param', 'pitch_param', 'buffeting', 'casting', &
                                                    'wheeling']
+  real(rp), parameter :: BUFFETING = 23.0_rp/152, CASTING = 2.0_rp/152 !< frequencies, 1/T
 
   type :: body_motion_t
     character(12) :: word = 'tethered'    !< or one of SWINGING_WORDS, 'table', 'free_flight'
@@ -53,19 +54,35 @@ contains
     moves = self%word /= 'tethered'
   end function motion_moves
 
-  !> Mean speed [L/T] of the body's centre from t = 0 to `t_end` [T]; of a free flight that of its start.
-  real(rp) function motion_mean_speed(self, t_end) result(speed)
+  !> Mean speed [L/T] of the body's centre, which the motion alone defines, not the length of a run: of a table from its
+  !> first row to its last, linear in between; of words that swing over one period; of a free flight that of its start.
+  real(rp) function motion_mean_speed(self) result(speed)
     class(body_motion_t), intent(in) :: self
-    real(rp), intent(in) :: t_end
     integer, parameter :: LOOKS = 2000
+    real(rp) :: period
     type(body_t) :: body
     integer :: i
     speed = 0
-    if (.not. self%moves()) return
-    do i = 1, LOOKS
-      body = self%at((i - 0.5_rp)*t_end/LOOKS, self%known(1))
-      speed = speed + norm2(body%velocity)/LOOKS
-    end do
+    select case (self%word)
+    case ('tethered')
+    case ('free_flight')
+      speed = norm2(self%known(1)%velocity)
+    case ('table')
+      associate (t => self%table)
+        do i = 2, size(t, 2)
+          speed = speed + (t(1, i) - t(1, i - 1))*(norm2(t(5:7, i - 1)) + norm2(t(5:7, i)))/2
+        end do
+        speed = speed/(t(1, size(t, 2)) - t(1, 1))
+      end associate
+    case default
+      period = 1
+      if (self%word == 'buffeting') period = 1/BUFFETING
+      if (self%word == 'casting') period = 1/CASTING
+      do i = 1, LOOKS
+        body = swinging_body(self, (i - 0.5_rp)*period/LOOKS)
+        speed = speed + norm2(body%velocity)/LOOKS
+      end do
+    end select
   end function motion_mean_speed
 
   !> A free flight knows the body at `time`, and still at the time that was shown before.
@@ -133,11 +150,11 @@ contains
       pitch%value = pitch%value + self%angles(2)
       yaw%value = self%angles(3)
     case ('buffeting')
-      roll = swing(-7*DEGREE, 23.0_rp/152, 0.0_rp, time)
-      side = swing(-0.45_rp/13.2_rp, 23.0_rp/152, 0.0_rp, time)
+      roll = swing(-7*DEGREE, BUFFETING, 0.0_rp, time)
+      side = swing(-0.45_rp/13.2_rp, BUFFETING, 0.0_rp, time)
     case ('casting')
-      roll = swing(-20*DEGREE, 2.0_rp/152, 0.0_rp, time)
-      side = swing(22/13.2_rp, 2.0_rp/152, 0.0_rp, time)
+      roll = swing(-20*DEGREE, CASTING, 0.0_rp, time)
+      side = swing(22/13.2_rp, CASTING, 0.0_rp, time)
     case ('wheeling')
       roll%value = -30*DEGREE
       yaw = angle_t(TWO_PI*time/TURN, TWO_PI/TURN, 0.0_rp)

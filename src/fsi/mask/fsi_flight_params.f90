@@ -142,6 +142,7 @@ contains
       call read_mounts(config, body_pivot(config), mounts, motions) ! the other hinge does not matter
     end if
     edges = draws_to_outline(config, params%thin%is_thin)
+    call notice_edges(config, params%thin%is_thin, notices)
     call read_wing_shape(config, ini, grid, metre, file_unit, points, triangles, z_is_dorsal, solid, &
                          merge(0.0_rp, 2*params%half_thickness, config%get_word(SECTION, 'wings') == 'flexible'), &
                          params%smoothing, edges, errors, notices, world, mesh)
@@ -202,6 +203,21 @@ contains
                            'name, or a Fourier outline from a file; valid for this wing: beyond, or round if it is flat')
     end if
   end subroutine complain_edges
+
+  !> Says which wing `round` is, and where a word has no effect.
+  subroutine notice_edges(config, is_thin, notices)
+    type(config_t), intent(in) :: config
+    logical, intent(in) :: is_thin
+    type(message_list_t), intent(inout) :: notices
+    if (config%get_word(SECTION, 'wing_edges') == 'auto') return
+    if (is_thin .or. config%get_word(SECTION, 'wings') == 'flexible') then
+      call config%complain(notices, SECTION, 'wing_edges', 'is of no effect: it is for rigid wings in the mask, wings = rigid '// &
+                           'with surface = penalized')
+    else if (config%get_word(SECTION, 'wing_edges') == 'round') then
+      call config%complain(notices, SECTION, 'wing_edges', 'is round: the wing ends at its outline; beyond is the wing that '// &
+                           'reaches half its thickness farther')
+    end if
+  end subroutine notice_edges
 
   subroutine make_solid(solid, shape, smoothing, is_mirrored)
     type(rigid_body_t), intent(inout) :: solid

@@ -25,11 +25,13 @@ module fsi_round_wing
 
 contains
 
-  !> The wing between segments (2, 2, n): coordinates, both ends, pieces of one or several closed lines in any order.
-  type(round_wing_t) function make_round_wing(segments, thickness, smoothing) result(shape)
+  !> The wing between segments (2, 2, n): coordinates, both ends, pieces of one or several closed lines in any order. The
+  !> lattice is no finer than a sixteenth of the grid's `spacing`, however sharp the mask's step is.
+  type(round_wing_t) function make_round_wing(segments, thickness, smoothing, spacing) result(shape)
     real(rp), intent(in) :: segments(:, :, :)
     real(rp), intent(in) :: thickness, smoothing !< half the width of the mask's step
-    integer, parameter :: FINE = 4               !< steps in the smoothing
+    real(rp), intent(in) :: spacing
+    integer, parameter :: FINE = 4, FINEST = 16  !< steps in the smoothing, in the spacing
     real(rp) :: reach, low(2), high(2)
     integer :: i, n(2)
     call require(size(segments, 3) > 2 .and. thickness > 0 .and. smoothing > 0, 'make_round_wing: a wing is expected')
@@ -38,7 +40,7 @@ contains
     shape%half_thickness = thickness/2
     shape%low = [low, -thickness/2]
     shape%high = [high, thickness/2]
-    shape%step = smoothing/FINE
+    shape%step = max(smoothing/FINE, spacing/FINEST)
     reach = thickness/2 + 2*smoothing
     shape%origin = low - reach
     n = ceiling((high - low + 2*reach)/shape%step)

@@ -181,7 +181,7 @@ contains
       segments(:, 1, :) = planform%outline
       segments(:, 2, :) = cshift(planform%outline, 1, 2)
       if (allocated(solid)) deallocate (solid)
-      allocate (solid, source=make_round_wing(segments, thickness, smoothing))
+      allocate (solid, source=make_round_wing(segments, thickness, smoothing, grid%max_spacing()))
     end subroutine take_outline
 
     !> A flat mesh with round edges.
@@ -192,7 +192,7 @@ contains
       allocate (segments(2, 2, size(edges, 2)))
       segments(:, 1, :) = points(:2, edges(1, :))
       segments(:, 2, :) = points(:2, edges(2, :))
-      allocate (solid, source=make_round_wing(segments, thickness, smoothing))
+      allocate (solid, source=make_round_wing(segments, thickness, smoothing, grid%max_spacing()))
     end subroutine take_free_edges
 
     !> The wing of a file as a solid.

@@ -55,10 +55,8 @@ contains
     thin%slip%after = numbers(2)
     thin%slip%speed = numbers(3)
     thin%slip%received = numbers(4)
-    if (size(numbers) > 5) then
-      thin%slip%iterations = nint(numbers(5))
-      thin%slip%left = numbers(6)
-    end if
+    thin%slip%iterations = nint(numbers(5))
+    thin%slip%left = numbers(6)
     call reader%get_reals('marker_shape', numbers, failure)
     if (failure%failed) return
     do i = 1, size(thin%wings)

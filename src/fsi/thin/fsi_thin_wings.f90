@@ -16,7 +16,7 @@
 !>
 !> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `meet` the flow, find the forces,
 !> `push` the flow. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and again
-!> whenever a wing has deformed by a part of the spacing of its markers.
+!> whenever a wing has deformed, but for a rotation (fsi_rigid_fit), by a part of the spacing of its markers.
 module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -75,6 +75,7 @@ module fsi_thin_wings
     real(rp), allocatable, private :: share(:)        !< (all markers) chi of the body there
     real(rp), allocatable, private :: shift(:, :)     !< (3, all markers) chi (U - U_body), L/T
     real(rp), allocatable, private :: body_speed(:, :) !< (3, all markers) U_body, L/T
+    real(rp), allocatable, private :: wanted(:, :)     !< (3, all markers) change of the flow, L/T^2
     type(slip_t) :: slip
     type(thin_seconds_t) :: seconds
     type(world_t) :: world
@@ -123,7 +124,7 @@ contains
         self%extent = max(self%extent, LONGER*norm2(maxval(given%points, 2) - minval(given%points, 2)))
       end associate
     end do
-    allocate (self%share(n), self%shift(3, n), self%body_speed(3, n), source=0.0_rp)
+    allocate (self%share(n), self%shift(3, n), self%body_speed(3, n), self%wanted(3, n), source=0.0_rp)
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
     call init_responses(self, fluid)
@@ -227,9 +228,8 @@ contains
     end do
   end subroutine find_shares
 
-  !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip`, measured where it is due,
-  !> and the loads of the markers,
-  !> which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
+  !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip`, measured where it is due, and
+  !> the loads of the markers, which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
   subroutine thin_push(self, fluid, wings, poses)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -262,11 +262,13 @@ contains
   end subroutine thin_push
 
   !> Lets rigid wings act on the step that `fluid` has just made: its end gets their forces; `slip` and the loads of the
-  !> markers, which `wings` hold, are those of this step. `wings` stay where they are. Collective.
-  subroutine thin_advance_rigid(self, fluid, wings)
+  !> markers, which `wings` hold, are those of this step. `wings` stay where they are. Fails if no forces are found, on all
+  !> ranks; the flow is that without them then. Collective.
+  subroutine thin_advance_rigid(self, fluid, wings, failure)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(inout) :: wings
+    type(failure_t), intent(inout) :: failure
     type(wing_pose_t) :: poses(size(self%wings))
     integer :: i, m
     do i = 1, size(self%wings)
@@ -280,28 +282,31 @@ contains
       end associate
     end do
     call self%meet(fluid, wings)
-    call find_forces(self, poses, fluid%dt)
-    call self%push(fluid, wings, poses)
+    call find_forces(self, poses, fluid%dt, failure)
+    if (.not. failure%failed) call self%push(fluid, wings, poses)
   end subroutine thin_advance_rigid
 
   !> The forces that make the flow follow all rigid wings, the same on all ranks: sets `force`. Of several wings by conjugate
-  !> gradients, see fsi_wing_pairs.
-  subroutine find_forces(self, poses, dt)
+  !> gradients, see fsi_wing_pairs; they fail where markers of two wings are at one place and move apart.
+  subroutine find_forces(self, poses, dt, failure)
     type(thin_wings_t), intent(inout) :: self
     type(wing_pose_t), intent(in) :: poses(:)
     real(rp), intent(in) :: dt
+    type(failure_t), intent(inout) :: failure
     integer, parameter :: MOST = 50
     real(rp), parameter :: ENOUGH = 1.0e-4_rp !< far less than what periodic images leave
-    real(rp) :: rz, step, ratio, begin
+    real(rp), parameter :: TOO_MUCH = 1.0e-2_rp !< as much as these leave
+    real(rp) :: rz, pmp, step, ratio, begin
+    self%wanted = (self%u - self%flow)/dt
     if (.not. allocated(self%pairs)) then
-      call solve_blocks(self, poses, (self%u - self%flow)/dt, self%force)
+      call solve_blocks(self, poses, self%wanted, self%force)
       return
     end if
     associate (r => self%pairs%r, z => self%pairs%z, p => self%pairs%p, mp => self%pairs%mp, dp => self%pairs%dp)
       call self%pairs%build(self%green, self%x)
       self%force = 0
-      r = (self%u - self%flow)/dt
-      begin = max(largest(r), tiny(begin))
+      r = self%wanted
+      begin = max(largest(r), tiny(begin)**0.25_rp) ! products of less would be 0
       ratio = 0
       rz = 1
       self%slip%iterations = 0
@@ -316,11 +321,16 @@ contains
         dp = r + ratio*dp
         mp = dp
         call self%pairs%add_product(p, mp)
-        step = rz/sum(p*mp)
+        pmp = sum(p*mp)
+        if (pmp <= 0) exit
+        step = rz/pmp
         self%force = self%force + step*p
         r = r - step*mp
       end do
       self%slip%left = largest(r)/begin
+      if (self%slip%left > TOO_MUCH) call failure%raise('no forces make the flow follow all wings: they touch or cross, or '// &
+                                                        'nearly so; set a larger distance between them ([Insects] '// &
+                                                        'x_pivot_l, x_pivot_r, or the motion) or a smaller [Time] CFL')
     end associate
   end subroutine find_forces
 

@@ -243,7 +243,7 @@ contains
     if (.not. s%fluid%penalized) s%output%solid_velocity = .false.
     if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
       call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity) + &
-                             s%flight%motion%mean_speed(s%fluid%t_max), s%fluid, errors, notices)
+                             s%flight%motion%mean_speed(), s%fluid, errors, notices)
   end subroutine read_wings
 
   !> The SI values of the units; with input = SI all numbers of the file are read in SI units.

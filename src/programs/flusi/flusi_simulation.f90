@@ -263,11 +263,13 @@ contains
   subroutine move_wings(self)
     class(simulation_t), intent(inout) :: self
     if (self%settings%flight%flyer%is_free) call launch(self%wings, self%fluid, self%coupler)
+    if (self%t_wings > 0) call self%timers%start(self%t_wings)
     if (allocated(self%coupler)) then
       call self%bend()
     else if (allocated(self%thin)) then
       call self%push()
     end if
+    if (self%t_wings > 0) call self%timers%stop(self%t_wings)
     ! After a failure, too: a checkpoint of it has a whole state.
     if (self%settings%flight%flyer%is_free) call settle(self%wings, self%fluid)
   end subroutine move_wings
@@ -275,18 +277,15 @@ contains
   !> Takes the flexible wings over the step that the fluid has made.
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
-    call self%timers%start(self%t_wings)
     call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
-    call self%timers%stop(self%t_wings)
     if (self%failure%failed) self%outcome = merge(OUTCOME_DIVERGED, OUTCOME_STUCK_WINGS, self%fluid%rhs%failure%failed)
   end subroutine bend
 
   !> Lets rigid wings without thickness act on the step that the fluid has made.
   subroutine push(self)
     class(simulation_t), intent(inout) :: self
-    call self%timers%start(self%t_wings)
-    call self%thin%advance_rigid(self%fluid, self%wings)
-    call self%timers%stop(self%t_wings)
+    call self%thin%advance_rigid(self%fluid, self%wings, self%failure)
+    if (self%failure%failed) self%outcome = OUTCOME_COLLISION
   end subroutine push
 
   !> Closes files, prints where the time went, releases everything. Collective.

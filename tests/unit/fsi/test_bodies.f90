@@ -243,7 +243,7 @@ contains
       disk(:, 1, i) = RADIUS*[cos(2*PI*(i - 1)/N), sin(2*PI*(i - 1)/N)]
       disk(:, 2, i) = RADIUS*[cos(2*PI*i/N), sin(2*PI*i/N)]
     end do
-    allocate (solid, source=make_round_wing(disk, T, STEP))
+    allocate (solid, source=make_round_wing(disk, T, STEP, STEP))
     wing = body_of(solid, STEP)
     core = RADIUS - R
     volume = 2*PI*core**2*R + PI**2*R**2*core + 4*PI*R**3/3 + (PI**2*core + 4*PI*R)*STEP**2*(1 - 8/PI**2)
@@ -255,17 +255,22 @@ contains
     call test%check_close('where it has half of what is inside', wing%mask_at([0.0_rp, RADIUS, 0.0_rp]), 0.5_rp, atol=0.01_rp)
     deallocate (solid)
     around = reshape([0.0_rp, 0.0_rp, A, 0.0_rp, A, 0.0_rp, A, B, A, B, 0.0_rp, B, 0.0_rp, B, 0.0_rp, 0.0_rp], [2, 2, 4])
-    allocate (solid, source=make_round_wing(around, T, STEP))
+    allocate (solid, source=make_round_wing(around, T, STEP, STEP))
     wing = body_of(solid, STEP)
     volume = (A - T)*(B - T)*T + (A + B)*PI*R**2 - 16*(PI/4 - 1/3.0_rp)*R**3
     call test%check_close('a rectangle with round edges has its volume', wing%displaced%mass, volume, rtol=0.01_rp)
+    deallocate (solid)
+    ! A lattice in proportion to this step would have 1e17 points.
+    allocate (solid, source=make_round_wing(around, T, 1.0e-8_rp, T/4))
+    wing = body_of(solid, STEP)
+    call test%check_close('so it has where the step is next to none', wing%displaced%mass, volume, rtol=0.01_rp)
     deallocate (solid)
     ! The wings of a bumblebee in a box of 3, as in check_wing_volume.
     do i = 1, 2
       core = 3.0_rp/(64*i)
       call make_named_wing('bumblebee', numbers, 1.0_rp, 0.0_rp, planform, solid)
       area = planform%area()
-      allocate (solid, source=make_round_wing(segments_of(planform%outline), 4*core, core))
+      allocate (solid, source=make_round_wing(segments_of(planform%outline), 4*core, core, core))
       wing = body_of(solid, core)
       call test%check('round edges do not make a wing larger than FLUSI''s', wing%displaced%mass < 1.01_rp*WANT(i)/2)
       call test%check('nor do they leave less than three quarters of it', wing%displaced%mass > 0.75_rp*WANT(i)/2)

@@ -19,6 +19,7 @@ program test_body_motion
   call check_table(kit)
   call check_loader(kit)
   call check_known(kit)
+  call check_mean_speed(kit)
   call kit%finish()
 
 contains
@@ -177,4 +178,29 @@ contains
     body = motion%at(0.2_rp, body)
     call kit%check('a tethered body is where it is', all(abs(body%centre - 7) <= 0) .and. .not. motion%moves())
   end subroutine check_known
+
+  !> Mean speeds are those of the motion: of a period, of the whole table however its rows are spaced.
+  subroutine check_mean_speed(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(body_motion_t) :: motion
+    motion%velocity = [0.3_rp, 0.0_rp, 0.4_rp]
+    motion%known%velocity(1) = 7
+    call kit%check_below('a tethered body has no speed', motion%mean_speed(), tiny(1.0_rp))
+    motion%word = 'free_flight'
+    call kit%check_close('a free flight has that of its start', motion%mean_speed(), 7.0_rp, atol=1.0e-14_rp)
+    motion%word = 'yawpitchroll'
+    call kit%check_close('yawpitchroll goes straight on', motion%mean_speed(), 0.5_rp, atol=1.0e-12_rp)
+    motion%word = 'wheeling'
+    call kit%check_close('wheeling goes round in 20 T', motion%mean_speed(), 3*PI/20, atol=1.0e-12_rp)
+    ! A beat is four ways of the amplitude. The midpoints of 2000 pieces err by pi^2/(24 1000^2) = 4e-7 of the mean.
+    motion%word = 'casting'
+    call kit%check_close('casting', motion%mean_speed()/(4*22/13.2_rp*2/152), 1.0_rp, atol=1.0e-6_rp)
+    motion%word = 'buffeting'
+    call kit%check_close('buffeting', motion%mean_speed()/(4*0.45_rp/13.2_rp*23/152), 1.0_rp, atol=1.0e-6_rp)
+    motion%word = 'table'
+    allocate (motion%table(14, 3), source=0.0_rp)
+    motion%table(1, :) = [0.0_rp, 1.0_rp, 5.0_rp]
+    motion%table(6, :) = [2.0_rp, -4.0_rp, 0.0_rp]
+    call kit%check_close('rows of a table count for the time around them', motion%mean_speed(), (3 + 4*2)/5.0_rp, atol=1.0e-14_rp)
+  end subroutine check_mean_speed
 end program test_body_motion

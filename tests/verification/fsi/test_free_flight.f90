@@ -58,7 +58,7 @@ contains
       call fluid%step(nothing, failure, wings)
       if (failure%failed) exit
       call launch(wings, fluid)
-      if (surface == 'thin') call thin%advance_rigid(fluid, wings)
+      if (surface == 'thin') call thin%advance_rigid(fluid, wings, failure)
       call settle(wings, fluid)
       now = total(fluid, wings)
       change = max(change, norm2(now - before - [0.0_rp, 0.0_rp, -1.5_rp*fluid%dt]))

@@ -88,7 +88,7 @@ contains
     call prepare(f)
     do while (f%fluid%rhs%state%time < T_END - f%dt/2)
       call f%fluid%step(nothing, f%failure, f%wings)
-      call f%thin%advance_rigid(f%fluid, f%wings)
+      call f%thin%advance_rigid(f%fluid, f%wings, f%failure)
     end do
     rigid = loads_of(f)
     call f%free()

@@ -26,6 +26,7 @@ program test_thin_wings
   call check_momentum()
   call check_close_markers()
   call check_close_wings()
+  call check_crossing_wings()
   call kit%finish()
 
 contains
@@ -52,7 +53,7 @@ contains
     before = mean_flow(fluid)
     do step = 1, 5
       call fluid%step(nothing, failure, wings)
-      call thin%advance_rigid(fluid, wings)
+      call thin%advance_rigid(fluid, wings, failure)
       after = mean_flow(fluid)
       force = wings%marker_loads(1)%force + wings%marker_loads(2)%force
       ! The mean of u x omega is 0 but for the round-off of a sum over the grid.
@@ -101,6 +102,44 @@ contains
     call kit%check('after a few iterations', iterations > 1 .and. iterations < 20)
   end subroutine check_close_wings
 
+  !> Two plates at one place that turn apart want two velocities of the same flow: no forces do that, which all ranks know.
+  subroutine check_crossing_wings()
+    type(fluid_t) :: fluid
+    type(flapping_wings_t) :: wings
+    type(thin_wings_t) :: thin
+    type(request_t) :: nothing
+    type(failure_t) :: failure
+    call write_lines(kit%world, 'crossing.ini', '[kinematics]'//NL//'type=fourier'//NL//'units=degree'//NL// &
+                     'nfft_phi=1'//NL//'a0_phi=180.0'//NL//'ai_phi=0.0'//NL//'bi_phi=0.001'//NL// &
+                     'nfft_alpha=1'//NL//'a0_alpha=0.0'//NL//'ai_alpha=0.0'//NL//'bi_alpha=0.0'//NL// &
+                     'nfft_theta=1'//NL//'a0_theta=0.0'//NL//'ai_theta=0.0'//NL//'bi_theta=0.0')
+    call plates('crossing', '0.0001', '-0.0001', 'ux=0'//NL//'uy=0'//NL//'uz=0', fluid, wings)
+    call thin%init(kit%world, wings, fluid, failure)
+    call fluid%step(nothing, failure, wings)
+    call kit%check('each wing alone is sound', .not. failure%failed)
+    call thin%advance_rigid(fluid, wings, failure)
+    call kit%check('wings that cross fail', failure%failed)
+    if (failure%failed) call kit%check('the message says what to do', index(failure%reason, 'larger distance') > 0)
+    call fluid%free()
+  end subroutine check_crossing_wings
+
+  !> Plates whose hinges are `left` and `right` from the middle.
+  subroutine plates(motion, left, right, stream, fluid, wings, further)
+    character(*), intent(in) :: motion, left, right, stream
+    type(fluid_t), intent(inout) :: fluid
+    type(flapping_wings_t), intent(inout) :: wings
+    character(*), intent(in), optional :: further
+    character(:), allocatable :: ini, more
+    more = ''
+    if (present(further)) more = further
+    ini = wings_text('thin')
+    ini = ini(:index(ini, 'x_pivot_l=') - 1)//'x_pivot_l=0.0 '//left//' 0.0'//NL//'x_pivot_r=0.0 '//right//' 0.0'//NL
+    call make_wings(kit%world, ini//'eta0=0'//NL//'FlappingMotion_left=from_file::'//motion//'.ini'//NL// &
+                    'FlappingMotion_right=from_file::'//motion//'.ini'//NL//more//NL//'[Time]'//NL//'Tmax=1'//NL// &
+                    'dt_max=0.005'//NL//'[MeanFlow]'//NL//stream//NL//'[Parallel]'//NL// &
+                    'transform='//asked_transform()//NL, fluid, wings)
+  end subroutine plates
+
   !> What is left of the slip of plates at rest after one step, relative.
   subroutine meet_stream(wings_there, left, iterations)
     character(*), intent(in) :: wings_there
@@ -111,17 +150,11 @@ contains
     type(thin_wings_t) :: thin
     type(request_t) :: nothing
     type(failure_t) :: failure
-    character(:), allocatable :: ini
-    ini = wings_text('thin')
-    ini = ini(:index(ini, 'x_pivot_l=') - 1)//'x_pivot_l=0.0 0.0625 0.0'//NL//'x_pivot_r=0.0 -0.0625 0.0'//NL
-    call make_wings(kit%world, ini//'eta0=0'//NL//'FlappingMotion_left=from_file::facing.ini'//NL// &
-                    'FlappingMotion_right=from_file::facing.ini'//NL//wings_there//NL//'[Time]'//NL//'Tmax=1'//NL// &
-                    'dt_max=0.005'//NL//'[MeanFlow]'//NL//'ux=0.3'//NL//'uy=1'//NL//'uz=0.2'//NL//'[Parallel]'//NL// &
-                    'transform='//asked_transform()//NL, fluid, wings)
+    call plates('facing', '0.0625', '-0.0625', 'ux=0.3'//NL//'uy=1'//NL//'uz=0.2', fluid, wings, wings_there)
     wings%params%thin%slip_interval = 1
     call thin%init(kit%world, wings, fluid, failure)
     call fluid%step(nothing, failure, wings)
-    call thin%advance_rigid(fluid, wings)
+    call thin%advance_rigid(fluid, wings, failure)
     left = thin%slip%after/thin%slip%before
     iterations = thin%slip%iterations
     call fluid%free()

@@ -63,7 +63,8 @@ contains
       if (failure%failed) return
       text = text//thin_slip_text(settings, series, period, n)
       beat = beat_statistics(series(1, :), series(5, :), period, n)
-      text = text//balance_text(beats(POWER, n)%mean, beat, 0.98_rp, 'set a smaller CFL')
+      if (has_rows(series(1, :), period, n)) text = text//balance_text(beats(POWER, n)%mean, beat, 0.98_rp, &
+                                                                                     'set a smaller CFL')
     else
       call read_series('u_residual.t', SLIP_COLUMNS, series, failure)
       if (failure%failed) return
@@ -185,6 +186,13 @@ contains
               sum(b%largest)/size(b), (maxval(b%largest) - minval(b%largest))/2]
   end function four_numbers
 
+  !> Whether two or more of `times` are in beat n.
+  pure logical function has_rows(times, period, n)
+    real(rp), intent(in) :: times(:), period
+    integer, intent(in) :: n
+    has_rows = count(times >= (n - 1)*period .and. times <= n*period) > 1
+  end function has_rows
+
   !> How well the flow follows wings without thickness in the last beat.
   function thin_slip_text(settings, series, period, n) result(text)
     type(settings_t), intent(in) :: settings
@@ -198,6 +206,10 @@ contains
     real(rp) :: fraction
     text = ''
     if (settings%flight%tip_speed() <= 0) return
+    if (.not. has_rows(series(1, :), period, n)) then
+      text = NL//'slip        was not measured in the last beat ([Insects] slip_interval)'//NL
+      return
+    end if
     beat = beat_statistics(series(1, :), series(2, :), period, n)
     fraction = beat%mean/settings%flight%tip_speed()
     write (line, '(a,f0.2,a)') 'slip        the largest |u - u_s| at a marker is ', 100*fraction, &
@@ -205,8 +217,8 @@ contains
     text = NL//trim(line)//NL
     if (maxval(series(6, :)) > 0) then
       beat = beat_statistics(series(1, :), series(6, :), period, n)
-      write (line, '(2(a,f0.1))') '            the forces of all wings took ', beat%mean, ' iterations a step, at most ', &
-        beat%largest
+      write (line, '(2(a,f0.1),a)') '            the forces of all wings took ', beat%mean, ' iterations a step, at most ', &
+        beat%largest, ', in the steps of slip.t'
       text = text//trim(line)//NL
     end if
     if (fraction > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
