@@ -281,7 +281,8 @@ def candidates(diagnosis):
 def questions(diagnosis):
     rows = [(pretty(q["name"]), power(q["p"]), pretty(q["sentence"])) for q in diagnosis["questions"]]
     return ("<h2>Plain questions to what the baseline leaves</h2><p>p is how often noise alone would answer so clearly. All checks "
-            "together may alarm in 1 % of wings without a cause: one of them counts if its p times their number is below 0.01.</p>" + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
+            "together may alarm in 1 % of wings without a cause: one of them counts if its p times their number is below 0.01.</p>"
+            + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
 
 
 def next_measurement(diagnosis):
