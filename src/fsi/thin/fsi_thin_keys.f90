@@ -37,8 +37,8 @@ contains
     call registry%add_real(SECTION, 'surface_viscosity', 0.3_rp, 'surface = thin: vanishing viscosity; the largest '// &
                            'wavenumber K is damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of '// &
                            'tip, body and stream', min=0.0_rp)
-    call registry%add_integer(SECTION, 'slip_interval', 10, 'surface = thin: the slip after the forces of a step is measured '// &
-                              'in every so many steps, for slip.t', unit='steps', min=1)
+    call registry%add_integer(SECTION, 'slip_interval', 1, 'surface = thin: the slip after the forces and the power '// &
+                              'that the flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
   end subroutine register_thin_keys
 
   !> Takes the keys from `config`.
