@@ -98,8 +98,8 @@ contains
     end do
   end function find_parameter
 
-  !> Whether the experiment has what differs from its null at q as unknowns, and nothing else: a parameter at its null is not the
-  !> same to the last bit as none, and what a rank has done before must not show.
+  !> Whether the unknowns of the experiment are exactly the parameters that differ from their null at q. A parameter at its null
+  !> changes the last bit of a result. Without this rule results would depend on what a rank has computed before.
   pure logical function is_fit_case_for(fit_case, parameters, q) result(is_it)
     type(fit_case_t), intent(in) :: fit_case
     type(wing_parameter_t), intent(in) :: parameters(:)

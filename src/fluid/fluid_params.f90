@@ -291,7 +291,8 @@ contains
     type(fluid_params_t), intent(in) :: p
     type(message_list_t), intent(inout) :: errors
     if (p%obstacle /= 'none' .and. .not. p%moving) call c%complain(errors, 'Penalization', 'obstacle', &
-      'stands beside an insect (iMask = Insect); a body alone is iMask = '//p%obstacle)
+      'needs an insect (iMask = Insect) beside it; for a body without an insect set iMask = '//p%obstacle// &
+      ' and leave obstacle out')
     if (p%obstacle /= 'none' .and. p%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
       'is of no use with iChannel = turek, which has a cylinder of its own; valid: none')
     if ((any(p%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .or. p%obstacle /= 'none') .and. &

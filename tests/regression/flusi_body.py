@@ -182,9 +182,9 @@ def test_obstacle(case):
             force = sphere[n][axis] + dt / before / 2 * (sphere[n][axis] - sphere[n - 1][axis]) + wing[n + 1][axis]
             change = (flow[n + 1][axis] - flow[n][axis]) / dt * 4 * 4 * 2
             check(abs(change + force) < 1e-4 * scale, f"record {n}, axis {axis}: {change} is not {-force}")
-    for name, keys, words in (("flow", {"Penalization": {"iMask": "sphere"}}, "obstacle: stands beside an insect"),
+    for name, keys, words in (("flow", {"Penalization": {"iMask": "sphere"}}, "obstacle: needs an insect"),
                               ("size", {"Geometry": {"Size": 0.0}}, "Size: the body needs a size"),
-                              ("free", {"Insects": {"BodyMotion": "free_flight", "mass": 1.0}}, "obstacle: stands beside an insect that")):
+                              ("free", {"Insects": {"BodyMotion": "free_flight", "mass": 1.0}}, "obstacle: needs an insect that")):
         case.write(f"{name}.ini", merged(ini, keys))
         case.write("beat.ini", BEAT)
         done = case.run(f"{name}.ini", "--check", code=EXIT_USER)

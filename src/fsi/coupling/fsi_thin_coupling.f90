@@ -115,7 +115,8 @@ contains
     end associate
   end subroutine place_markers
 
-  !> Turns the response of wing i with its markers, and makes it anew if they have moved otherwise since it was made.
+  !> Turns the response of wing i with its markers. Computes it again if the wing has also changed its shape since the last
+  !> computation.
   subroutine follow_shape(thin, i, wings, failure)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i

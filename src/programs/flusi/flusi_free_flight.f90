@@ -44,7 +44,7 @@ contains
     if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
       'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
     if (fluid%obstacle /= 'none') call config%complain(errors, 'Penalization', 'obstacle', &
-      'stands beside an insect that is tethered or moves as prescribed; valid with BodyMotion = free_flight: none')
+      'needs an insect that is tethered or moves as prescribed; valid with BodyMotion = free_flight: none')
     if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
       'is free_flight in a two-dimensional flow; valid there: a body that is tethered or moves as prescribed')
     if (flexible .and. .not. flight%thin%is_thin .and. coupler%coupling == COUPLING_STRONG) &
