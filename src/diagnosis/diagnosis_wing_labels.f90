@@ -7,7 +7,7 @@ module diagnosis_wing_labels
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: make_labels
+  public :: append_surface, make_labels
 
 contains
 
@@ -53,6 +53,27 @@ contains
       if (folds == 1) call fold_by_force(labels)
     end associate
   end subroutine make_labels
+
+  !> Adds n observations at a place [m]: a surface with a fold and a block of its own. They are no answer to a load, and what was
+  !> observed has no size.
+  pure subroutine append_surface(labels, n, place)
+    type(labels_t), intent(inout) :: labels
+    integer, intent(in) :: n
+    real(rp), intent(in) :: place(2)
+    integer :: surface, block, k
+    surface = size(labels%fold) + 1
+    block = max(0, maxval(labels%block)) + 1
+    labels%fold = [labels%fold, max(0, maxval(labels%fold)) + 1]
+    labels%surface = [labels%surface, (surface, k=1, n)]
+    labels%block = [labels%block, (block, k=1, n)]
+    labels%observed = [labels%observed, (0.0_rp, k=1, n)]
+    labels%place = reshape([labels%place, (place, k=1, n)], [2, size(labels%surface)])
+    labels%level = [labels%level, 0.0_rp]
+    labels%order = [labels%order, 0.0_rp]
+    labels%hold = [labels%hold, -1.0_rp]
+    labels%moment = [labels%moment, 0.0_rp]
+    labels%replicate = [labels%replicate, surface]
+  end subroutine append_surface
 
   !> Where all loads act at one place, each force with its repeats is left out instead.
   subroutine fold_by_force(labels)

@@ -3,37 +3,31 @@
 !> as covariance, and exact tangents of all parameters of the catalogue. In vectors of observations bending tests come first and
 !> modes follow. Each mode is a surface of its own, and a fold of its own. Without modes there are no observations here.
 module diagnosis_wing_modes
-  use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_MASS, KIND_PARAMETER, KIND_POINT_MASS, &
-                                       KIND_SOFT
+  use diagnosis_wing_labels, only: append_surface
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_MASS, KIND_POINT_MASS
+  use diagnosis_wing_rest, only: mass_effects_at, put_mass_at, wing_rest_t
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_mode_simulation, only: mode_simulation_t
-  use measurement_place, only: find_material_point, material_point_t
-  use solid_effects, only: clamp_axis
   use solid_mass_effects, only: describe_mass_effect, mass_effects_t, mass_parts_t, MASS_POINT
   use solid_model, only: solid_model_t
-  use solid_params, only: solid_params_t
   use solid_stiffness, only: stiffness_t
-  use solid_stiffness_effects, only: damage_direction, hinge_direction, parameter_direction
+  use solid_stiffness_effects, only: damage_direction
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_modes_t, mass_effects_at, put_mass_at
+  public :: wing_modes_t
 
   type :: wing_modes_t
     integer :: n = 0                                 !< observations
     !> One per simulator, of which no copy is ever wanted.
     type(mode_simulation_t), pointer :: simulation => null()
-    type(experiment_t), pointer, private :: bare => null()
-    type(wing_t), pointer, private :: wing => null()
-    type(wing_parameter_t), allocatable, private :: parameters(:)
+    type(wing_rest_t), private :: rest
     type(mass_parts_t), private :: parts
     type(stiffness_t), private :: direction
     type(mass_effects_t), private :: effects
-    integer, private :: placed(2) = -1               !< parameters whose place the model has: a soft hinge, a damage; 0: none
   contains
     procedure :: init => modes_init
     procedure :: free => modes_free
@@ -54,13 +48,10 @@ contains
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(mass_parts_t), intent(in) :: parts
     logical :: ok
-    self%bare => bare
-    self%wing => wing
-    self%parameters = parameters
+    call self%rest%init(bare, wing, parameters)
     self%parts = parts
-    self%placed = -1
     if (.not. associated(self%simulation)) allocate (self%simulation)
-    call prepare(self, spread(0.0_rp, 1, 0), ok)
+    call prepare(self, [real(rp) ::], ok)
     self%n = self%simulation%n
   end subroutine modes_init
 
@@ -74,41 +65,14 @@ contains
     self%n = 0
   end subroutine modes_free
 
-  !> A model with the places of what differs from its null at q, or of the bare wing if q is empty. Veins have sides, so that
-  !> torsion has room.
+  !> The simulation has the model for q.
   subroutine prepare(self, q, ok)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     logical, intent(out) :: ok
     type(solid_model_t), allocatable :: model
-    type(solid_params_t) :: params
-    type(failure_t) :: failure
-    integer, allocatable :: wanted(:)
-    integer :: placed(2), i
-    placed = 0
-    allocate (wanted(0))
-    if (size(q) > 0) wanted = differing(self%parameters, q)
-    do i = 1, size(wanted)
-      if (self%parameters(wanted(i))%kind == KIND_SOFT) placed(1) = wanted(i)
-      if (self%parameters(wanted(i))%kind == KIND_DAMAGE) placed(2) = wanted(i)
-    end do
-    ok = .true.
-    if (all(placed == self%placed)) return
-    params = self%bare%model%params
-    params%effects%has_sided_veins = size(self%bare%model%triangles) > 0
-    if (placed(1) > 0) then
-      associate (one => self%parameters(placed(1)))
-        params%effects%soft_vein = trim(params%vein_names(one%vein))
-        params%effects%soft_fraction = one%fraction
-      end associate
-    end if
-    if (placed(2) > 0) params%effects%disc = self%parameters(placed(2))%disc
-    allocate (model)
-    call model%init(self%wing, params, failure)
-    ok = .not. failure%failed
-    if (.not. ok) return
-    call self%simulation%init(self%bare%measurement, model, self%parts)
-    self%placed = placed
+    call self%rest%prepare(q, model, ok)
+    if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
   end subroutine prepare
 
   !> residuals(n) at q; `ok` false: the wing at rest is not stable. Tangents are those there.
@@ -117,68 +81,13 @@ contains
     real(rp), intent(in) :: q(:)
     real(rp), intent(out) :: residuals(:)
     logical, intent(out) :: ok
-    type(solid_params_t) :: params
     type(solid_model_t), pointer :: model
-    type(parameter_t) :: p
-    integer :: i
     call prepare(self, q, ok)
     if (.not. ok) return
     model => self%simulation%model()
-    params = model%params
-    do i = 1, size(q)
-      associate (one => self%parameters(i))
-        select case (one%kind)
-        case (KIND_PARAMETER)
-          p = params%describe(one%number)
-          if (p%is_log) then
-            call params%set(one%number, exp(q(i)))
-          else
-            call params%set(one%number, q(i))
-          end if
-        case (KIND_SOFT)
-          if (i == self%placed(1)) call params%set_named('soft', exp(q(i)))
-        case (KIND_DAMAGE)
-          if (i == self%placed(2)) call params%set_named('damage', exp(q(i)))
-        end select
-      end associate
-    end do
-    self%effects = mass_effects_at(self%bare, self%parameters, q)
-    call self%simulation%evaluate(params, self%effects, residuals, ok)
+    self%effects = mass_effects_at(self%rest%bare, self%rest%parameters, q)
+    call self%simulation%evaluate(self%rest%params(model, q), self%effects, residuals, ok)
   end subroutine modes_evaluate
-
-  !> What the masses are at q.
-  function mass_effects_at(bare, parameters, q) result(effects)
-    type(experiment_t), intent(in) :: bare
-    type(wing_parameter_t), intent(in) :: parameters(:)
-    real(rp), intent(in) :: q(:)
-    type(mass_effects_t) :: effects
-    integer :: i
-    do i = 1, size(q)
-      associate (one => parameters(i))
-        if (one%kind == KIND_MASS) then
-          if (one%is_log) then
-            call effects%set(one%number, exp(q(i)))
-          else
-            call effects%set(one%number, q(i))
-          end if
-        else if (one%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) then
-          call put_mass_at(bare, one%disc(:2), effects)
-          effects%point = q(i)
-        end if
-      end associate
-    end do
-  end function mass_effects_at
-
-  !> The point mass of `effects` is at this place [m] of the wing.
-  subroutine put_mass_at(bare, place, effects)
-    type(experiment_t), intent(in) :: bare
-    real(rp), intent(in) :: place(2)
-    type(mass_effects_t), intent(inout) :: effects
-    type(material_point_t) :: found
-    found = find_material_point(bare%model%points(:, :bare%model%n_points), bare%model%triangles, bare%model%size, place)
-    effects%corner = found%corner
-    effects%weight = found%weight
-  end subroutine put_mass_at
 
   !> column(n): derivative of the residuals with respect to parameter i at q, after `evaluate` there.
   subroutine modes_tangent(self, q, i, column)
@@ -188,39 +97,26 @@ contains
     real(rp), intent(out) :: column(:)
     type(solid_model_t), pointer :: model
     type(mass_effects_t) :: effects
-    integer :: axis
+    logical :: is_any, is_joint
     model => self%simulation%model()
     column = 0
-    associate (one => self%parameters(i))
+    associate (one => self%rest%parameters(i))
       select case (one%kind)
-      case (KIND_PARAMETER)
-        axis = clamp_axis(model%params%effects, one%number - model%params%count_usual())
-        if (axis > 0) then
-          call self%simulation%clamp_tangent(axis, column)
-          return
-        end if
-        call parameter_direction(model, one%number, self%direction)
-      case (KIND_SOFT)
-        call hinge_direction(model, one%number, self%direction)
-      case (KIND_DAMAGE)
-        if (abs(q(i) - one%null) > 0) then
-          call parameter_direction(model, model%params%find('damage'), self%direction)
-        else
-          call damage_direction(model, one%disc, self%direction)
-        end if
       case (KIND_MASS)
         call self%simulation%mass_tangent(one%number, self%effects, column)
-        return
       case (KIND_POINT_MASS)
         effects = self%effects
-        call put_mass_at(self%bare, one%disc(:2), effects)
+        call put_mass_at(self%rest%bare, one%disc(:2), effects)
         call self%simulation%mass_tangent(MASS_POINT, effects, column)
-        return
-      case default ! of the measurement of bending
-        return
+      case default
+        if (self%rest%clamp(model, i) > 0) then
+          call self%simulation%clamp_tangent(self%rest%clamp(model, i), column)
+        else
+          call self%rest%direction(model, q, i, self%direction, is_any, is_joint)
+          if (is_any) call self%simulation%stiffness_tangent(self%direction, column)
+        end if
       end select
     end associate
-    call self%simulation%stiffness_tangent(self%direction, column)
   end subroutine modes_tangent
 
   !> jacobian(n, size(columns)) with respect to the parameters `columns`.
@@ -258,11 +154,11 @@ contains
       call damage_tangent(self, [place(:, i), radius], patterns(:, i))
     end do
     n = size(place, 2)
-    if (size(self%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
-    p = describe_mass_effect(MASS_POINT, sum(self%bare%masses))
+    if (size(self%rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
+    p = describe_mass_effect(MASS_POINT, sum(self%rest%bare%masses))
     effects = self%effects
     do i = 1, n
-      call put_mass_at(self%bare, place(:, i), effects)
+      call put_mass_at(self%rest%bare, place(:, i), effects)
       call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
       patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
     end do
@@ -283,22 +179,9 @@ contains
   subroutine modes_append_labels(self, labels)
     class(wing_modes_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels
-    integer :: k, j, n, surfaces, folds, blocks
-    surfaces = size(labels%fold)
-    folds = max(0, maxval(labels%fold))
-    blocks = max(0, maxval(labels%block))
+    integer :: k
     do k = 1, size(self%simulation%targets)
-      n = self%simulation%targets(k)%n
-      labels%surface = [labels%surface, (surfaces + k, j=1, n)]
-      labels%block = [labels%block, (blocks + k, j=1, n)]
-      labels%observed = [labels%observed, (0.0_rp, j=1, n)]
-      labels%place = reshape([labels%place, (0.0_rp, j=1, 2*n)], [2, size(labels%surface)])
-      labels%fold = [labels%fold, folds + k]
-      labels%level = [labels%level, 0.0_rp]
-      labels%order = [labels%order, 0.0_rp]
-      labels%hold = [labels%hold, -1.0_rp]
-      labels%moment = [labels%moment, 0.0_rp]
-      labels%replicate = [labels%replicate, surfaces + k]
+      call append_surface(labels, self%simulation%targets(k)%n, [0.0_rp, 0.0_rp])
     end do
   end subroutine modes_append_labels
 end module diagnosis_wing_modes

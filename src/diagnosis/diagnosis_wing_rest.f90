@@ -1,15 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The wing at rest as motion about it needs it: a model that has the places of what differs from its null, all parameters at a
-!> point q of the parameters, and the direction of stiffness of each quantity. Veins have sides, so that torsion has room.
+!> The wing at rest as natural modes and records of motion need it: a model that has the places of what differs from its null, all
+!> values at a point q of the parameters, masses and damping included, and the direction of stiffness of each parameter. Veins
+!> have sides, so that torsion has room.
 module diagnosis_wing_rest
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_PARAMETER, KIND_RELAXATION, &
-                                       KIND_SOFT
+  use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
+                                       KIND_POINT_MASS, KIND_RELAXATION, KIND_SOFT
   use measurement_experiment, only: experiment_t
+  use measurement_place, only: find_material_point, material_point_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
   use solid_effects, only: clamp_axis
+  use solid_mass_effects, only: mass_effects_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
   use solid_stiffness, only: stiffness_t
@@ -17,7 +20,7 @@ module diagnosis_wing_rest
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_rest_t, damping_at
+  public :: wing_rest_t, damping_at, mass_effects_at, put_mass_at
 
   type :: wing_rest_t
     type(experiment_t), pointer :: bare => null()
@@ -110,7 +113,7 @@ contains
     end do
   end function rest_params
 
-  !> The axis about which quantity i lets the clamp turn, 1: x, 2: y; 0: it is something else.
+  !> The axis about which parameter i lets the clamp turn, 1: x, 2: y; 0: it is something else.
   integer function rest_clamp(self, model, i) result(axis)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -120,7 +123,7 @@ contains
       axis = clamp_axis(model%params%effects, self%parameters(i)%number - model%params%count_usual())
   end function rest_clamp
 
-  !> How all stiffness changes with quantity i at q; `is_any` false: it is none of stiffness.
+  !> How all stiffness changes with parameter i at q; `is_any` false: it is none of stiffness.
   subroutine rest_direction(self, model, q, i, direction, is_any, is_joint)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -150,6 +153,40 @@ contains
       end select
     end associate
   end subroutine rest_direction
+
+  !> What the masses are at q.
+  function mass_effects_at(bare, parameters, q) result(effects)
+    type(experiment_t), intent(in) :: bare
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    real(rp), intent(in) :: q(:)
+    type(mass_effects_t) :: effects
+    integer :: i
+    do i = 1, size(q)
+      associate (one => parameters(i))
+        if (one%kind == KIND_MASS) then
+          if (one%is_log) then
+            call effects%set(one%number, exp(q(i)))
+          else
+            call effects%set(one%number, q(i))
+          end if
+        else if (one%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) then
+          call put_mass_at(bare, one%disc(:2), effects)
+          effects%point = q(i)
+        end if
+      end associate
+    end do
+  end function mass_effects_at
+
+  !> The point mass of `effects` is at this place [m] of the wing.
+  subroutine put_mass_at(bare, place, effects)
+    type(experiment_t), intent(in) :: bare
+    real(rp), intent(in) :: place(2)
+    type(mass_effects_t), intent(inout) :: effects
+    type(material_point_t) :: found
+    found = find_material_point(bare%model%points(:, :bare%model%n_points), bare%model%triangles, bare%model%size, place)
+    effects%corner = found%corner
+    effects%weight = found%weight
+  end subroutine put_mass_at
 
   !> Damping at q.
   function damping_at(parameters, q) result(damping)

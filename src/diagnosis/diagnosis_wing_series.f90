@@ -5,10 +5,10 @@
 module diagnosis_wing_series
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use diagnosis_wing_modes, only: mass_effects_at, put_mass_at
+  use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMPING, KIND_MASS, KIND_POINT_MASS, KIND_RELAXATION, &
                                        KIND_RELAXATION_TIME
-  use diagnosis_wing_rest, only: damping_at, wing_rest_t
+  use diagnosis_wing_rest, only: damping_at, mass_effects_at, put_mass_at, wing_rest_t
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_series_simulation, only: series_simulation_t
@@ -99,7 +99,7 @@ contains
     call self%simulation%evaluate(params, self%effects, damping_at(self%rest%parameters, q), residuals, ok)
   end subroutine series_evaluate
 
-  !> column(n): derivative of the residuals with respect to quantity i at q, after `evaluate` there.
+  !> column(n): derivative of the residuals with respect to parameter i at q, after `evaluate` there.
   subroutine series_tangent(self, q, i, column)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -148,7 +148,7 @@ contains
     end do
   end subroutine series_tangents
 
-  !> At q: membrane(n), what D in error by membrane_sd does, if quantity `number` is D (0: none); own(n, n_nuisances), errors of
+  !> At q: membrane(n), what D in error by membrane_sd does, if parameter `number` is D (0: none); own(n, n_nuisances), errors of
   !> the excitations; and, unless patterns(n, :) has no columns, in the first ones what unit stiffness around each place(2, :) [m]
   !> does, and without bending tests, in the next ones, a mass of the usual prior at each place.
   subroutine series_directions(self, q, number, membrane_sd, place, radius, membrane, own, patterns, ok)
@@ -189,28 +189,11 @@ contains
   subroutine series_append_labels(self, labels)
     class(wing_series_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels
-    integer :: i, j, k, n, surface, fold, block
-    surface = size(labels%fold)
-    fold = max(0, maxval(labels%fold))
-    block = max(0, maxval(labels%block))
+    integer :: i, j
     do i = 1, size(self%simulation%series)
       associate (s => self%simulation%series(i))
         do j = 1, size(s%sigma)
-          n = count(s%is_known(:, j))
-          if (n == 0) cycle
-          surface = surface + 1
-          fold = fold + 1
-          block = block + 1
-          labels%surface = [labels%surface, (surface, k=1, n)]
-          labels%block = [labels%block, (block, k=1, n)]
-          labels%observed = [labels%observed, (0.0_rp, k=1, n)]
-          labels%place = reshape([labels%place, (s%place(:, j), k=1, n)], [2, size(labels%surface)])
-          labels%fold = [labels%fold, fold]
-          labels%level = [labels%level, 0.0_rp]
-          labels%order = [labels%order, 0.0_rp]
-          labels%hold = [labels%hold, -1.0_rp]
-          labels%moment = [labels%moment, 0.0_rp]
-          labels%replicate = [labels%replicate, surface]
+          if (any(s%is_known(:, j))) call append_surface(labels, count(s%is_known(:, j)), s%place(:, j))
         end do
       end associate
     end do

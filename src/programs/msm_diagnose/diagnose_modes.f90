@@ -6,7 +6,7 @@ module diagnose_modes
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_words, only: fixed
-  use diagnosis_wing_modes, only: mass_effects_at
+  use diagnosis_wing_rest, only: mass_effects_at
   use diagnosis_wing_parameters, only: KIND_POINT_MASS
   use inference_engine, only: diagnosis_t
   use io_attributes, only: put_attribute
