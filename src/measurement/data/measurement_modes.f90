@@ -12,7 +12,7 @@ module measurement_modes
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: measured_mode_t, read_modes, check_modes
+  public :: measured_mode_t, read_modes, check_modes, read_names_and_air, read_medium
 
   integer, parameter, public :: MEDIUM_VACUUM = 1, MEDIUM_AIR = 2
   character(6), parameter, public :: MEDIUM_NAMES(2) = [character(6) :: 'vacuum', 'air']
@@ -45,24 +45,51 @@ contains
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
     integer :: i
-    density = AIR_DENSITY
-    call read_names(file, '/modes', names, report)
+    call read_names_and_air(file, '/modes', names, density, report)
     allocate (modes(size(names)))
-    if (is_group(file, '/modes')) then
-      call check_names(file, '/modes', [character(11) :: 'air_density'], report)
-      call read_real(file, '/modes', 'air_density', 'kg/m^3', 0.0_rp, .true., 1.0e3_rp, density, report, AIR_DENSITY)
-    end if
     do i = 1, size(names)
       call read_mode(file, trim(names(i)), modes(i), report)
     end do
   end subroutine read_modes
+
+  !> The names in a group of what moved, in alphabetical order, none if there is no such group, and the density of the air [kg/m^3].
+  subroutine read_names_and_air(file, group, names, density, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    character(NAME_LENGTH), allocatable, intent(out) :: names(:)
+    real(rp), intent(out) :: density
+    type(wing_report_t), intent(inout) :: report
+    density = AIR_DENSITY
+    call read_names(file, group, names, report)
+    if (.not. is_group(file, group)) return
+    call check_names(file, group, [character(11) :: 'air_density'], report)
+    call read_real(file, group, 'air_density', 'kg/m^3', 0.0_rp, .true., 1.0e3_rp, density, report, AIR_DENSITY)
+  end subroutine read_names_and_air
+
+  !> The attribute `medium` of a group; a mistake leaves `medium` as it is.
+  subroutine read_medium(file, group, medium, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    integer, intent(inout) :: medium
+    type(wing_report_t), intent(inout) :: report
+    character(:), allocatable :: text
+    call read_word(file, group, 'medium', .true., text, report)
+    select case (text)
+    case ('vacuum')
+      medium = MEDIUM_VACUUM
+    case ('air')
+      medium = MEDIUM_AIR
+    case default
+      if (len(text) > 0) call report%add(group, 'attribute medium is '//quoted(text)//'; valid: air, vacuum')
+    end select
+  end subroutine read_medium
 
   subroutine read_mode(file, name, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     type(measured_mode_t), intent(inout) :: mode
     type(wing_report_t), intent(inout) :: report
-    character(:), allocatable :: group, text
+    character(:), allocatable :: group
     group = '/modes/'//name
     mode%name = name
     allocate (mode%place(2, 0), mode%shape(0), mode%sigma(0))
@@ -81,15 +108,7 @@ contains
     call read_real(file, group, 'damping', '', 0.0_rp, .false., 1.0_rp, mode%damping, report, -1.0_rp)
     if (mode%damping >= 0) call read_real(file, group, 'damping_sigma', '', 0.0_rp, .true., 1.0_rp, mode%damping_sigma, report)
     call read_whole(file, group, 'number', 1, 1000, 0, mode%number, report)
-    call read_word(file, group, 'medium', .true., text, report)
-    select case (text)
-    case ('vacuum')
-      mode%medium = MEDIUM_VACUUM
-    case ('air')
-      mode%medium = MEDIUM_AIR
-    case default
-      if (len(text) > 0) call report%add(group, 'attribute medium is '//quoted(text)//'; valid: air, vacuum')
-    end select
+    call read_medium(file, group, mode%medium, report)
     if (file%has(group//'/points') .or. file%has(group//'/shape') .or. file%has(group//'/sigma')) then
       call read_shape(file, group, mode, report)
     else if (mode%number == 0) then

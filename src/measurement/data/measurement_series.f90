@@ -7,11 +7,11 @@ module measurement_series
   use io_arrays, only: is_finite, is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
-  use measurement_modes, only: AIR_DENSITY, MEDIUM_AIR, MEDIUM_VACUUM
+  use measurement_modes, only: read_medium, read_names_and_air, MEDIUM_VACUUM
   use measurement_place, only: find_material_point, material_point_t
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE, EXCITED_TAP
   use solid_wing, only: wing_t
-  use solid_wing_datasets, only: check_members, read_names, read_real_dataset
+  use solid_wing_datasets, only: check_members, read_real_dataset
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -70,13 +70,8 @@ contains
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
     integer :: i, total
-    density = AIR_DENSITY
-    call read_names(file, '/series', names, report)
+    call read_names_and_air(file, '/series', names, density, report)
     allocate (series(size(names)))
-    if (is_group(file, '/series')) then
-      call check_names(file, '/series', [character(11) :: 'air_density'], report)
-      call read_real(file, '/series', 'air_density', 'kg/m^3', 0.0_rp, .true., 1.0e3_rp, density, report, AIR_DENSITY)
-    end if
     total = 0
     do i = 1, size(names)
       series(i)%name = trim(names(i))
@@ -101,10 +96,7 @@ contains
     call check_members(file, group, [character(6) :: 'points', 'values', 'sigma', 'base'], report)
     call check_names(file, group, [character(13) :: 'excitation', 'medium', 'units', 'point', 'direction', 'size', 'size_sigma', &
                                    'axis', 'rate', 'start', 'trigger_sigma', 'lowpass', 'order'], report)
-    call read_word(file, group, 'medium', .true., text, report)
-    if (text == 'air') s%medium = MEDIUM_AIR
-    if (len(text) > 0 .and. text /= 'air' .and. text /= 'vacuum') &
-      call report%add(group, 'attribute medium is '//quoted(text)//'; valid: air, vacuum')
+    call read_medium(file, group, s%medium, report)
     call read_word(file, group, 'units', .true., text, report)
     s%is_velocity = text == 'm/s'
     if (len(text) > 0 .and. text /= 'm' .and. text /= 'm/s') &

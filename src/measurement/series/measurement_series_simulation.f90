@@ -258,15 +258,12 @@ contains
     type(stiffness_t), intent(in) :: direction
     logical, intent(in) :: is_joint
     real(rp), intent(out) :: column(:)
-    type(ring_change_t) :: change
     integer :: m
     column = 0
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
-      change%stiffness = self%slopes%force
-      change%mass = no_matrix()
-      call see(self, m, change, is_joint, column)
+      call see_stiffness(self, m, is_joint, column)
     end do
   end subroutine simulation_stiffness_tangent
 
@@ -275,17 +272,26 @@ contains
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: k
     real(rp), intent(out) :: column(:)
-    type(ring_change_t) :: change
     integer :: m
     column = 0
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
-      change%stiffness = self%slopes%force
-      change%mass = no_matrix()
-      call see(self, m, change, .false., column)
+      call see_stiffness(self, m, .false., column)
     end do
   end subroutine simulation_clamp_tangent
+
+  !> Adds what the slopes of stiffness that are held do to the records of medium m.
+  subroutine see_stiffness(self, m, is_joint, column)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: m
+    logical, intent(in) :: is_joint
+    real(rp), intent(inout) :: column(:)
+    type(ring_change_t) :: change
+    change%stiffness = self%slopes%force
+    change%mass = no_matrix()
+    call see(self, m, change, is_joint, column)
+  end subroutine see_stiffness
 
   !> The same for the coordinate of effect `number` of the masses; a point mass at the place of `effects`.
   subroutine simulation_mass_tangent(self, number, effects, column)
