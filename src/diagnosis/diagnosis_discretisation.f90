@@ -106,7 +106,7 @@ contains
     if (failure%failed) return
     call make_bins(self%experiment, s%bins%size, bins)
     if (bins%n /= s%bins%n) then
-      call failure%raise('the other mesh covers other heights')
+      call failure%raise('the mesh of another size maps to a different set of height samples')
       return
     end if
     call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue)
@@ -123,7 +123,7 @@ contains
     self%simulator%journal => journal
   end subroutine discretisation_use_journal
 
-  !> Rank 0: fits both and gives the band to the simulator of the diagnosis. The others are in `serve`.
+  !> Rank 0: fits both and gives the directions of the error to the simulator of the diagnosis. The others are in `serve`.
   subroutine discretisation_find(self, s, simulator)
     class(discretisation_error_t), intent(inout), target :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -187,7 +187,7 @@ contains
     if (is_valid) call set_error_directions(self%own, other - own)
   end subroutine discretisation_renew
 
-  !> Quantities of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
+  !> Parameters of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
   !> place stands for a piece of vein as long as its edges are: what counts is by how much it turns more, and a piece of
   !> half the length is twice as stiff.
   subroutine find_on_other(self, q, on_other)

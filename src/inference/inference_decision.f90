@@ -33,7 +33,7 @@ module inference_decision
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
   real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
-  real(rp), parameter, public :: TESTS_SHARE = 0.8_rp !< of the level, the rest is for the checks
+  real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
   real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which a set, which excludes no other cause, says more
@@ -43,7 +43,7 @@ module inference_decision
     integer :: verdict = VERDICT_INSUFFICIENT
     real(rp) :: log_p_global = 0            !< of tests and checks
     real(rp) :: log_p_tests = 0             !< of the catalogue and of unknown causes
-    real(rp) :: log_p_checks = 0            !< of the plain checks to the residuals
+    real(rp) :: log_p_checks = 0            !< of the checks of residuals
     logical :: is_by_checks = .false.       !< the checks alone speak against the baseline
     !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, alone or with another one, or
     !> exactly these together; set, one at least of these is a cause; unknown, a cause that is not in the catalogue.
@@ -171,8 +171,8 @@ contains
     decision%log_p_global = tests
     if (.not. present(checks)) return
     decision%log_p_checks = checks
-    decision%log_p_global = min(0.0_rp, tests - log(TESTS_SHARE), checks - log(1 - TESTS_SHARE))
-    decision%is_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_SHARE)
+    decision%log_p_global = min(0.0_rp, tests - log(TESTS_FRACTION), checks - log(1 - TESTS_FRACTION))
+    decision%is_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_FRACTION)
   end subroutine find_global_p
 
   !> The verdict is an unknown cause, with this probability; what is left of 1 is shared as before.

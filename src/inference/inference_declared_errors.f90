@@ -9,12 +9,12 @@
 module inference_declared_errors
   use base_kinds, only: rp
   use base_lapack, only: symmetric_eigen
-  use inference_residual_checks, only: make_question, residual_check_t
+  use inference_residual_checks, only: make_check, residual_check_t
   use inference_design, only: design_t
   use inference_distributions, only: chi2_threshold, log_chi2_tail
   implicit none
   private
-  public :: ask_declared_errors, SIZE_WORDS
+  public :: check_declared_errors, SIZE_WORDS
 
   character(*), parameter :: SIZE_WORDS = 'size of ' !< names of these checks begin so
   real(rp), parameter :: TOLERATED = 1.5_rp  !< times the declared sd
@@ -24,9 +24,9 @@ module inference_declared_errors
 
 contains
 
-  !> Adds a question for every kind of error to checks(:). kinds(:) are those of the first nuisances of the design, 1, 2, ..
+  !> Adds a check for every kind of error to checks(:). kinds(:) are those of the first nuisances of the design, 1, 2, ..
   !> with the name names(kind), or 0; residuals(n) are whitened, with a noise of `scale` times the variance of the whitener.
-  subroutine ask_declared_errors(design, kinds, names, residuals, scale, checks)
+  subroutine check_declared_errors(design, kinds, names, residuals, scale, checks)
     type(design_t), intent(in) :: design
     integer, intent(in) :: kinds(:)
     character(*), intent(in) :: names(:)
@@ -41,12 +41,12 @@ contains
       if (size(columns) < FEWEST) cycle
       directions = design%nuisances(:, columns)
       call design%whitener%apply(directions)
-      call ask_one(trim(names(k)), design%beside_baseline(directions), residuals/sqrt(scale), checks)
+      call check_one(trim(names(k)), design%beside_baseline(directions), residuals/sqrt(scale), checks)
     end do
-  end subroutine ask_declared_errors
+  end subroutine check_declared_errors
 
   !> directions(n, :) are W.
-  subroutine ask_one(name, directions, residuals, checks)
+  subroutine check_one(name, directions, residuals, checks)
     character(*), intent(in) :: name
     real(rp), intent(in) :: directions(:, :), residuals(:)
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
@@ -61,7 +61,7 @@ contains
     if (size(g) < FEWEST) return
     ratio = size_for(real(size(g), rp))
     ends = [size_for(chi2_threshold(log(0.05_rp), size(g))), size_for(chi2_threshold(log(0.95_rp), size(g)))]
-    one = make_question(SIZE_WORDS//name, ratio, log_chi2_tail(sum_at(TOLERATED), size(g)), &
+    one = make_check(SIZE_WORDS//name, ratio, log_chi2_tail(sum_at(TOLERATED), size(g)), &
                         name//' are '//shown(ratio)//' times as large as declared (90 % interval '// &
                         shown(ends(1))//' to '//shown(ends(2))//')', name//' are no more than 1.5 times as large as declared')
     one%interval = ends
@@ -91,7 +91,7 @@ contains
         end if
       end do
     end function size_for
-  end subroutine ask_one
+  end subroutine check_one
 
   !> With one decimal.
   function shown(x) result(text)

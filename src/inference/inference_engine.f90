@@ -101,7 +101,7 @@ contains
     call d%restore_extended(simulator)
   end subroutine run_diagnosis
 
-  !> What the tangents and the plain questions say: z, statistics, odds, and a first verdict. Questions and statistics that are
+  !> What the tangents and the checks say: z, statistics, odds, and a first verdict. Checks and statistics that are
   !> there already are those of the scan, with which the global p and the size of the noise stay: finer places may leave
   !> nothing to tell it from.
   subroutine judge(simulator, options, is_scale_known, d, failure)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whether what a fit leaves is noise, whatever the catalogue says: the plain checks to its residuals, and the size of
+!> Whether what a fit leaves is noise, whatever the catalogue says: the checks of its residuals, and the size of
 !> errors with a declared sd.
 module inference_fit_checks
   use base_kinds, only: rp
-  use inference_declared_errors, only: ask_declared_errors
+  use inference_declared_errors, only: check_declared_errors
   use inference_residual_checks, only: check_residuals, residual_check_t
   use inference_design, only: design_t
   use inference_refit, only: nested_fit_t
@@ -14,7 +14,7 @@ module inference_fit_checks
 
 contains
 
-  !> The checks to the residuals of a fit, near which the simulator stands, with the whitener of the design; none without a
+  !> The checks of the residuals of a fit, near which the simulator stands, with the whitener of the design; none without a
   !> result there. For `scale` and `noise_freedom` see check_residuals.
   subroutine check_fit(simulator, design, fitted, scale, noise_freedom, checks)
     class(simulator_t), intent(inout) :: simulator
@@ -33,7 +33,7 @@ contains
     call design%whitener%apply_one(residuals)
     call check_residuals(simulator%labels, design, residuals, responses, simulator%n_baseline, scale, noise_freedom, checks)
     if (.not. allocated(simulator%nuisance_kind)) return
-    call ask_declared_errors(design, simulator%nuisance_kind, simulator%nuisance_names, residuals, &
-                       merge(1.0_rp, scale, noise_freedom > 0), checks)
+    call check_declared_errors(design, simulator%nuisance_kind, simulator%nuisance_names, residuals, &
+                               merge(1.0_rp, scale, noise_freedom > 0), checks)
   end subroutine check_fit
 end module inference_fit_checks

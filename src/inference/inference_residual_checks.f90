@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Plain questions to the residuals of the baseline, each with a statistic, its p if the baseline is true, and a
+!> Checks of the residuals of the baseline, each with a statistic, its p if the baseline is true, and a
 !> sentence.
 !>
 !> Residuals are whitened. Whether responses to loads are too large in proportion to x, the level or the order for instance, is
@@ -17,7 +17,7 @@ module inference_residual_checks
   use inference_simulator, only: labels_t
   implicit none
   private
-  public :: combined_log_p, loudest, make_question, residual_check_t, check_residuals
+  public :: combined_log_p, loudest, make_check, residual_check_t, check_residuals
 
   type :: residual_check_t
     character(:), allocatable :: name
@@ -27,7 +27,7 @@ module inference_residual_checks
     character(:), allocatable :: sentence
     real(rp) :: interval(2) = 0           !< 90 %, of the statistic; 0, 0: none
   contains
-    procedure :: p => question_p
+    procedure :: p => check_p
   end type residual_check_t
 
 contains
@@ -46,11 +46,11 @@ contains
     call check_chi2(residuals, n_fitted, noise_freedom, checks)
     call check_neighbours(labels, residuals, checks)
     is_load = abs(labels%level) > 0
-    call ask_slope('level', abs(labels%level), 'with the size of the force', is_load)
-    call ask_slope('sign', sign(1.0_rp, labels%level), 'with the sign of the force', is_load)
-    call ask_slope('order', labels%order, 'with the order of the measurements', labels%order > 0)
-    call ask_slope('hold', log(max(labels%hold, 1.0e-3_rp)), 'with the time of holding', labels%hold >= 0)
-    call ask_slope('root moment', labels%moment, 'with the moment about the root', is_load)
+    call check_slope('level', abs(labels%level), 'with the size of the force', is_load)
+    call check_slope('sign', sign(1.0_rp, labels%level), 'with the sign of the force', is_load)
+    call check_slope('order', labels%order, 'with the order of the measurements', labels%order > 0)
+    call check_slope('hold', log(max(labels%hold, 1.0e-3_rp)), 'with the time of holding', labels%hold >= 0)
+    call check_slope('root moment', labels%moment, 'with the moment about the root', is_load)
     call check_influence(labels, residuals, scale, checks)
     call check_outliers(residuals/sqrt(scale), checks)
     call check_replicates(labels, residuals, scale, checks)
@@ -59,7 +59,7 @@ contains
 
     !> Whether the response is larger or smaller than computed in proportion to x, of which all loads have one. Not asked where
     !> a response that varies by all of itself would make less than one sd beside the baseline.
-    subroutine ask_slope(name, x, words, is_known)
+    subroutine check_slope(name, x, words, is_known)
       character(*), intent(in) :: name, words
       real(rp), intent(in) :: x(:)
       logical, intent(in) :: is_known(:)
@@ -81,37 +81,37 @@ contains
       call append(checks, name, slope, log_chi2_tail(slope**2, 1), &
                   'measured deflections grow '//trim(merge('more', 'less', slope > 0))//' than computed ones '//words, &
                   'deflections do not depart from the model '//words)
-    end subroutine ask_slope
+    end subroutine check_slope
 
   end subroutine check_residuals
 
-  !> p of a question.
-  pure elemental real(rp) function question_p(self) result(p)
+  !> p of a check.
+  pure elemental real(rp) function check_p(self) result(p)
     class(residual_check_t), intent(in) :: self
     p = exp(max(-700.0_rp, self%log_p))
-  end function question_p
+  end function check_p
 
-  !> A question; the sentence is `yes` if p < 0.01.
-  function make_question(name, statistic, log_p, yes, no) result(question)
+  !> A check; the sentence is `yes` if p < 0.01.
+  function make_check(name, statistic, log_p, yes, no) result(check)
     character(*), intent(in) :: name, yes, no
     real(rp), intent(in) :: statistic, log_p
-    type(residual_check_t) :: question
-    question%name = name
-    question%statistic = statistic
-    question%log_p = min(0.0_rp, log_p)
-    question%sentence = no
-    if (log_p < log(0.01_rp)) question%sentence = yes
-  end function make_question
+    type(residual_check_t) :: check
+    check%name = name
+    check%statistic = statistic
+    check%log_p = min(0.0_rp, log_p)
+    check%sentence = no
+    if (log_p < log(0.01_rp)) check%sentence = yes
+  end function make_check
 
   !> Adds it.
   subroutine append(checks, name, statistic, log_p, yes, no)
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
     character(*), intent(in) :: name, yes, no
     real(rp), intent(in) :: statistic, log_p
-    checks = [checks, make_question(name, statistic, log_p, yes, no)]
+    checks = [checks, make_check(name, statistic, log_p, yes, no)]
   end subroutine append
 
-  !> The question that speaks loudest against the model, 0: there is none.
+  !> The check that speaks loudest against the model, 0: there is none.
   pure integer function loudest(checks) result(at)
     type(residual_check_t), intent(in) :: checks(:)
     integer :: i

@@ -27,11 +27,11 @@ contains
     call world%broadcast_reals(one)
     density = one(1)
     do i = 1, n
-      call share_one(world, series(i))
+      call broadcast_one(world, series(i))
     end do
   end subroutine broadcast_series
 
-  subroutine share_one(world, s)
+  subroutine broadcast_one(world, s)
     type(world_t), intent(in) :: world
     type(measured_series_t), intent(inout) :: s
     real(rp) :: reals(N_REALS)
@@ -76,5 +76,5 @@ contains
     s%is_known = reshape(known == 1, shape(s%values))
     call world%broadcast_reals(s%sigma)
     call world%broadcast_reals(s%base)
-  end subroutine share_one
+  end subroutine broadcast_one
 end module measurement_series_broadcast

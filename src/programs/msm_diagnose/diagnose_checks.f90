@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The checks to the residuals of a fit in NAME.json.
+!> The checks of the residuals of a fit in NAME.json.
 module diagnose_checks
   use diagnose_summary, only: alarm_of
   use inference_engine, only: diagnosis_t
@@ -11,7 +11,7 @@ module diagnose_checks
 
 contains
 
-  !> Name of the question that speaks against the baseline, or nothing.
+  !> Name of the check that speaks against the baseline, or nothing.
   function alarm_name(d) result(name)
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: name
@@ -19,7 +19,7 @@ contains
     if (alarm_of(d) > 0) name = d%checks(alarm_of(d))%name
   end function alarm_name
 
-  !> Questions to residuals and their answers.
+  !> Checks of residuals and their answers.
   subroutine put_checks(json, name, checks)
     type(json_t), intent(inout) :: json
     character(*), intent(in) :: name

@@ -97,7 +97,7 @@ contains
     call self%discretisation%init(self%world, self%settings, failure)
     self%has_discretisation = .not. failure%failed
     if (failure%failed .and. self%world%is_root) &
-      write (error_unit, '(a)') 'notice: what the mesh does is not known: '//failure%reason
+      write (error_unit, '(a)') 'notice: the error of the mesh is not estimated: '//failure%reason
   end subroutine diagnose_begin
 
   !> Rank 0: diagnoses, prints and writes, or tells what the loads could show.
@@ -120,8 +120,8 @@ contains
     call begin_journal(self, command)
     if (self%has_discretisation) then
       call self%discretisation%find(self%settings, self%simulator)
-      if (.not. self%discretisation%is_found) write (error_unit, '(a)') 'notice: what the mesh does is not known, and not '// &
-        'counted as an error: one of the two meshes could not be fitted'
+      if (.not. self%discretisation%is_found) write (error_unit, '(a)') 'notice: the error of the mesh is not estimated '// &
+        'and not counted: the fit on one of the two meshes failed'
     end if
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, &
                        store, self%discretisation)
@@ -209,7 +209,7 @@ contains
     end if
   end subroutine diagnose_shut_down
 
-  !> The values of [Wing], or where a fit for the band has come from there; then points about the values of [Wing].
+  !> The values of [Wing], or where the fit for the error of the mesh has come from there; then points about the values of [Wing].
   function starts(self) result(points)
     class(diagnose_t), intent(in) :: self
     real(rp), allocatable :: points(:, :)

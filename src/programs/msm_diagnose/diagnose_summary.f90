@@ -12,7 +12,7 @@ module diagnose_summary
   use diagnosis_next, only: next_t
   use diagnosis_unknown, only: candidate_name, unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, TESTS_SHARE, &
+  use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, TESTS_FRACTION, &
                                 VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_residual_checks, only: loudest
   use inference_engine, only: diagnosis_t
@@ -23,7 +23,7 @@ module diagnose_summary
 
 contains
 
-  !> At most 15 lines.
+  !> At most 16 lines.
   subroutine print_verdict(unit, s, d, discretisation, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -150,7 +150,7 @@ contains
       end associate
     end if
     if (after < NOTHING) then
-      write (unit, '(a)') 'next      no further load of this kind tells '//cause//' from '//rival
+      write (unit, '(a)') 'next      no additional point load would distinguish '//cause//' from '//rival
     else
       write (unit, '(a)') 'next      '//what//': '//cause//' is then '//fixed(after, 1)//' sd from all others, now '// &
         fixed(next%now(1), 1)//' sd from '//rival
@@ -248,12 +248,12 @@ contains
     if (100*probability < 1) text = 'below 1'
   end function share_text
 
-  !> The loudest question to the residuals of the baseline, if all together speak against it; else 0.
+  !> The loudest check of the residuals of the baseline, if all together speak against it; else 0.
   pure integer function alarm_of(d) result(at)
     type(diagnosis_t), intent(in) :: d
     at = 0
     if (.not. allocated(d%checks)) return
-    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_SHARE))) at = loudest(d%checks)
+    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_FRACTION))) at = loudest(d%checks)
   end function alarm_of
 
   !> Why the fit of what could have been a name speaks against it, or nothing.

@@ -10,7 +10,7 @@ program test_fit_checks
   use inference_declared_errors, only: SIZE_WORDS
   use inference_residual_checks, only: combined_log_p, loudest, residual_check_t
   use inference_fit_checks, only: check_fit
-  use inference_decision, only: LEVEL, TESTS_SHARE, VERDICT_ADEQUATE, VERDICT_UNKNOWN
+  use inference_decision, only: LEVEL, TESTS_FRACTION, VERDICT_ADEQUATE, VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
   use inference_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use inference_refit, only: fit_nested, nested_fit_t
@@ -143,7 +143,7 @@ contains
       if (d%decision%is_by_checks .and. d%decision%verdict == VERDICT_UNKNOWN .and. &
           d%decision%probability > 0.99_rp) by_checks = by_checks + 1
       call test%check('the global p is no larger than that of the checks', &
-                      d%decision%log_p_global <= combined_log_p(d%checks) - log(1 - TESTS_SHARE) + 1.0e-9_rp)
+                      d%decision%log_p_global <= combined_log_p(d%checks) - log(1 - TESTS_FRACTION) + 1.0e-9_rp)
     end do
     call test%check('tilts that are larger than declared are not adequate', adequate == 0)
     call test%check('where no test sees them the cause is unknown, and certainly there', by_checks > 0)
