@@ -213,7 +213,7 @@ contains
     has_file = .false.
     errors_before = errors%count()
     if (wants_wing_file(s%config)) then
-      call read_wing_file(s%config, name, wing_case, has_file, errors, notices, world)
+      call read_wing_file(s%config, wing_case, has_file, errors, notices, world)
       call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
                               notices, world, wing_case%wing)
     else
