@@ -13,11 +13,11 @@ module common_outliers
 
 contains
 
-  !> The key, of a program that has [Measurement]; `usual` is what it does without.
-  subroutine register_outliers(registry, words, usual)
+  !> The key, of a program that has [Measurement]; `fallback` is what it does without.
+  subroutine register_outliers(registry, words, fallback)
     type(registry_t), intent(inout) :: registry
-    character(*), intent(in) :: words, usual
-    call registry%add_word('Measurement', 'outliers', usual, words, &
+    character(*), intent(in) :: words, fallback
+    call registry%add_word('Measurement', 'outliers', fallback, words, &
                            'heights that stand out from all around them by more than 6 sd, as no normal errors do')
   end subroutine register_outliers
 

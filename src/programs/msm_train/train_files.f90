@@ -5,7 +5,7 @@ module train_files
   use base_files, only: name_of
   use base_text, only: count_words, next_word, number_text, quoted
   use io_config, only: config_t
-  use io_shared_text, only: named_path
+  use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
   implicit none
   private
