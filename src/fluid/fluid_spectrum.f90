@@ -12,7 +12,7 @@ module fluid_spectrum
   use fluid_params, only: fluid_params_t
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   implicit none
   private
   public :: random_velocity

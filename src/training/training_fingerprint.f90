@@ -4,7 +4,7 @@ module training_fingerprint
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_kinds, only: i8, rp
   use solid_effect_sites, only: effect_site_lines
-  use solid_restart, only: wing_mark
+  use solid_restart, only: points_fingerprint
   use training_case, only: training_case_t
   implicit none
   private
@@ -18,7 +18,7 @@ contains
     integer :: i, l
     fingerprint = checksum_text(settings%restarts//settings%search%weights//settings%search%constants)
     associate (e => settings%experiment, o => settings%search, s => settings%free_parameters)
-      fingerprint = checksum_add(fingerprint, wing_mark(e%model))
+      fingerprint = checksum_add(fingerprint, points_fingerprint(e%model))
       fingerprint = checksum_add(fingerprint, checksum_text(effect_site_lines(e%model%params%effects)))
       fingerprint = checksum_add(fingerprint, checksum_reals([e%instrument%values, real(s%instrument_numbers, rp)], 2000000_i8))
       fingerprint = checksum_add(fingerprint, &

@@ -17,7 +17,7 @@ module fsi_body_keys
   use fsi_wing_source, only: source_choices, source_choices_t
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
-  use io_shared_text, only: read_named_text
+  use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
   implicit none
   private

@@ -25,7 +25,7 @@ module fsi_flight_params
   use fsi_wing_source, only: draws_to_outline, drawing_t, has_flexible_wings, mean_chord, read_wing_shape, source_choices, &
                              source_choices_t, wing_look_t
   use io_config, only: config_t
-  use io_shared_text, only: read_named_text
+  use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
   use solid_wing, only: wing_t
   implicit none

@@ -9,7 +9,7 @@ module common_bending_case
   use common_wing_settings, only: find_beside, load_wing
   use io_config, only: config_t
   use io_registry, only: registry_t
-  use io_shared_text, only: read_shared_text
+  use io_broadcast_text, only: read_broadcast_text
   use measurement_bending_case, only: bending_case_t
   use measurement_broadcast, only: load_measurement
   use parallel_world, only: world_t
@@ -39,7 +39,7 @@ contains
     logical, intent(out) :: ok
     character(:), allocatable :: text, problem
     ok = .false.
-    call read_shared_text(path, text, problem, world)
+    call read_broadcast_text(path, text, problem, world)
     if (allocated(problem)) then
       call errors%add(problem)
       return

@@ -107,8 +107,8 @@ contains
     integer, allocatable :: needs(:)
     integer :: i
     problem = ''
-    if (number <= params%count_usual() .or. number > params%count()) return
-    needs = needs_of(params%effects, number - params%count_usual())
+    if (number <= params%count_basic() .or. number > params%count()) return
+    needs = needs_of(params%effects, number - params%count_basic())
     do i = 1, size(needs)
       if (problem == '') problem = lacks(params%effects, needs(i))
     end do

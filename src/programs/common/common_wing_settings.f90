@@ -11,7 +11,7 @@ module common_wing_settings
   use common_wing_keys, only: mass_choices_t, read_damping_keys, read_mass_keys, read_wing_keys, wing_choices_t
   use common_wing_size, only: notice_other_size, scale_wing
   use io_config, only: config_t
-  use io_shared_text, only: named_path
+  use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
   use solid_inertia, only: inertia_t
   use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM

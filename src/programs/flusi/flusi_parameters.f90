@@ -7,7 +7,7 @@ module flusi_parameters
   use flusi_command, only: command_t, ACTION_CHECK, ACTION_DRY_RUN
   use flusi_memory, only: memory_t, estimate_memory
   use flusi_settings, only: settings_t, load_settings
-  use io_shared_text, only: read_shared_text
+  use io_broadcast_text, only: read_broadcast_text
   use parallel_world, only: world_t
   use spectral_sticks, only: kept_columns
   implicit none
@@ -31,7 +31,7 @@ contains
     code = EXIT_OK
     speaks = .true.
     if (present(world)) speaks = world%is_root
-    call read_shared_text(command%ini, text, problem, world)
+    call read_broadcast_text(command%ini, text, problem, world)
     if (allocated(problem)) then
       call errors%add(problem)
     else

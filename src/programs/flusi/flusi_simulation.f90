@@ -120,7 +120,7 @@ contains
       allocate (self%coupler)
       call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
                              self%wings)
-      if (allocated(self%thin)) call self%thin%soften(settings%coupler%model%points, settings%coupler%units)
+      if (allocated(self%thin)) call self%thin%init_flexible(settings%coupler%model%points, settings%coupler%units)
     end if
     if (settings%flight%flyer%is_free) call prepare_flight(self%wings)
     if (restarts) call self%slots%scan(world, '.', BACKUP_NAME)

@@ -7,7 +7,7 @@ module train_files
   use common_measurement_keys, only: measurement_choices_t, read_measurement_keys
   use common_wing_keys, only: read_wing_keys, wing_choices_t
   use io_config, only: config_t
-  use io_shared_text, only: named_path
+  use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
   implicit none
   private

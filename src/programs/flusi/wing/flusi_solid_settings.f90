@@ -20,7 +20,7 @@ module flusi_solid_settings
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
   use solid_wing, only: wing_t
