@@ -60,7 +60,7 @@ contains
     call keys%text('x_eye_l', c%left_eye, 'none', 'centre of its left eye; none: on the head')
     call keys%text('x_eye_r', c%right_eye, 'none', 'centre of its right eye; none: on the head')
     call keys%text('HasDetails', c%details, 'all', 'no: a bumblebee without legs, antennae and proboscis')
-    call keys%matrix(PROFILE, c%profile, 2, 'BodyType = revolution: rows x r, places along the x axis of the body, '// &
+    call keys%matrix('body_profile', c%profile, 2, 'BodyType = revolution: rows x r, places along the x axis of the body, '// &
                      'ascending, and radii')
     call keys%real('body_scale', c%scale, 1.0_rp, 'length of one unit of an STL file', unit='L', above=0.0_rp)
     call keys%length('body_smoothing', c%smoothing, 'max(dx)', 'half the width of the step of the mask at the body', &

@@ -35,7 +35,8 @@ module fsi_kinematics_keys
     real(rp) :: centre(3) = 0, attitude(3) = 0 !< of the body: L; yaw, pitch, roll in degrees
     real(rp) :: eta = 0                        !< stroke plane, degrees
     type(motion_word_t) :: motion(2)           !< of the wings, left and right
-    character(:), allocatable :: file
+    character(:), allocatable :: file          !< infile
+    logical :: has_centre = .false., has_file = .false.
     real(rp) :: resting(3) = 0                 !< degrees
     real(rp) :: hinge(3, 2) = 0                !< L; counts if `has_hinge`
     logical :: has_hinge(2) = .false.
@@ -53,7 +54,8 @@ contains
     integer :: i
     call body_motion_keys(keys, motion)
     call keys%section(SECTION)
-    call keys%reals('x0', c%centre, ZERO, 'centre of the body; flusi: if it is not given, that of the box', unit='L')
+    call keys%reals('x0', c%centre, ZERO, 'centre of the body; flusi: if it is not given, that of the box', unit='L', &
+                    given=c%has_centre)
     call keys%reals('yawpitchroll_0', c%attitude, ZERO, 'attitude of the body; positive pitch is nose down', unit='degree')
     call keys%real('eta0', c%eta, 0.0_rp, 'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and '// &
                    'y (left)', unit='degree')
@@ -65,7 +67,8 @@ contains
                      instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, for each run '// &
                      'a file')
     end do
-    call keys%text('infile', c%file, 'none', 'file of a motion that is given as from_file or kinematics_loader')
+    call keys%text('infile', c%file, 'none', 'file of a motion that is given as from_file or kinematics_loader', &
+                   given=c%has_file)
     call keys%reals('init_alpha_phi_theta', c%resting, ZERO, 'the first is minus the angle alpha of revolving-set2 and '// &
                     'revolving-set3', unit='degree')
     call keys%reals('x_pivot_l', c%hinge(:, 1), ZERO, 'hinge of the left wing in the body frame; not given: b_body beside the '// &

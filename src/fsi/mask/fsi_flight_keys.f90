@@ -23,6 +23,7 @@ module fsi_flight_keys
     logical :: has_wing(2) = .true.        !< left, right
     real(rp) :: inertia(4) = 0             !< Jxx, Jyy, Jzz, Jxy
     logical :: has_inertia(4) = .false.
+    real(rp) :: pitch = 0, stroke = 0      !< of some words of BodyMotion, degrees
   end type flight_choices_t
 
 contains
@@ -47,7 +48,7 @@ contains
     call kinematics_keys(keys, motion, kinematics)
     call flyer_keys(keys, flyer)
     call body_keys(keys, body)
-    call other_flusi_keys(keys)
+    call other_flusi_keys(keys, flight)
     call mask_keys(keys, mask)
     call thin_keys(keys, word, thin)
     call wings_key(keys, word)
@@ -81,22 +82,23 @@ contains
     keys = reading(config)
     call side_keys(keys, c)
     call inertia_keys(keys, c)
+    call other_flusi_keys(keys, c)
   end function flight_choices
 
   !> Keys of FLUSI that are refused, that only its words of BodyMotion need, or that have no effect.
-  subroutine other_flusi_keys(keys)
+  subroutine other_flusi_keys(keys, c)
     type(keys_t), intent(inout) :: keys
+    type(flight_choices_t), intent(inout) :: c
     character(*), parameter :: SECOND_PAIR = 'a second pair of wings', ONE_PAIR = 'LeftWing and RightWing alone, or, where '// &
                                'fore and hind wing beat as one, the outline of both in WingShape = from_file::NAME.ini'
     logical :: unbuilt
-    real(rp) :: pitch, stroke
     call keys%section(SECTION)
     call keys%switch('LeftWing2', unbuilt, .false., 'hind wing', unbuilt=SECOND_PAIR, instead=ONE_PAIR)
     call keys%switch('RightWing2', unbuilt, .false., 'hind wing', unbuilt=SECOND_PAIR, instead=ONE_PAIR)
     call keys%switch('wing_fsi', unbuilt, .false., 'passive wing', unbuilt='a wing that the flow turns about its root', &
                      instead='wings = flexible, whose root is as soft as the joints of the wing file make it')
-    call keys%real('body_pitch_const', pitch, 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
-    call keys%real('eta_stroke', stroke, 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
+    call keys%real('body_pitch_const', c%pitch, 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
+    call keys%real('eta_stroke', c%stroke, 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
     call keys%inert('mass_solid', 'free flight')
     call keys%inert('gravity_*', 'other names of gravity')
     call keys%inert('pointcloudfile', 'wing given by a cloud of points')

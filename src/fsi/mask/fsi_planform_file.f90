@@ -120,7 +120,7 @@ contains
     call keys%real('root', c%root, 0.0_rp, 'smallest x of rectangle and ellipse', unit='length')
     call keys%real('front', c%front, 0.5_rp, 'part of the largest chord before the x axis, rectangle and ellipse', min=0.0_rp, &
                    max=1.0_rp)
-    call keys%matrix(OUTLINE, c%outline, 2, 'rows x y: corners of a polygon, or points of a curve from the leading edge at '// &
+    call keys%matrix('outline', c%outline, 2, 'rows x y: corners of a polygon, or points of a curve from the leading edge at '// &
                      'the root over the tip to the trailing edge')
     call keys%real('a0_wings', c%a0, 0.0_rp, 'twice the mean of R(theta)', unit='length', given=c%has_a0)
     do i = 1, 2
@@ -133,13 +133,13 @@ contains
     end do
     call keys%real('x0w', c%centre(1), 0.0_rp, 'chordwise place of the centre of R(theta)', unit='length')
     call keys%real('y0w', c%centre(2), 0.0_rp, 'spanwise place of the centre of R(theta)', unit='length')
-    call keys%word(VARIABLE, c%thickness_kind, 'constant', 'constant|variable', 'thickness over the wing')
-    call keys%matrix(THICKNESS, c%thickness, 0, 'variable: thickness on a lattice, rows along the chord from '// &
+    call keys%word('wing_thickness_distribution', c%thickness_kind, 'constant', 'constant|variable', 'thickness over the wing')
+    call keys%matrix('wing_thickness_profile', c%thickness, 0, 'variable: thickness on a lattice, rows along the chord from '// &
                      'the trailing edge, columns along the span from the root')
-    call keys%switch(trim(CORRUGATED), c%is_corrugated, .false., 'a corrugated wing')
-    call keys%matrix(HEIGHT, c%heights, 0, 'corrugated: height on such a lattice, along FLUSI''s z_w of the '// &
+    call keys%switch('corrugated', c%is_corrugated, .false., 'a corrugated wing')
+    call keys%matrix('corrugation_profile', c%heights, 0, 'corrugated: height on such a lattice, along FLUSI''s z_w of the '// &
                      'right wing, to its lower side; the left wing is its mirror image')
-    call keys%reals(BOX, c%box, [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp], 'box of the lattices: chordwise, then '// &
+    call keys%reals('corrugation_array_bbox', c%box, [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp], 'box of the lattices: chordwise, then '// &
                     'spanwise ends; 0: that of the outline', unit='length')
     call keys%switch('bristled', bristled, .false., 'a bristled wing', unbuilt='bristles', instead='a membrane where they are')
     call keys%inert('wing_thickness_value', 'FLUSI''s thickness in the file of the wing')

@@ -59,12 +59,12 @@ contains
     type(keys_t), intent(inout) :: keys
     type(source_choices_t), intent(inout) :: c
     call keys%section(SECTION)
-    call keys%word(SHAPE, c%shape, 'none', OUTLINE_WORD//'*|'//MESH_WORD//'*|none|'//NAMED_WINGS, &
+    call keys%word('WingShape', c%shape, 'none', OUTLINE_WORD//'*|'//MESH_WORD//'*|none|'//NAMED_WINGS, &
                    'one of FLUSI''s wings by name, planform file with section [Wing], or triangles of a wing file '// &
                    '(docs/formats/wing-format.md)', unbuilt='pointcloud*|whitney_wood', instead='pointcloud*: the triangles of '// &
                    'the wing in a wing file, WingShape = mesh::NAME.h5, or its outline, WingShape = '// &
                    'from_file::NAME.ini|whitney_wood: its outline, WingShape = from_file::NAME.ini')
-    call keys%length(LENGTH, c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: lengths of its '// &
+    call keys%length('wing_length', c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: lengths of its '// &
                      'file are in the units of this file; meshes are in metres', unit='L', min=0.0_rp)
     call keys%length('wing_edge', c%edge, 'max(dx, 1/40 of the wing)', 'edge length of the triangles made from a planform', &
                      unit='L', above=0.0_rp)

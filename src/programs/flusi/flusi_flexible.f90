@@ -59,7 +59,7 @@ contains
     call keys%section(F)
     call keys%switch('use_flexible_wing_model', c%asks, .false., 'FLUSI''s name for [Insects] wings = flexible', &
                      computed='as [Insects] wings says', given=c%says)
-    call keys%length(DISTANCE, p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at which '// &
+    call keys%length('load_distance', p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at which '// &
                      'the flow on both sides is looked at', unit='L', above=0.0_rp, given=c%has_distance)
     call keys%word('load', c%load, 'pressure', 'pressure|pressure_viscous', 'what bends the wings: the pressure on both sides, '// &
                    'or the viscous traction as well', given=c%has_load)
