@@ -145,8 +145,9 @@ contains
       call take_named(config, c, drawing, planform, look%solid, errors)
       call take_planform(config, c, scene, drawing, planform, look, errors)
     else if (index(c%shape, OUTLINE_WORD) == 1) then
-      call read_outline(config, c, scene, drawing, planform, look%solid, errors, notices, world)
+      call read_outline(config, c, scene, planform, errors, notices, world)
       if (errors%count() > errors_before) return
+      if (allocated(planform%fourier%ai)) call take_fourier(config, c, drawing, planform, look%solid, notices)
       call take_planform(config, c, scene, drawing, planform, look, errors)
     else if (index(c%shape, MESH_WORD) == 1) then
       call read_mesh(config, c, scene, drawing, look, errors, world)
@@ -183,14 +184,12 @@ contains
                                                          c%edges /= 'round'), planform, solid)
   end subroutine take_named
 
-  !> The outline in a file of its own, and the solid inside a Fourier one.
-  subroutine read_outline(config, c, scene, drawing, planform, solid, errors, notices, world)
+  !> The outline in a file of its own, L.
+  subroutine read_outline(config, c, scene, planform, errors, notices, world)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
     type(scene_t), intent(in) :: scene
-    type(drawing_t), intent(in) :: drawing
     type(planform_t), intent(inout) :: planform
-    class(solid_shape_t), allocatable, intent(inout) :: solid
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
     character(:), allocatable :: path, text, problem
@@ -209,15 +208,24 @@ contains
     if (c%length > 0) factor = factor*(c%length/maxval(planform%outline(1, :)))
     if (c%length > 0) planform%outline = planform%outline*(c%length/maxval(planform%outline(1, :)))
     planform%relief = planform%relief%scaled(factor)
-    if (.not. allocated(planform%fourier%ai)) return
+    if (allocated(planform%fourier%ai)) planform%fourier = planform%fourier%scaled(factor)
+  end subroutine read_outline
+
+  !> The solid inside a Fourier outline.
+  subroutine take_fourier(config, c, drawing, planform, solid, notices)
+    type(config_t), intent(in) :: config
+    type(source_choices_t), intent(in) :: c
+    type(drawing_t), intent(in) :: drawing
+    type(planform_t), intent(in) :: planform
+    class(solid_shape_t), allocatable, intent(inout) :: solid
+    type(message_list_t), intent(inout) :: notices
     if (drawing%thickness > 0 .and. (c%edges == 'flusi' .or. c%edges == 'auto')) then
-      allocate (solid, source=make_fourier_wing(planform%fourier%scaled(factor), planform%outline, drawing%thickness, &
-                                                planform%relief))
+      allocate (solid, source=make_fourier_wing(planform%fourier, planform%outline, drawing%thickness, planform%relief))
     else if (allocated(planform%relief%thickness)) then
       call config%complain(notices, SECTION, SHAPE, 'has a variable thickness, which counts only for rigid wings in the mask '// &
                            '(surface = penalized) that end at their outline (wing_edges = flusi)')
     end if
-  end subroutine read_outline
+  end subroutine take_fourier
 
   !> Triangles of a planform in L, and the solid with round edges if that is wanted.
   subroutine take_planform(config, c, scene, drawing, planform, look, errors)
