@@ -3,8 +3,9 @@
 module fsi_flight_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_packing, only: count_packed, pack_value, unpack_value
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_free_body, only: N_STATE
+  use fsi_free_body, only: free_body_t
   use fsi_kinematics, only: body_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   implicit none
@@ -19,8 +20,12 @@ contains
   subroutine save_flight(writer, wings)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(flapping_wings_t), intent(in) :: wings
+    type(free_body_t) :: state
+    real(rp), allocatable :: x(:)
     associate (flyer => wings%flyer)
-      call writer%put_reals('flight_state', flyer%state%pack())
+      state = flyer%state
+      call pack_value(state, x)
+      call writer%put_reals('flight_state', x)
       call writer%put_reals('flight_displaced', [flyer%displaced%mass, flyer%displaced%first, flyer%displaced%second])
       call writer%put_reals('flight_frame', body_numbers(flyer%carried%known(2)))
       call writer%put_reals('flight_masses', [flyer%params%mass, flyer%body%mass, flyer%params%inertia])
@@ -38,9 +43,9 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: x(:)
     associate (flyer => wings%flyer)
-      call get('flight_state', N_STATE)
+      call get('flight_state', count_packed(flyer%state))
+      call unpack_value(x, flyer%state, failure)
       if (failure%failed) return
-      call flyer%state%unpack(x)
       call get('flight_masses', 5)
       if (failure%failed) return
       if (any(abs(x - [flyer%params%mass, flyer%body%mass, flyer%params%inertia]) > 1.0e-9_rp*x(1))) &
