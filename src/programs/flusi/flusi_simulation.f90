@@ -140,8 +140,8 @@ contains
       return
     end if
     if (settings%fluid%time%intelligent_dt) self%fluid%rhs%intervals = &
-      [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
-                                                                 settings%output%slices), 0.0_rp]
+      [settings%output%fields%interval, settings%output%t_integral, &
+       merge(settings%output%slices%interval, 0.0_rp, settings%output%slices%is_on), 0.0_rp]
     call self%files%settle(self%failure)
     if (self%failure%failed) then
       call self%fail(self%files%code)
@@ -383,8 +383,8 @@ contains
     if (writing%failed) then
       self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
     else
-   self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before '// &
-                            'this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
+      self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before this '// &
+                            'step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
     end if
   end subroutine back_up_failed
 

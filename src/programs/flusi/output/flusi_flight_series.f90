@@ -52,7 +52,7 @@ contains
       associate (wing => wings%params%wings(i))
         if (flexible) call self%shapes(i)%init(wing%points, wing%triangles, SPAN, wing%mount%dorsal_sign())
       end associate
-     if (flexible) call open_one(self%bending(i), 'bending_'//trim(wings%params%wings(i)%side)//'.t', bending_columns())
+      if (flexible) call open_one(self%bending(i), 'bending_'//trim(wings%params%wings(i)%side)//'.t', bending_columns())
       call open_one(self%wing(i), 'wing_'//trim(wings%params%wings(i)%side)//'.t', wing_columns())
     end do
 

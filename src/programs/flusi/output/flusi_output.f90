@@ -11,7 +11,7 @@ module flusi_output
   use fluid_timestep, only: is_due
   use flusi_averages, only: averages_t, MOST_AVERAGES
   use flusi_flight_output, only: flight_output_t
-  use flusi_settings, only: output_params_t
+  use flusi_output_params, only: output_params_t
   use flusi_slices, only: slices_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
@@ -62,14 +62,14 @@ contains
     self%params = params
     self%note = note
     if (present(wings)) call self%wings%init(world, wings, name, failure, restart_time)
-    if (present(wings) .and. params%wing_sides) call self%sides%init(world, fluid, wings)
+    if (present(wings) .and. params%fields%wing_sides) call self%sides%init(world, fluid, wings)
     self%saves_wings = present(wings)
     associate (b => fluid%transform%block)
       if (params%needs_scratch()) call allocate_fields(self%scratch, b, 1, 'a field to be written')
     end associate
-    if (params%slices .and. params%stack > 1) then
+    if (params%slices%is_on .and. params%slices%stack > 1) then
       allocate (self%stack)
-      call self%stack%init(world, fluid%transform%block, params%slice, params%stack, failure, restart_time)
+      call self%stack%init(world, fluid%transform%block, params%slices%plane, params%slices%stack, failure, restart_time)
     end if
     if (.not. allocated(self%scratch)) return
     call self%index%open(world, name//'.xmf', failure, restart_time)
@@ -86,18 +86,18 @@ contains
     associate (p => self%params, t => fluid%rhs%state%time, dt => fluid%rhs%state%dt_old, &
                step => fluid%rhs%state%step)
       self%last = is_last
-      self%fields_due = (is_due(t, dt, p%t_save) .or. is_last) .and. t >= p%t_save_first .and. &
+      self%fields_due = (is_due(t, dt, p%fields%interval) .or. is_last) .and. t >= p%fields%first .and. &
                         (allocated(self%scratch) .or. self%saves_wings)
-      self%slices_due = p%slices .and. t >= p%t_slice_first .and. &
-                        (is_due(t, dt, p%t_slice) .or. mod(step, p%it_slice) == 0)
+      self%slices_due = p%slices%is_on .and. t >= p%slices%first .and. &
+                        (is_due(t, dt, p%slices%interval) .or. mod(step, p%slices%every) == 0)
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
       request%integrals = self%integrals_due
       request%fields = self%slices_due
       request%flow = self%fields_due .and. p%needs_flow()
       if (present(averages)) request%fields = request%fields .or. averages%wants(t)
-      request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
+      request%pressure = self%fields_due .and. (p%fields%pressure .or. p%fields%wing_sides)
     end associate
-    if (self%fields_due .and. self%params%q_criterion) &
+    if (self%fields_due .and. self%params%fields%q_criterion) &
       call q_criterion(fluid%transform, fluid%rhs%state%u, self%scratch(:, :, :, 1))
   end subroutine output_request_fields
 
@@ -118,48 +118,48 @@ contains
     if (self%note /= '') meta%units = self%note
     associate (p => self%params, rhs => fluid%rhs)
       step = fluid%rhs%state%step - merge(0, 1, self%last)
-      label = label_of(p, fluid%sums_time, step, p%t_save)
+      label = label_of(p, fluid%sums_time, step, p%fields%interval)
       if (self%fields_due) then
         n_saved = 0
-        if (p%q_criterion) call save('Q', self%scratch(:, :, :, 1)) ! before the scratch is used for others
+        if (p%fields%q_criterion) call save('Q', self%scratch(:, :, :, 1)) ! before the scratch is used for others
         do c = 1, 3
-          if (p%velocity) call save_flow('u'//AXES(c:c), c)
+          if (p%fields%velocity) call save_flow('u'//AXES(c:c), c)
         end do
         do c = 1, 3
-          if (p%vorticity) call save_flow('vor'//AXES(c:c), 3 + c)
+          if (p%fields%vorticity) call save_flow('vor'//AXES(c:c), 3 + c)
         end do
-        if (p%vorticity_magnitude) call save_flow('vorabs', VORTICITY_MAGNITUDE)
-        if (p%pressure) then
+        if (p%fields%vorticity_magnitude) call save_flow('vorabs', VORTICITY_MAGNITUDE)
+        if (p%fields%pressure) then
           call fluid%pressure_field(self%scratch)
           call save('p', self%scratch(:, :, :, 1))
         end if
-        if (p%mask) then
+        if (p%fields%mask) then
           call mask_field(rhs%penalty, self%scratch(:, :, :, 1))
           call save('mask', self%scratch(:, :, :, 1))
         end if
         do c = 1, 3
-          if (.not. p%solid_velocity) cycle
+          if (.not. p%fields%solid_velocity) cycle
           call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
           call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
         end do
         if (present(averages)) call save_averages(averages)
-        if (present(wings) .and. p%wing_sides) then
+        if (present(wings) .and. p%fields%wing_sides) then
           call self%sides%sample(fluid, wings)
           call self%wings%write(wings, label, self%note, failure, coupler, self%sides)
         else if (present(wings)) then
           call self%wings%write(wings, label, self%note, failure, coupler)
         end if
         if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
-                                             meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
+                                             meta%domain_size, meta%origin, p%fields%stride, precision_of(p), failure)
       end if
       if (self%slices_due .and. allocated(self%stack)) then
         call self%stack%add(fluid, meta, precision_of(p), failure)
       else if (self%slices_due) then
-        label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))
-        do i = 1, size(p%slice)
-          if (p%slice(i) < 0) cycle
+        label = label_of(p, fluid%sums_time, step, min(p%fields%interval, p%slices%interval))
+        do i = 1, size(p%slices%plane)
+          if (p%slices%plane(i) < 0) cycle
           do c = 1, 3
-            call write_slice(rhs%world, '.', 'u'//achar(iachar('0') + c), p%slice(i), label, fluid%transform%block, &
+            call write_slice(rhs%world, '.', 'u'//achar(iachar('0') + c), p%slices%plane(i), label, fluid%transform%block, &
                              rhs%fields(:, :, :, c), meta, precision_of(p), failure)
           end do
         end do
@@ -178,7 +178,7 @@ contains
           call save(trim(averages%name(i)), self%scratch(:, :, :, 1))
         else if (.not. failure%failed) then
           call write_field(fluid%rhs%world, '.', trim(averages%name(i)), '000', fluid%transform%block, &
-                           self%scratch(:, :, :, 1), meta, precision_of(self%params), self%params%stride, failure)
+                           self%scratch(:, :, :, 1), meta, precision_of(self%params), self%params%fields%stride, failure)
         end if
       end do
     end subroutine save_averages
@@ -195,7 +195,7 @@ contains
       real(rp), intent(in) :: data(:, :, :)
       if (failure%failed) return
       call write_field(fluid%rhs%world, '.', prefix, label, fluid%transform%block, data, meta, &
-                       precision_of(self%params), self%params%stride, failure)
+                       precision_of(self%params), self%params%fields%stride, failure)
       n_saved = n_saved + 1
       saved(n_saved) = prefix
     end subroutine save
@@ -226,7 +226,7 @@ contains
       call fluid%transform%backward(state%u, u)
       do c = 1, 3
         call write_field(fluid%rhs%world, '.', 'failed-u'//AXES(c:c), label_of(self%params, state%time, state%step, &
-                                                                               self%params%t_save), b, &
+                                                                               self%params%fields%interval), b, &
                          u(:, :, :, c), meta_of(fluid, state%time), PRECISION_DOUBLE, 1, writing)
       end do
     end associate
@@ -253,12 +253,12 @@ contains
     real(rp) :: shown
     shown = time
     ! A whole number of periods is 0 whatever its round-off.
-    if (p%one_period) shown = max(0.0_rp, time - p%period*aint(time/p%period + 1.0e-9_rp))
-    label = field_label(shown, int(step, i8), finest_naming(p%naming, interval))
+    if (p%fields%one_period) shown = max(0.0_rp, time - p%fields%period*aint(time/p%fields%period + 1.0e-9_rp))
+    label = field_label(shown, int(step, i8), finest_naming(p%fields%naming, interval))
   end function label_of
 
   pure integer function precision_of(p) result(precision)
     type(output_params_t), intent(in) :: p
-    precision = merge(PRECISION_SINGLE, PRECISION_DOUBLE, p%single_precision)
+    precision = merge(PRECISION_SINGLE, PRECISION_DOUBLE, p%fields%single_precision)
   end function precision_of
 end module flusi_output
