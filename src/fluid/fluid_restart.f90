@@ -27,13 +27,13 @@ contains
     integer :: c
     call writer%put_reals('grid', real(params%grid%n, rp))
     call writer%put_reals('length', params%grid%length)
-    call writer%put_text('dealias', params%dealias)
-    call writer%put_integer('scheme', int(params%scheme, i8))
+    call writer%put_text('dealias', params%resolution%dealias)
+    call writer%put_integer('scheme', int(params%time%scheme, i8))
     call saver%begin(writer, '')
     call state%visit(saver)
     do c = 1, 3
       call writer%put_rows('u'//AXES(c:c), as_reals(state%u(:, :, c)), sticks%rows)
-      if (params%scheme == SCHEME_AB2) &
+      if (params%time%scheme == SCHEME_AB2) &
         call writer%put_rows('history_'//AXES(c:c), as_reals(state%history(:, :, c)), sticks%rows)
     end do
   end subroutine save_fluid
@@ -65,10 +65,10 @@ contains
     end if
     call reader%get_text('dealias', text, failure)
     if (.not. failure%failed) then
-      if (text /= params%dealias) call failure%raise('the checkpoint has another truncation: '//text)
+      if (text /= params%resolution%dealias) call failure%raise('the checkpoint has another truncation: '//text)
     end if
     call reader%get_integer('scheme', number, failure)
-    if (.not. failure%failed .and. number /= params%scheme) &
+    if (.not. failure%failed .and. number /= params%time%scheme) &
       call failure%raise('the checkpoint was made with another time stepper')
     if (failure%failed) return
     call loader%begin(reader, '')
@@ -80,7 +80,7 @@ contains
       call reader%get_rows('u'//AXES(c:c), rows, sticks%rows, failure)
       if (failure%failed) return
       state%u(:, :, c) = as_complex(rows)
-      if (params%scheme /= SCHEME_AB2) cycle
+      if (params%time%scheme /= SCHEME_AB2) cycle
       call reader%get_rows('history_'//AXES(c:c), rows, sticks%rows, failure)
       if (failure%failed) return
       state%history(:, :, c) = as_complex(rows)

@@ -164,7 +164,7 @@ contains
       y = first + i - 1
       call line_product(size(in, 1), in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &
                         out(:, i, 1), out(:, i, 2), out(:, i, 3), self%along_x%max, self%along_x%sum(:, 1))
-      if (self%params%penalized) call self%penalize_line(y, z, in(:, i, 1:3), out(:, i, 1:3))
+      if (self%params%solids%is_on) call self%penalize_line(y, z, in(:, i, 1:3), out(:, i, 1:3))
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
       if (self%request%pressure) out(:, i, self%n_out) = 0.5_rp*(in(:, i, 1)**2 + in(:, i, 2)**2 + in(:, i, 3)**2)
       if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
@@ -184,14 +184,14 @@ contains
     line = y + self%block%count(2)*(z - 1)
     if (self%penalty%line_last(line) < self%penalty%line_first(line)) return
     box = self%params%grid%length
-    lever%arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%centre
+    lever%arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%solids%centre
     lever%spacing = self%params%grid%spacing(1)
     ! Wings may reach beyond the box; the nearest image of a point is the one that belongs to them.
-    if (self%params%periodic_torque .or. self%params%moving) then
+    if (self%params%solids%periodic_torque .or. self%params%solids%is_moving) then
       lever%arm(2:3) = lever%arm(2:3) - box(2:3)*anint(lever%arm(2:3)/box(2:3))
       lever%period = box(1)
     end if
-    call self%sums%add_solid_line(self%penalty, line, self%params%c_eta, lever, u, n)
+    call self%sums%add_solid_line(self%penalty, line, self%params%solids%c_eta, lever, u, n)
   end subroutine penalize_line
 
   !> The sponge on a line, outside the solids.
@@ -202,7 +202,7 @@ contains
     real(rp), intent(inout) :: q(:, :)
     integer :: line
     call self%sponge%damp(y, z, omega, q)
-    if (.not. self%params%penalized) return
+    if (.not. self%params%solids%is_on) return
     line = y + self%block%count(2)*(z - 1)
     q(self%penalty%x(self%penalty%line_first(line):self%penalty%line_last(line)), :) = 0
   end subroutine sponge_line
@@ -221,7 +221,7 @@ contains
       self%sums%divergence = max(self%sums%divergence, maxval(abs(in(:, 7))))
       self%along_x%divergence = abs(in(:, 7))
     end if
-    if (self%params%penalized) then
+    if (self%params%solids%is_on) then
       line = y + self%block%count(2)*(z - 1)
       do i = self%penalty%line_first(line), self%penalty%line_last(line)
         associate (x => self%penalty%x(i), chi => self%penalty%chi(i))

@@ -33,14 +33,14 @@ contains
     class(stepper_t), intent(inout) :: self
     type(fluid_params_t), intent(in) :: params
     type(sticks_t), intent(in) :: sticks
-    self%scheme = params%scheme
+    self%scheme = params%time%scheme
     self%nu = params%nu
     call self%full%init(sticks)
     call self%half%init(sticks)
     self%full%rate = params%vanishing_rate
     self%full%radius = sphere_radius(params%grid)
     allocate (self%ones(sticks%nkz), source=1.0_rp)
-    if (params%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
+    if (params%time%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
   end subroutine stepper_init
 
   !> Makes the viscous factors of a step dt that begins with pass `pass`.

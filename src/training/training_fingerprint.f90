@@ -6,7 +6,7 @@ module training_fingerprint
   use base_kinds, only: i8, rp
   use measurement_experiment, only: experiment_t
   use solid_effect_sites, only: effect_site_lines
-  use solid_restart, only: wing_mark
+  use solid_restart, only: points_fingerprint
   use training_case, only: training_case_t
   implicit none
   private
@@ -34,7 +34,7 @@ contains
                 marks%numbers('search_d_sigma'), marks%numbers('search_c_c'), marks%numbers('search_c_1'), &
                 marks%numbers('search_c_mu'), marks%numbers('search_alpha_minus')], 3000000_i8)
       call add([e%measurement%x, e%measurement%y, marks%numbers('n_stages')], 4000000_i8)
-      fingerprint = checksum_add(fingerprint, wing_mark(e%model))
+      fingerprint = checksum_add(fingerprint, points_fingerprint(e%model))
       fingerprint = checksum_add(fingerprint, checksum_text(effect_site_lines(e%model%params%effects)))
       fingerprint = checksum_add(fingerprint, experiment_mark(e))
       fingerprint = checksum_add(fingerprint, marks%rest())

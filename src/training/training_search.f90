@@ -123,7 +123,7 @@ contains
     allocate (region%upper(n), source=1.0_rp)
     region%is_box = .true.
     if (settings%starts_at_wing .and. self%stage == 1) &
-      region%first = self%space%place(settings%experiment%start())
+      region%first = self%space%point(settings%experiment%start())
     if (self%stage > 1) region%first = self%space%fixed(self%space%free)
     if (present(first)) region%first = first
     options = settings%search
@@ -191,7 +191,7 @@ contains
     call reader%get_integer('stage', number, failure)
     if (.not. failure%failed .and. number == 2) then
       call reader%get_reals('fixed', numbers, failure)
-      if (.not. failure%failed) call fix_young(self, settings, numbers)
+      if (.not. failure%failed) call fix_youngs_modulus(self, settings, numbers)
     end if
     call reader%get_integer('spent', self%spent, failure)
     if (failure%failed) return
@@ -292,7 +292,7 @@ contains
     self%is_done = self%stage == settings%n_stages .or. .not. has_best
     if (self%is_done) return
     call log%say('stage 2   E is fixed, the other parameters are sought again')
-    call fix_young(self, settings, whole(self, u))
+    call fix_youngs_modulus(self, settings, whole(self, u))
   end subroutine finish_stage
 
   !> Places of all unknowns in [0, 1] from those of the free ones.
@@ -304,7 +304,7 @@ contains
     all_u(self%space%free) = u
   end function whole
 
-  subroutine fix_young(self, settings, u)
+  subroutine fix_youngs_modulus(self, settings, u)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
     real(rp), intent(in) :: u(:)
@@ -315,7 +315,7 @@ contains
     self%stage = 2
     self%spent = self%search%evaluations()
     call begin_stage(self, settings)
-  end subroutine fix_young
+  end subroutine fix_youngs_modulus
 
   !> Evaluations of candidates in all stages.
   pure integer(i8) function search_evaluations(self) result(n)

@@ -24,7 +24,7 @@ module training_task
     type(stop_rules_t), pointer :: stop_rules => null() !< whose clock rank 0 heeds between tasks, if there are any
     type(experiment_t), pointer, private :: experiment => null()
     type(bending_worker_t), private :: worker
-    type(evaluation_t), allocatable, private :: plain(:), full(:) !< (loads) without and with derivatives
+    type(evaluation_t), allocatable, private :: without_derivatives(:), with_derivatives(:) !< (loads) without and with derivatives
   contains
     procedure :: init => runner_init
     procedure :: free => runner_free
@@ -42,10 +42,10 @@ contains
     self%experiment => experiment
     call self%worker%work%init(experiment)
     call self%worker%init(experiment%model%n_all)
-    allocate (self%plain(size(experiment%loads)), self%full(size(experiment%loads)))
+    allocate (self%without_derivatives(size(experiment%loads)), self%with_derivatives(size(experiment%loads)))
     do l = 1, size(experiment%loads)
-      call self%plain(l)%init(experiment, l, .false.)
-      call self%full(l)%init(experiment, l, .true.)
+      call self%without_derivatives(l)%init(experiment, l, .false.)
+      call self%with_derivatives(l)%init(experiment, l, .true.)
     end do
     allocate (self%context(0))
   end subroutine runner_init
@@ -104,17 +104,17 @@ contains
     task = task_of(input)
     associate (l => task%load, coordinates => input(N_HEAD + 1:))
       if (task%kind == TASK_EVALUATE) then
-        call self%worker%solve(self%experiment, task, coordinates, self%context, self%full(l))
-        call pack_value(self%full(l), words)
+        call self%worker%solve(self%experiment, task, coordinates, self%context, self%with_derivatives(l))
+        call pack_value(self%with_derivatives(l), words)
         associate (m => size(words), n => size(self%worker%u))
           output(:m) = words
           output(m + 1:m + n) = reshape(self%worker%u, [n])
         end associate
-        status = merge(0, NOT_SOLVED, self%full(l)%is_solved)
+        status = merge(0, NOT_SOLVED, self%with_derivatives(l)%is_solved)
       else
-        call self%worker%solve(self%experiment, task, coordinates, self%context, self%plain(l))
-        call sum_up(self%experiment, l, self%plain(l), output)
-        status = merge(0, NOT_SOLVED, self%plain(l)%is_solved)
+        call self%worker%solve(self%experiment, task, coordinates, self%context, self%without_derivatives(l))
+        call sum_up(self%experiment, l, self%without_derivatives(l), output)
+        status = merge(0, NOT_SOLVED, self%without_derivatives(l)%is_solved)
       end if
     end associate
   end subroutine runner_run_task

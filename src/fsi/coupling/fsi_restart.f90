@@ -12,7 +12,7 @@ module fsi_restart
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   use solid_dynamics, only: dynamic_state_t
-  use solid_restart, only: load_motion, save_motion, wing_mark
+  use solid_restart, only: load_motion, save_motion, points_fingerprint
   implicit none
   private
   public :: save_wings, load_wings, has_flexible_wings
@@ -30,7 +30,7 @@ contains
     type(checkpoint_saver_t) :: saver
     real(rp), allocatable :: force(:, :), applied(:, :), energy(:)
     integer :: i
-    call writer%put_integer('wing_mesh', wing_mark(coupler%params%model))
+    call writer%put_integer('wing_mesh', points_fingerprint(coupler%params%model))
     call writer%put_real('coupling_dt', coupler%history%old_dt)
     call writer%put_real('coupling_relaxation', coupler%history%relaxation)
     do i = 1, size(coupler%states)
@@ -67,7 +67,7 @@ contains
       return
     end if
     call reader%get_integer('wing_mesh', mesh, failure)
-    if (.not. failure%failed .and. mesh /= wing_mark(coupler%params%model)) &
+    if (.not. failure%failed .and. mesh /= points_fingerprint(coupler%params%model)) &
       call failure%raise('the checkpoint has other wings')
     call reader%get_real('coupling_dt', coupler%history%old_dt, failure)
     call reader%get_real('coupling_relaxation', coupler%history%relaxation, failure)

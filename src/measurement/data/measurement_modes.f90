@@ -7,7 +7,7 @@ module measurement_modes
   use io_arrays, only: is_finite, is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use measurement_attributes, only: check_names, read_real, read_whole, read_word
-  use measurement_place, only: find_material_point, material_point_t
+  use measurement_material_point, only: find_material_point, material_point_t
   use solid_wing, only: wing_t
   use solid_wing_datasets, only: check_members, read_names, read_real_dataset
   use solid_wing_report, only: wing_report_t

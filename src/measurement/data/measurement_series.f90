@@ -9,7 +9,7 @@ module measurement_series
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
   use measurement_modes, only: read_medium, read_names_and_air, MEDIUM_VACUUM
-  use measurement_place, only: find_material_point, material_point_t
+  use measurement_material_point, only: find_material_point, material_point_t
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE, EXCITED_TAP
   use solid_wing, only: wing_t
   use solid_wing_datasets, only: check_members, read_real_dataset

@@ -36,8 +36,8 @@ contains
       end do
       call expected_steps(settings, dt, speed, steps)
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
-  if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
-      call print_files(unit, settings, min(p%t_max, p%nt*dt))
+  if (p%time%t_max < 1.0e8_rp .or. p%time%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
+      call print_files(unit, settings, min(p%time%t_max, p%time%nt*dt))
     end associate
     flush (output_unit)
   end subroutine print_dry_run
@@ -78,8 +78,8 @@ contains
       if (o%averages%is_on .and. o%averages%enstrophy) call add('zavg', 1)
       write (unit, '(a)') 'files that would be written'
       call print_series(unit, settings)
-      if (p%moving) write (unit, '(a)') '  at the end summary.txt'
-      if (p%moving) write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing')
+      if (p%solids%is_moving) write (unit, '(a)') '  at the end summary.txt'
+      if (p%solids%is_moving) write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing')
       if (n > 0) then
         ! One save at the start, one at the end, and one at each multiple between.
         times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1

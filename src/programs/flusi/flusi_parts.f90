@@ -39,7 +39,7 @@ contains
                          settings%needs_trials())
     if (settings%output%averages%is_on) allocate (self%averages)
     if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
-    if (settings%fluid%moving) allocate (self%wings)
+    if (settings%fluid%solids%is_moving) allocate (self%wings)
     if (allocated(self%wings)) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (allocated(self%wings) .and. settings%flight%thin%is_thin) then
       allocate (self%thin)
@@ -49,7 +49,7 @@ contains
       allocate (self%coupler)
       call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
                              self%wings)
-      if (allocated(self%thin)) call self%thin%soften(settings%coupler%model%points, settings%coupler%units)
+      if (allocated(self%thin)) call self%thin%init_flexible(settings%coupler%model%points, settings%coupler%units)
     end if
     if (settings%flight%flyer%is_free) call prepare_flight(self%wings)
   end subroutine parts_build
@@ -74,7 +74,7 @@ contains
       call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, failure)
     if (settings%flight%flyer%is_free) call begin_flight(world, self%wings, self%fluid, failure, self%coupler)
     associate (o => settings%output)
-      if (settings%fluid%intelligent_dt) self%fluid%rhs%intervals = &
+      if (settings%fluid%time%intelligent_dt) self%fluid%rhs%intervals = &
         [o%t_save, o%t_integral, merge(o%t_slice, 0.0_rp, o%slices), 0.0_rp]
     end associate
   end subroutine parts_settle_in

@@ -77,7 +77,7 @@ contains
     self%settings = settings
     self%name = stem_of(command%ini, '.ini')
     call begin_timers(self)
-    restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
+    restarts = command%restart .or. index(settings%fluid%initial%flow, 'backup') == 1
     call begin_files(self, command, restarts)
     if (self%failure%failed) then
       call self%fail(merge(EXIT_USER, self%files%code, self%files%code == EXIT_OK))
@@ -192,8 +192,8 @@ contains
         if (allocated(self%averages)) call self%averages%add(fluid)
         call self%move_wings()
         if (self%failure%failed) exit
-        call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
-                                     self%settings%fluid%nt, seconds)
+        call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%time%t_max, &
+                                     self%settings%fluid%time%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
         call self%stop_rules%poll(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
@@ -299,7 +299,7 @@ contains
     if (self%exit_code /= EXIT_USER) then
       call self%series%close(self%failure)
       if (self%exit_code == EXIT_OK .and. allocated(self%wings) .and. self%world%is_root .and. &
-          self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%failure)
+          self%settings%fluid%solids%compute_forces) call write_summary(self%settings, self%name, self%failure)
       if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_UNWRITABLE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
@@ -314,7 +314,7 @@ contains
   pure logical function is_done(self)
     class(simulation_t), intent(in) :: self
     associate (p => self%settings%fluid, state => self%fluid%rhs%state)
-      is_done = state%time >= p%t_max .or. state%step >= p%nt
+      is_done = state%time >= p%time%t_max .or. state%step >= p%time%nt
     end associate
   end function is_done
 
@@ -338,8 +338,8 @@ contains
     character(:), allocatable :: path
     path = command%restart_file
     ! --restart goes on from the newest backup, also where the run once began from a named one.
-    if (.not. command%restart .and. index(self%settings%fluid%inicond, 'backup::') == 1) &
-      path = self%settings%fluid%inicond(9:)
+    if (.not. command%restart .and. index(self%settings%fluid%initial%flow, 'backup::') == 1) &
+      path = self%settings%fluid%initial%flow(9:)
     if (path == '') call self%slots%must_find(path, self%failure)
     if (self%failure%failed) return
     call restore_state(self%world, path, self%settings, self%files, command%accepts, self%run_parts_t, remarks, self%failure)
@@ -362,7 +362,7 @@ contains
       call put_state(writer, self%settings, self%run_parts_t, .true.)
       call self%slots%commit(writer, self%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
-      if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
+      if (self%world%is_root .and. self%settings%fluid%resolution%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
     end if
     call self%stop_rules%backup_done()
     call self%timers%stop(self%t_backup)

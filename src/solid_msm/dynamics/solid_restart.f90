@@ -10,7 +10,7 @@ module solid_restart
   use solid_model, only: solid_model_t
   implicit none
   private
-  public :: save_motion, load_motion, wing_mark
+  public :: save_motion, load_motion, points_fingerprint
 
 contains
 
@@ -38,8 +38,8 @@ contains
   end subroutine load_motion
 
   !> A number that tells wings apart: by their unloaded points.
-  integer(i8) function wing_mark(model) result(mark)
+  integer(i8) function points_fingerprint(model) result(mark)
     type(solid_model_t), intent(in) :: model
     mark = checksum_reals([model%points], 0_i8)
-  end function wing_mark
+  end function points_fingerprint
 end module solid_restart

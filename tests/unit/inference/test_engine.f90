@@ -90,7 +90,7 @@ contains
     call beam%evaluate(q0, [integer ::], residuals, jacobian, is_valid)
     call design%compress(residuals, q0(:N_BASE), z, rest)
     call find_statistics(design, N_EFFECTS, calibration%is_scale_known, z, rest, statistics)
-    if (.not. calibration%is_scale_known) z = z/sqrt(rest/design%n_rest)
+    if (.not. calibration%is_scale_known) z = z/sqrt(rest/design%residual_dof)
     call hypotheses%init(design, N_EFFECTS, z)
     call decide(design, calibration, statistics, hypotheses, z, 7_i8, decision)
     if (.not. is_coherent(decision)) incoherent = incoherent + 1

@@ -57,10 +57,10 @@ contains
     type(settings_t), intent(in) :: settings
     type(fluid_t), intent(in), optional :: fluid
     type(flapping_wings_t), intent(in), optional :: wings
-    associate (p => settings%fluid)
-      self%solids = p%penalized
-      self%has_wings = p%moving
-      self%compute_forces = (p%penalized .or. p%moving) .and. p%compute_forces
+    associate (p => settings%fluid%solids)
+      self%solids = p%is_on
+      self%has_wings = p%is_moving
+      self%compute_forces = (p%is_on .or. p%is_moving) .and. p%compute_forces
     end associate
     call opening%open(self%dt, 'dt.t', [character(40) :: T, 'dt [T]', 'CFL [-]', 'dt*nu/dx^2 [-]', 'dt/eps [-]'])
     call opening%open(self%timesteps, 'timesteps_info.t', [character(40) :: T, 'wall time per step [s]', 'step', &
@@ -216,7 +216,7 @@ contains
     real(rp) :: h
     associate (p => fluid%rhs%params, t => fluid%sums_time, dt => fluid%dt)
       h = p%grid%min_spacing()
-      call self%dt%write([t, dt, dt*fluid%sums%u_max/h, dt*p%nu/h**2, merge(dt/p%c_eta, 0.0_rp, p%penalized)])
+      call self%dt%write([t, dt, dt*fluid%sums%u_max/h, dt*p%nu/h**2, merge(dt/p%solids%c_eta, 0.0_rp, p%solids%is_on)])
       call self%timesteps%write([t, seconds, real(fluid%rhs%state%step, rp), dt, real(ranks, rp)])
       call self%ekin%write([t, fluid%sums%kinetic_energy])
     end associate
@@ -256,7 +256,7 @@ contains
       if (self%compute_forces) then
         force = 0
         moment = 0
-        if (present(wings)) call wings%marker_total(wings%poses, fluid%rhs%params%centre, force, moment)
+        if (present(wings)) call wings%marker_total(wings%poses, fluid%rhs%params%solids%centre, force, moment)
         call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2) + force, sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
                                 sum(s%moment(:, COLOR_BODY:), 2) + moment, sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
                                 total_power(wings, loads, body_power(wings, fluid))])

@@ -11,7 +11,7 @@ module flusi_solid_restart
   use solid_balance, only: work_t
   use solid_dynamics, only: dynamic_state_t
   use solid_model, only: solid_model_t
-  use solid_restart, only: load_motion, save_motion, wing_mark
+  use solid_restart, only: load_motion, save_motion, points_fingerprint
   implicit none
   private
   public :: save_solid, load_solid
@@ -32,7 +32,7 @@ contains
     type(work_t) :: sums
     real(rp), allocatable :: numbers(:)
     call writer%put_text('schema', SCHEMA)
-    call writer%put_integer('wing', wing_mark(model))
+    call writer%put_integer('wing', points_fingerprint(model))
     call writer%put_integer('step', int(step, i8))
     sums = work
     call pack_value(sums, numbers)
@@ -61,7 +61,7 @@ contains
       call failure%raise('the checkpoint is not one of a wing without a fluid')
     if (failure%failed) return
     call reader%get_integer('wing', number, failure)
-    if (.not. failure%failed .and. number /= wing_mark(model)) &
+    if (.not. failure%failed .and. number /= points_fingerprint(model)) &
       call failure%raise('the checkpoint belongs to another wing')
     call reader%get_integer('step', number, failure)
     step = int(number)
