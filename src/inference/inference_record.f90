@@ -67,7 +67,6 @@ module inference_record
     real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out
     logical :: has_gain = .false.
     real(rp), allocatable :: detectable_snr(:) !< (effects)
-    integer :: n_design_evaluations = 0
   contains
     procedure :: restore_baseline => diagnosis_restore_baseline
     procedure :: restore_extended => diagnosis_restore_extended
