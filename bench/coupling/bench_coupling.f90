@@ -28,7 +28,7 @@ program bench_coupling
   use fsi_thin_restart, only: load_thin_wings
   use fsi_thin_wings, only: thin_wings_t
   use io_checkpoint, only: checkpoint_reader_t
-  use io_shared_text, only: read_shared_text
+  use io_broadcast_text, only: read_broadcast_text
   use parallel_world, only: world_t
   implicit none
   integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8, &
@@ -54,7 +54,7 @@ program bench_coupling
   call get_command_argument(3, argument)
   read (argument, *) steps
   call get_command_argument(1, argument)
-  call read_shared_text(trim(argument), text, problem, world)
+  call read_broadcast_text(trim(argument), text, problem, world)
   if (allocated(problem)) error stop 'bench_coupling: the input file cannot be read'
   call load_settings(text, trim(argument), .false., settings, errors, notices, world)
   if (errors%count() > 0 .or. .not. settings%flexible) error stop 'bench_coupling: flexible wings are expected'
@@ -64,7 +64,7 @@ program bench_coupling
   call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
   if (coupler%is_thin) then
     call thin%init(world, wings, fluid, failure)
-    call thin%soften(settings%coupler%model%points, settings%coupler%units)
+    call thin%init_flexible(settings%coupler%model%points, settings%coupler%units)
   end if
   if (command_argument_count() > 3) then
     call get_command_argument(4, argument)
@@ -89,7 +89,7 @@ program bench_coupling
   end do
   keep = 0
   if (.not. coupler%is_thin) keep = keeping_seconds()
-  least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge))
+  least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge%is_on))
   call world%max_reals(least)
   if (failure%failed) error stop 'bench_coupling: the flow has failed'
   if (world%is_root .and. coupler%is_thin) call report_thin()
@@ -120,12 +120,12 @@ contains
     call check_flight(wings, settings%fluid%grid, failure)
     call stop_watch(t(CHECKS))
     own = -coupler%solver_seconds
-    t([MEET, RENEW, PUSH]) = -[thin%seconds%meet, thin%seconds%renew, thin%seconds%push]
+    t([MEET, RENEW, PUSH]) = -[thin%seconds%sampling, thin%seconds%responses, thin%seconds%forces]
     call start_watch(t(SOLID))
     call coupler%advance(fluid%dt, wings, failure, fluid, thin)
     call stop_watch(t(SOLID))
     own = own + coupler%solver_seconds
-    t([MEET, RENEW, PUSH]) = t([MEET, RENEW, PUSH]) + [thin%seconds%meet, thin%seconds%renew, thin%seconds%push]
+    t([MEET, RENEW, PUSH]) = t([MEET, RENEW, PUSH]) + [thin%seconds%sampling, thin%seconds%responses, thin%seconds%forces]
     t(WAIT) = -own(1)
     call world%max_reals(own)
     t(WAIT) = own(1) + t(WAIT)

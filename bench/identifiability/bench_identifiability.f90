@@ -40,7 +40,7 @@ program identifiability
   params%cross_springs = .true.
   call model%init(wing, params, failure)
   call require(.not. failure%failed .and. size(wing%joints) == 10, 'a wing with ten joints is needed')
-  numbers = [model%params%find('E'), (model%params%count_usual() - 10 + p, p=1, 10)]
+  numbers = [model%params%find('E'), (model%params%count_basic() - 10 + p, p=1, 10)]
   call work%init(model)
   allocate (u(3, model%n_all), d(3, model%n_all, N_PARAMETERS), rows(N_LOADS*model%n_points, N_PARAMETERS))
   do l = 1, N_LOADS

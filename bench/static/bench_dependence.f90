@@ -104,7 +104,7 @@ contains
     integer :: l, p, n, n_joints
     n_joints = size(model%params%joint)
     n = model%n_points
-    numbers = [model%params%find('E'), (model%params%count_usual() - n_joints + p, p=1, n_joints)]
+    numbers = [model%params%find('E'), (model%params%count_basic() - n_joints + p, p=1, n_joints)]
     allocate (derivatives(3, model%n_all, size(numbers)))
     snaps = 0
     do l = 1, size(loads)

@@ -51,7 +51,7 @@ contains
     call model%init(wing, self%params, failure)
     call require(.not. failure%failed, 'a wing that makes a model')
     self%params = model%params
-    self%numbers = [self%params%find(UNKNOWN_YOUNG), (self%params%count_usual() - N_JOINTS + i, i=1, N_JOINTS)]
+    self%numbers = [self%params%find(UNKNOWN_YOUNG), (self%params%count_basic() - N_JOINTS + i, i=1, N_JOINTS)]
   end subroutine twin_init
 
   !> Logarithms of the unknowns at the defaults.

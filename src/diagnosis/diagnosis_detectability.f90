@@ -6,7 +6,7 @@ module diagnosis_detectability
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, shared_columns, try_loads
+  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, try_loads
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_calibration, only: calibration_t, find_detectable
   use inference_calibration_store, only: calibrate, calibration_store_t
@@ -14,20 +14,20 @@ module diagnosis_detectability
   use inference_design, only: build_design, design_t
   implicit none
   private
-  public :: detectability_t, helpful_t, find_detectability, find_best
+  public :: detectability_t, best_load_t, find_detectability, most_detectable
 
   !> The load that would lower the smallest strength of an effect most.
-  type :: helpful_t
+  type :: best_load_t
     logical :: is_found = .false.
     real(rp) :: place(2) = 0, force = 0     !< [m], [N] upwards
     real(rp) :: strength = 0                !< in the coordinate of the parameter
     integer :: parameter = 0                !< the parameter
-  end type helpful_t
+  end type best_load_t
 
   type :: detectability_t
     type(design_t) :: design
     real(rp), allocatable :: snr(:)         !< (effects) that would show with a probability of 90 %
-    type(helpful_t), allocatable :: helpful(:) !< (effects)
+    type(best_load_t), allocatable :: best_loads(:) !< (effects)
     logical :: has_loads = .false.          !< loads at new places could be tried
   end type detectability_t
 
@@ -45,34 +45,34 @@ contains
     if (failure%failed) return
     call calibrate(found%design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed, calibration, store)
     call find_detectable(found%design, calibration, size(s%catalogue%effects), LEVEL, found%snr)
-    call find_helpful(s, simulator, found)
+    call find_best_loads(s, simulator, found)
   end subroutine find_detectability
 
   !> For each effect the load at a new place that would lower this strength most.
-  subroutine find_helpful(s, simulator, found)
+  subroutine find_best_loads(s, simulator, found)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(detectability_t), intent(inout) :: found
     type(new_load_t), allocatable :: loads(:)
-    real(rp), allocatable :: normal(:, :), lengths(:), shared_sd(:)
+    real(rp), allocatable :: normal(:, :), lengths(:), common_sd(:)
     integer, allocatable :: columns(:), effects(:), both(:), shared(:)
     real(rp) :: strength
     integer :: e, i, k, n, best(2)
     logical :: ok
-    allocate (found%helpful(size(s%catalogue%effects)))
-    call shared_columns(s, shared, shared_sd)
+    allocate (found%best_loads(size(s%catalogue%effects)))
+    call common_columns(s, shared, common_sd)
     columns = [(i, i=1, simulator%n_baseline), shared]
     n = size(columns)
     allocate (effects(0))
     do e = 1, size(s%catalogue%effects)
       if (.not. s%catalogue%effects(e)%is_testable()) cycle
-      call find_best(s, found%design, e, found%snr(e), best, strength)
+      call most_detectable(s, found%design, e, found%snr(e), best, strength)
       if (best(1) == 0) cycle
       effects = [effects, e]
       columns = [columns, found%design%candidates(best(1))%columns(best(2))]
     end do
     allocate (normal(size(columns), size(columns)))
-    call normal_matrix(simulator, simulator%null_point(), columns, shared_sd, normal, ok)
+    call normal_matrix(simulator, simulator%null_point(), columns, common_sd, normal, ok)
     if (.not. ok) return
     call try_loads(s, simulator, simulator%null_point(), columns, loads)
     found%has_loads = size(loads) > 0
@@ -87,15 +87,15 @@ contains
       associate (load => loads(k))
         if (.not. lengths(k) > 0) cycle
         strength = found%snr(effects(i))/lengths(k)
-        found%helpful(effects(i)) = helpful_t(.true., load%place, load%force*sign(1.0_rp, load%direction(3)), strength, &
+        found%best_loads(effects(i)) = best_load_t(.true., load%place, load%force*sign(1.0_rp, load%direction(3)), strength, &
                                               columns(n + i))
       end associate
     end do
-  end subroutine find_helpful
+  end subroutine find_best_loads
 
   !> The candidate of effect e and the number of its parameter that shows from the smallest share of the prior's sd,
   !> `least`; 0 if none does.
-  subroutine find_best(s, design, e, snr, best, least)
+  subroutine most_detectable(s, design, e, snr, best, least)
     class(diagnosis_case_t), intent(in) :: s
     type(design_t), intent(in) :: design
     integer, intent(in) :: e
@@ -119,5 +119,5 @@ contains
         end do
       end associate
     end do
-  end subroutine find_best
+  end subroutine most_detectable
 end module diagnosis_detectability

@@ -23,7 +23,7 @@ module diagnosis_discretisation
                                        KIND_RELAXATION_TIME, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_task, only: wing_patterns_t
-  use inference_refit, only: fit_nested, fit_roughly, nested_fit_t, roughly
+  use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
   use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
   use io_journal, only: journal_t
@@ -55,7 +55,7 @@ module diagnosis_discretisation
     integer, allocatable, private :: parents(:, :)
     logical, private :: is_coarser = .false. !< that mesh is the coarser one
     type(world_t), private :: world
-    type(wing_simulator_t), pointer, private :: own => null() !< of the diagnosis
+    type(wing_simulator_t), pointer, private :: diagnosis_simulator => null() !< of the diagnosis
     type(fit_options_t), private :: options
   contains
     procedure :: init => discretisation_init
@@ -84,7 +84,7 @@ contains
     type(message_list_t) :: messages
     real(rp), allocatable :: masses(:)
     self%world = world
-    self%options = roughly(s%options%fit)
+    self%options = loose_options(s%options%fit)
     self%is_coarser = s%fits_finer
     if (self%is_coarser) then
       self%wing = s%file_wing
@@ -131,13 +131,13 @@ contains
     type(whitener_t), target :: whitener
     real(rp), allocatable :: coarse(:), fine(:), jacobian(:, :), white(:, :)
     integer :: n
-    self%own => simulator
+    self%diagnosis_simulator => simulator
     n = simulator%n_observations
     allocate (coarse(n), fine(n), jacobian(n, simulator%n_baseline), white(n, 1))
     if (self%is_coarser) then
-      call fit_both(self, s, self%simulator, simulator, whitener, coarse, fine, jacobian)
+      call fit_both_meshes(self, s, self%simulator, simulator, whitener, coarse, fine, jacobian)
     else
-      call fit_both(self, s, simulator, self%simulator, whitener, coarse, fine, jacobian)
+      call fit_both_meshes(self, s, simulator, self%simulator, whitener, coarse, fine, jacobian)
     end if
     if (.not. self%is_found) return
     n = simulator%bins%n ! heights and readings, but no modes
@@ -145,7 +145,7 @@ contains
     white(:, 1) = fine - coarse
     call whitener%apply(white)
     call whitener%apply(jacobian)
-    self%snr = length_beside(white(:, 1), jacobian)
+    self%snr = length_after_projection(white(:, 1), jacobian)
     call set_error_directions(simulator, fine - coarse)
   end subroutine discretisation_find
 
@@ -170,58 +170,58 @@ contains
     type(nested_fit_t) :: fitted
     integer :: i, more
     logical :: is_valid
-    real(rp), allocatable :: on_other(:)
-    real(rp) :: own(whitener%n), other(whitener%n), nothing(whitener%n, 0)
+    real(rp), allocatable :: q_other(:)
+    real(rp) :: diagnosis_simulator(whitener%n), other(whitener%n), nothing(whitener%n, 0)
     if (.not. self%is_found) return
-    call find_on_other(self, q, on_other)
-    if (.not. allocated(on_other)) return
-    call self%own%evaluate(q, [integer ::], own, nothing, is_valid)
+    call map_to_other_mesh(self, q, q_other)
+    if (.not. allocated(q_other)) return
+    call self%diagnosis_simulator%evaluate(q, [integer ::], diagnosis_simulator, nothing, is_valid)
     if (.not. is_valid) return
-    call self%own%shut_down()
+    call self%diagnosis_simulator%shut_down()
     more = self%world%max_integer(1)
-    call self%simulator%begin_like(self%own, self%parents)
-    call fit_nested(self%simulator, whitener, [(i, i=1, self%own%n_baseline)], on_other, self%options, fitted)
+    call self%simulator%start_from_mesh(self%diagnosis_simulator, self%parents)
+    call fit_nested(self%simulator, whitener, [(i, i=1, self%diagnosis_simulator%n_baseline)], q_other, self%options, fitted)
     is_valid = fitted%is_found
     if (is_valid) call self%simulator%evaluate(fitted%q, [integer ::], other, nothing, is_valid)
     call self%simulator%shut_down()
-    if (is_valid) call set_error_directions(self%own, other - own)
+    if (is_valid) call set_error_directions(self%diagnosis_simulator, other - diagnosis_simulator)
   end subroutine discretisation_renew
 
   !> Parameters of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
   !> place stands for a piece of vein as long as its edges are: what counts is by how much it turns more, and a piece of
   !> half the length is twice as stiff.
-  subroutine find_on_other(self, q, on_other)
+  subroutine map_to_other_mesh(self, q, q_other)
     class(discretisation_error_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
-    real(rp), allocatable, intent(out) :: on_other(:)
+    real(rp), allocatable, intent(out) :: q_other(:)
     real(rp), allocatable :: values(:)
     real(rp) :: change
     integer :: i, j, b
-    b = self%own%n_baseline
+    b = self%diagnosis_simulator%n_baseline
     values = self%simulator%null_point()
     values(:b) = q(:b)
-    associate (parameters => self%own%runner%parameters, others => self%simulator%runner%parameters)
+    associate (parameters => self%diagnosis_simulator%runner%parameters, others => self%simulator%runner%parameters)
       do i = b + 1, size(q)
-        change = q(i) - self%own%parameters(i)%null
+        change = q(i) - self%diagnosis_simulator%parameters(i)%null
         if (.not. abs(change) > 0) cycle
-        j = find_same(parameters, i, others)
+        j = find_counterpart(parameters, i, others)
         if (j == 0) return
         if (parameters(i)%kind == KIND_SOFT) change = -log(1 + (exp(-change) - 1)*merge(0.5_rp, 2.0_rp, self%is_coarser))
         values(j) = values(j) + change
       end do
     end associate
-    if (all(abs(values) < huge(1.0_rp))) call move_alloc(values, on_other)
-  end subroutine find_on_other
+    if (all(abs(values) < huge(1.0_rp))) call move_alloc(values, q_other)
+  end subroutine map_to_other_mesh
 
   !> The place of parameter i among those of another mesh; 0: nowhere.
-  pure recursive integer function find_same(parameters, i, others) result(j)
+  pure recursive integer function find_counterpart(parameters, i, others) result(j)
     type(wing_parameter_t), intent(in) :: parameters(:), others(:)
     integer, intent(in) :: i
     real(rp), parameter :: NEAR = 0.05_rp ! of a vein, where the coarser mesh has no hinge at the place
     integer :: owner
     associate (one => parameters(i))
       owner = 0
-      if (one%kind == KIND_RELAXATION_TIME) owner = find_same(parameters, one%number, others)
+      if (one%kind == KIND_RELAXATION_TIME) owner = find_counterpart(parameters, one%number, others)
       do j = 1, size(others)
         if (others(j)%kind /= one%kind) cycle
         select case (one%kind)
@@ -239,11 +239,11 @@ contains
       end do
     end associate
     if (j > size(others)) j = 0
-  end function find_same
+  end function find_counterpart
 
   !> Fits the coarser wing, then, from there and with the same weights, the finer one: residuals(n) of both, derivatives of
   !> the first, and where the diagnosis begins. Everyone who serves is dismissed in this order.
-  subroutine fit_both(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
+  subroutine fit_both_meshes(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
     class(discretisation_error_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout), target :: coarse, fine
@@ -254,15 +254,15 @@ contains
     integer :: i
     real(rp) :: nothing(size(r_fine), 0), q(size(fine%parameters))
     call whitener%init(coarse, [(i, i=1, coarse%n_observations)], failure)
-    if (.not. failure%failed) call fit_roughly(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
+    if (.not. failure%failed) call fit_loosely(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
     self%is_found = .not. failure%failed
     if (self%is_found) call coarse%evaluate(one%q, one%active, r_coarse, jacobian, self%is_found)
     call coarse%shut_down()
     if (self%is_found) then
-      call fine%begin_like(coarse, self%parents)
+      call fine%start_from_mesh(coarse, self%parents)
       q = fine%null_point()
       q(one%active) = one%q(one%active) ! further parameters are those of the catalogue, at their null
-      call fit_nested(fine, whitener, one%active, q, roughly(s%options%fit), two)
+      call fit_nested(fine, whitener, one%active, q, loose_options(s%options%fit), two)
       self%is_found = two%is_found
     end if
     if (self%is_found) call fine%evaluate(two%q, [integer ::], r_fine, nothing, self%is_found)
@@ -270,15 +270,15 @@ contains
     if (.not. self%is_found) return
     if (self%is_coarser) self%start = two%q
     if (.not. self%is_coarser) self%start = one%q
-  end subroutine fit_both
+  end subroutine fit_both_meshes
 
   !> Length of a without what the columns of j can imitate.
-  real(rp) function length_beside(a, j) result(length)
+  real(rp) function length_after_projection(a, j) result(length)
     real(rp), intent(in) :: a(:), j(:, :)
     real(rp), allocatable :: q(:, :), r(:, :)
     call orthogonalise(j, q, r)
     length = norm2(a - matmul(q, matmul(a, q)))
-  end function length_beside
+  end function length_after_projection
 
   !> The counterpart of `find`, of the diagnosis and of `renew` on the other ranks, until `shut down`.
   subroutine discretisation_serve(self, simulator)

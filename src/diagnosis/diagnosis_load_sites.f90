@@ -26,7 +26,7 @@ module diagnosis_load_sites
   use solid_params, only: PARAM_PLATE
   implicit none
   private
-  public :: new_load_t, trial_t, shared_columns, try_loads, normal_matrix, separation
+  public :: new_load_t, trial_t, common_columns, try_loads, normal_matrix, separation
 
   real(rp), parameter :: SPACING = 0.15_rp, NEAR_ROOT = 0.2_rp !< of the wing's size
 
@@ -209,7 +209,7 @@ contains
   end subroutine find_normal
 
   !> Quantities that all loads share and that are known by their sd.
-  subroutine shared_columns(s, columns, sd)
+  subroutine common_columns(s, columns, sd)
     class(diagnosis_case_t), intent(in) :: s
     integer, allocatable, intent(out) :: columns(:)
     real(rp), allocatable, intent(out) :: sd(:)
@@ -226,14 +226,14 @@ contains
         end if
       end associate
     end do
-  end subroutine shared_columns
+  end subroutine common_columns
 
   !> The normal matrix of all loads of the measurement. columns(:) are the n_baseline of the baseline, as many as
-  !> shared_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents
+  !> common_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents
   !> of which it is made. The other ranks serve.
-  subroutine normal_matrix(simulator, q, columns, shared_sd, normal, ok, whitened)
+  subroutine normal_matrix(simulator, q, columns, common_sd, normal, ok, whitened)
     type(wing_simulator_t), intent(inout) :: simulator
-    real(rp), intent(in) :: q(:), shared_sd(:)
+    real(rp), intent(in) :: q(:), common_sd(:)
     integer, intent(in) :: columns(:)
     real(rp), intent(out) :: normal(:, :)
     logical, intent(out) :: ok
@@ -262,9 +262,9 @@ contains
         if (sd > 0) normal(i, i) = normal(i, i) + 1/sd**2
       end associate
     end do
-    do i = 1, size(shared_sd)
+    do i = 1, size(common_sd)
       n = simulator%n_baseline + i
-      normal(n, n) = normal(n, n) + 1/shared_sd(i)**2
+      normal(n, n) = normal(n, n) + 1/common_sd(i)**2
     end do
   end subroutine normal_matrix
 

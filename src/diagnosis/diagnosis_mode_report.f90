@@ -23,7 +23,7 @@ contains
     allocate (s%modes(s%measurement%count_modes()))
     do side = 1, 2
       if (side == 1 .or. .not. d%extended%is_found) then
-        call simulator%motion%modes%evaluate(d%plain%q, residuals, ok)
+        call simulator%motion%modes%evaluate(d%initial_baseline%q, residuals, ok)
       else
         call simulator%motion%modes%evaluate(d%extended%q, residuals, ok)
       end if

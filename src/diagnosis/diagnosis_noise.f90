@@ -12,7 +12,7 @@ module diagnosis_noise
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: noise_estimate_t, estimate_noise, judge_variance, plan_noise
+  public :: noise_estimate_t, estimate_noise, check_declared_variance, assume_noise
 
   real(rp), parameter :: MEDIAN_OF_NORMAL = 0.6744897501960817_rp
   integer, parameter :: FEWEST = 50 !< differences
@@ -23,7 +23,7 @@ module diagnosis_noise
     integer :: n = 0                  !< differences
     real(rp) :: declared = 0          !< [m] root mean square of the declared sd of deformations
     real(rp) :: white = 0             !< [m] sd of the part that neighbours do not share
-    integer :: freedom = 0            !< degrees of freedom of its square; 0: not found
+    integer :: dof = 0                !< degrees of freedom of its square; 0: not found
     type(noise_model_t) :: model      !< what follows
     character(:), allocatable :: warning !< empty: the declared errors are plausible
   end type noise_estimate_t
@@ -99,8 +99,8 @@ contains
       estimate%model%factor = max(1.0_rp, ratio**2)
     else
       estimate%model%factor = ratio**2
-      estimate%freedom = freedom_of(estimate%n, size(experiment%comparisons), unloaded_share(experiment))
-      call tell_scans_apart(experiment, values, estimate)
+      estimate%dof = effective_dof(estimate%n, size(experiment%comparisons), unloaded_fraction(experiment))
+      call separate_scan_variances(experiment, values, estimate)
     end if
   end subroutine fill_model
 
@@ -120,15 +120,15 @@ contains
   !> The unloaded scan is in every deformation. Differences of two loads do not have it: they tell the errors of loaded scans, and
   !> what these leave of all errors is that of the unloaded one. Each load is in one pair. Where there are too few pairs both
   !> kinds of scans have the same ratio of true to declared variance.
-  subroutine tell_scans_apart(experiment, values, estimate)
+  subroutine separate_scan_variances(experiment, values, estimate)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: values(:, :)
     type(noise_estimate_t), intent(inout) :: estimate
     real(rp), parameter :: LEAST = 0.01_rp ! of the ratio of loaded scans
     real(rp), allocatable :: differences(:)
-    real(rp) :: loaded, share
+    real(rp) :: loaded, fraction
     integer :: l, k, n
-    share = unloaded_share(experiment)
+    fraction = unloaded_fraction(experiment)
     allocate (differences(2*sum(experiment%comparisons%n_heights)))
     n = 0
     do l = 1, size(experiment%comparisons) - 1, 2
@@ -137,12 +137,12 @@ contains
         call add([0, 1])
       end do
     end do
-    if (n < FEWEST .or. .not. share > 0) return
+    if (n < FEWEST .or. .not. fraction > 0) return
     call sort_reals(differences(:n))
     loaded = (differences((n + 1)/2)/(MEDIAN_OF_NORMAL*sqrt(6.0_rp)))**2
-    estimate%model%unloaded = max(LEAST, (estimate%model%factor - loaded*(1 - share))/(loaded*share))
+    estimate%model%unloaded = max(LEAST, (estimate%model%factor - loaded*(1 - fraction))/(loaded*fraction))
     estimate%model%factor = loaded
-    estimate%freedom = freedom_of(n, 1, 0.0_rp)
+    estimate%dof = effective_dof(n, 1, 0.0_rp)
 
   contains
 
@@ -166,40 +166,40 @@ contains
                          sqrt(dot_product([1, 4, 1], variance)/6)
       end associate
     end subroutine add
-  end subroutine tell_scans_apart
+  end subroutine separate_scan_variances
 
   !> Degrees of freedom of a variance from the median of n second differences in as many loads. Of independent ones the
   !> median tells the variance as 0.37 n squares do (its efficiency); neighbouring and crossing differences have heights in
   !> common, by which the events that tell the median are correlated as 1 : 2.2 in the sum over all, and the same differences
   !> of two loads share the unloaded scan: its share s of the variance correlates these events by about 0.6 s^2.
-  pure integer function freedom_of(n, loads, share) result(freedom)
+  pure integer function effective_dof(n, loads, fraction) result(dof)
     integer, intent(in) :: n, loads
-    real(rp), intent(in) :: share
-    freedom = max(1, int(0.37_rp*n/(2.2_rp*(1 + 0.6_rp*(loads - 1)*share**2))))
-  end function freedom_of
+    real(rp), intent(in) :: fraction
+    dof = max(1, int(0.37_rp*n/(2.2_rp*(1 + 0.6_rp*(loads - 1)*fraction**2))))
+  end function effective_dof
 
   !> Of the declared variance of deformations, the share that the unloaded scan has.
-  real(rp) function unloaded_share(experiment) result(share)
+  real(rp) function unloaded_fraction(experiment) result(fraction)
     type(experiment_t), intent(in) :: experiment
     real(rp) :: whole
     integer :: l, k
-    share = 0
+    fraction = 0
     whole = 0
     do l = 1, size(experiment%comparisons)
       associate (comparison => experiment%comparisons(l))
         do k = 1, comparison%n_heights
-          share = share + experiment%measurement%unloaded_sigma(comparison%node(1, k), comparison%node(2, k))**2
+          fraction = fraction + experiment%measurement%unloaded_sigma(comparison%node(1, k), comparison%node(2, k))**2
         end do
         whole = whole + sum(comparison%sigma(:comparison%n_heights)**2)
       end associate
     end do
-    share = share/max(whole, tiny(whole))
-  end function unloaded_share
+    fraction = fraction/max(whole, tiny(whole))
+  end function unloaded_fraction
 
   !> Before there are heights. How much of correlated errors is independent from pixel to pixel is not known then: they count as
   !> independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 - w) C <= 1 + C as
   !> matrices, for every share w and covariance C).
-  subroutine plan_noise(experiment, estimate)
+  subroutine assume_noise(experiment, estimate)
     type(experiment_t), intent(in) :: experiment
     type(noise_estimate_t), intent(out) :: estimate
     estimate%warning = ''
@@ -207,16 +207,16 @@ contains
     if (.not. estimate%model%length > 0) return
     estimate%model%white = 0.5_rp
     estimate%model%factor = 2
-  end subroutine plan_noise
+  end subroutine assume_noise
 
   !> Of declared errors that neighbours share in part, their scatter says no more than how large the other part is. What says
   !> it is the variance of all errors: that of `estimate%model`, as the fit has left it, times `scale`. Adds a warning if there
   !> is none yet.
-  subroutine judge_variance(estimate, scale)
+  subroutine check_declared_variance(estimate, scale)
     type(noise_estimate_t), intent(inout) :: estimate
     real(rp), intent(in) :: scale
     if (estimate%warning /= '' .or. .not. estimate%is_found .or. .not. estimate%model%length > 0) return
     if (estimate%model%factor*scale < 1/TOO_LARGE**2) &
       estimate%warning = 'heights differ less from smooth shapes than the declared errors allow: these are too large'
-  end subroutine judge_variance
+  end subroutine check_declared_variance
 end module diagnosis_noise

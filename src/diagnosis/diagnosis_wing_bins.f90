@@ -14,7 +14,7 @@ module diagnosis_wing_bins
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: bins_t, make_bins, bin_distortions, bin_rows, bin_covariance, noise_model_t, usual_size
+  public :: bins_t, make_bins, bin_distortions, bin_rows, bin_covariance, noise_model_t, default_bin_size
 
   integer, parameter, public :: N_DISTORTIONS = 4 !< smooth errors of a scan
 
@@ -44,7 +44,7 @@ module diagnosis_wing_bins
 contains
 
   !> Lattice with at most `most` observations in all.
-  real(rp) function usual_size(experiment, most) result(size_of_bin)
+  real(rp) function default_bin_size(experiment, most) result(size_of_bin)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: most
     type(bins_t) :: bins
@@ -55,7 +55,7 @@ contains
       size_of_bin = 1.1_rp*size_of_bin
       if (size_of_bin > experiment%model%size) exit
     end do
-  end function usual_size
+  end function default_bin_size
 
   subroutine make_bins(experiment, size_of_bin, bins)
     type(experiment_t), intent(in) :: experiment
@@ -139,7 +139,7 @@ contains
     integer, intent(in) :: rows(:)
     real(rp), intent(out) :: c(:, :)
     integer :: i, j, a, b
-    real(rp) :: near, own, c2(2)
+    real(rp) :: near, white_part, c2(2)
     do j = 1, size(rows)
       b = rows(j)
       do i = 1, size(rows)
@@ -155,10 +155,10 @@ contains
           near = (1 - noise%white)*noise%length**2/sqrt(product(c2))* &
                  exp(-0.5_rp*sum((bins%place(:, a) - bins%place(:, b))**2/c2))
         end if
-        own = 0
-        if (all(bins%cell(:, a) == bins%cell(:, b))) own = noise%white/max(bins%pixels(a), bins%pixels(b))
-        c(i, j) = noise%unloaded*sqrt(bins%unloaded(a)*bins%unloaded(b))*(near + own)
-        if (bins%load(a) == bins%load(b)) c(i, j) = c(i, j) + sqrt(bins%loaded(a)*bins%loaded(b))*(near + own)
+        white_part = 0
+        if (all(bins%cell(:, a) == bins%cell(:, b))) white_part = noise%white/max(bins%pixels(a), bins%pixels(b))
+        c(i, j) = noise%unloaded*sqrt(bins%unloaded(a)*bins%unloaded(b))*(near + white_part)
+        if (bins%load(a) == bins%load(b)) c(i, j) = c(i, j) + sqrt(bins%loaded(a)*bins%loaded(b))*(near + white_part)
         c(i, j) = noise%factor*c(i, j)
         ! Rounding must not make a smooth covariance indefinite.
         if (a == b) c(i, j) = c(i, j)*(1 + 1.0e-6_rp)

@@ -78,7 +78,7 @@ contains
     integer :: k, i
     list = list_effects()
     do k = 1, size(CAUSES)
-      call enter_usual(c, e, numbers, trim(CAUSES(k)))
+      call enter_general(c, e, numbers, trim(CAUSES(k)))
       do i = 1, size(list)
         call list(i)%tell(text)
         if (text%cause == CAUSES(k)) call enter_effect(c, e, numbers, list(i), text)
@@ -111,7 +111,7 @@ contains
   end subroutine enter_effect
 
   !> The entry called `cause` of parameters that every wing has, if it is one of them.
-  subroutine enter_usual(c, e, numbers, cause)
+  subroutine enter_general(c, e, numbers, cause)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
@@ -136,7 +136,7 @@ contains
                        'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was '// &
                        'assumed, as if all forces had another size.', '')
     end select
-  end subroutine enter_usual
+  end subroutine enter_general
 
   !> A soft place of a vein and damage of the membrane, each at many positions.
   subroutine enter_scans(c, e, wing)

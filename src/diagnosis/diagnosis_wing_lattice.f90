@@ -4,7 +4,7 @@ module diagnosis_wing_lattice
   use base_kinds, only: rp
   use diagnosis_wing_task, only: wing_patterns_t
   use measurement_experiment, only: experiment_t
-  use measurement_place, only: find_material_point
+  use measurement_material_point, only: find_material_point
   use solid_wing, only: wing_t
   implicit none
   private

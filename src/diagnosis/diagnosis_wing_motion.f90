@@ -67,20 +67,21 @@ contains
     if (ok) call self%series%tangents(q, columns, jacobian(n + 1:, :))
   end subroutine motion_evaluate
 
-  !> At q: membrane(n), what D in error by membrane_sd does, if quantity `number` is D (0: none); own(n, n_nuisances) of the
-  !> records; patterns(n, :) of unknown causes, or none.
-  subroutine motion_directions(self, q, number, membrane_sd, place, radius, membrane, own, patterns, ok)
+  !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
+  !> record_nuisances(n, n_nuisances) are those of the records; patterns(n, :) those of unknown causes, with no columns if they are
+  !> not wanted.
+  subroutine motion_directions(self, q, number, membrane_sd, place, radius, membrane, record_nuisances, patterns, ok)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius
     integer, intent(in) :: number
-    real(rp), intent(inout) :: membrane(:), own(:, :), patterns(:, :)
+    real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
     logical, intent(out) :: ok
     integer :: n
     n = self%modes%n
     ok = .true.
     if (n > 0) call self%modes%directions(q, number, membrane_sd, place, radius, membrane(:n), patterns(:n, :), ok)
     if (self%series%n == 0 .or. .not. ok) return
-    call self%series%directions(q, number, membrane_sd, place, radius, membrane(n + 1:), own(n + 1:, :), &
+    call self%series%directions(q, number, membrane_sd, place, radius, membrane(n + 1:), record_nuisances(n + 1:, :), &
                                 patterns(n + 1:, :), ok)
   end subroutine motion_directions
 

@@ -164,8 +164,8 @@ contains
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number
     needs_sided_veins = .false.
-    if (number > params%count_usual()) &
-      needs_sided_veins = any(needs_of(params%effects, number - params%count_usual()) == NEED_SIDED_VEINS)
+    if (number > params%count_basic()) &
+      needs_sided_veins = any(needs_of(params%effects, number - params%count_basic()) == NEED_SIDED_VEINS)
   end function needs_sided_veins
 
   !> Coordinates of the experiment.

@@ -9,7 +9,7 @@ module diagnosis_wing_rest
   use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
                                        KIND_POINT_MASS, KIND_RELAXATION, KIND_SOFT
   use measurement_experiment, only: experiment_t
-  use measurement_place, only: find_material_point, material_point_t
+  use measurement_material_point, only: find_material_point, material_point_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
   use solid_effects, only: clamp_axis
   use solid_mass_effects, only: mass_effects_t
@@ -120,7 +120,7 @@ contains
     integer, intent(in) :: i
     axis = 0
     if (self%parameters(i)%kind == KIND_PARAMETER) &
-      axis = clamp_axis(model%params%effects, self%parameters(i)%number - model%params%count_usual())
+      axis = clamp_axis(model%params%effects, self%parameters(i)%number - model%params%count_basic())
   end function rest_clamp
 
   !> How all stiffness changes with parameter i at q; `is_any` false: it is none of stiffness.

@@ -40,7 +40,7 @@ module diagnosis_wing_series
     procedure :: directions => series_directions
     procedure :: append_labels => series_append_labels
     procedure, private :: tangent => series_tangent
-    procedure, private :: stand => series_stand
+    procedure, private :: prepare => series_prepare
   end type wing_series_t
 
 contains
@@ -56,7 +56,7 @@ contains
     call self%rest%init(bare, wing, parameters)
     self%parts = parts
     if (.not. associated(self%simulation)) allocate (self%simulation)
-    call self%stand([real(rp) ::], ok)
+    call self%prepare([real(rp) ::], ok)
     self%n = self%simulation%n
     self%n_nuisances = 2*bare%measurement%count_series()
   end subroutine series_init
@@ -73,14 +73,14 @@ contains
   end subroutine series_free
 
   !> The simulation has the model for q.
-  subroutine series_stand(self, q, ok)
+  subroutine series_prepare(self, q, ok)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     logical, intent(out) :: ok
     type(solid_model_t), allocatable :: model
     call self%rest%prepare(q, model, ok)
     if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
-  end subroutine series_stand
+  end subroutine series_prepare
 
   !> residuals(n) at q; `ok` false: the wing at rest is not stable. Tangents are those there.
   subroutine series_evaluate(self, q, residuals, ok)
@@ -91,7 +91,7 @@ contains
     type(solid_model_t), pointer :: model
     type(solid_params_t) :: params
     residuals = 0
-    call self%stand(q, ok)
+    call self%prepare(q, ok)
     if (.not. ok) return
     model => self%simulation%model()
     params = self%rest%params(model, q)
@@ -148,14 +148,15 @@ contains
     end do
   end subroutine series_tangents
 
-  !> At q: membrane(n), what D in error by membrane_sd does, if parameter `number` is D (0: none); own(n, n_nuisances), errors of
-  !> the excitations; and, unless patterns(n, :) has no columns, in the first ones what unit stiffness around each place(2, :) [m]
-  !> does, and without bending tests, in the next ones, a mass of the usual prior at each place.
-  subroutine series_directions(self, q, number, membrane_sd, place, radius, membrane, own, patterns, ok)
+  !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
+  !> record_nuisances(n, n_nuisances) are errors of the excitations. If patterns(n, :) has columns, the first of them are the
+  !> effects of unit stiffness around each site(2, :) [m]. Without bending tests the next ones are the effects of a mass of the
+  !> default prior at each site.
+  subroutine series_directions(self, q, number, membrane_sd, place, radius, membrane, record_nuisances, patterns, ok)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius
     integer, intent(in) :: number
-    real(rp), intent(inout) :: membrane(:), own(:, :), patterns(:, :)
+    real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
     logical, intent(out) :: ok
     real(rp) :: residuals(self%n)
     type(solid_model_t), pointer :: model
@@ -168,7 +169,7 @@ contains
       call self%tangent(q, number, membrane)
       membrane = membrane_sd*membrane
     end if
-    call self%simulation%nuisances(own)
+    call self%simulation%nuisances(record_nuisances)
     n = size(place, 2)
     model => self%simulation%model()
     do i = 1, min(n, size(patterns, 2))

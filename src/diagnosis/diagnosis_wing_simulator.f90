@@ -11,7 +11,7 @@
 module diagnosis_wing_simulator
   use base_errors, only: require
   use base_kinds, only: rp
-  use diagnosis_answers, only: ask_farm
+  use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_labels, only: make_labels
@@ -51,16 +51,16 @@ module diagnosis_wing_simulator
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     !> Parameters that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
-    type(wing_state_t), private :: here
-    real(rp), allocatable, private :: tried(:, :, :)
-    logical, allocatable, private :: was_straight(:), was_tried(:)
+    type(wing_state_t), private :: current
+    real(rp), allocatable, private :: trial_shapes(:, :, :)
+    logical, allocatable, private :: was_snap_free(:), was_evaluated(:)
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
     procedure :: serve => wing_serve
     procedure :: shut_down => wing_shut_down
     procedure :: set_error_directions => wing_set_error_directions
-    procedure :: begin_like => wing_begin_like
+    procedure :: start_from_mesh => wing_start_from_mesh
     procedure :: pixels => wing_pixels
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
@@ -68,9 +68,9 @@ module diagnosis_wing_simulator
     procedure :: accept => wing_accept
     procedure :: get_state => wing_get_state
     procedure :: set_state => wing_set_state
-    procedure :: forget => wing_forget
-    procedure :: settle => wing_settle
-    procedure :: settles => wing_settles
+    procedure :: forget_warm_starts => wing_forget_warm_starts
+    procedure :: linearise_at => wing_linearise_at
+    procedure :: has_nonlinear_nuisances => wing_has_nonlinear_nuisances
     procedure :: common_fraction => wing_common_fraction
     procedure :: set_common_fraction => wing_set_common_fraction
   end type wing_simulator_t
@@ -87,7 +87,7 @@ contains
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
-    integer :: l, n, n_own
+    integer :: l, n, n_distortions
     self%experiment => experiment
     self%parameters = without_places(catalogue%parameters)
     self%effects = catalogue%effects
@@ -96,22 +96,23 @@ contains
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts)
     self%n_observations = bins%n + self%motion%n
     n = size(patterns%place, 2)
-    n_own = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
+    n_distortions = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*n
-    self%n_patterns = 2*n + n_own*size(experiment%loads)
+    self%n_patterns = 2*n + n_distortions*size(experiment%loads)
     self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_own), l=1, size(experiment%loads))], &
+                                  [(spread(experiment%measurement%loads(l)%point, 2, n_distortions), &
+                                    l=1, size(experiment%loads))], &
                                   experiment%model%layout%hinge_place(:, catalogue%parameters(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
     call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
     n = size(experiment%loads)
-    call self%here%init(self%n_observations, bins%n, experiment%model%n_all, n)
-    self%tried = self%here%shapes
-    self%was_straight = self%here%is_start
-    self%was_tried = self%here%is_start
+    call self%current%init(self%n_observations, bins%n, experiment%model%n_all, n)
+    self%trial_shapes = self%current%shapes
+    self%was_snap_free = self%current%is_start
+    self%was_evaluated = self%current%is_start
     self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
     self%n_nuisances = size(self%nuisance_kind) + N_COMMON_NUISANCES + self%motion%n_nuisances
     self%nuisance_names = NUISANCE_NAMES
@@ -144,19 +145,19 @@ contains
   subroutine wing_set_error_directions(self, directions)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: directions(:, :)
-    self%n_nuisances = self%n_nuisances - size(self%here%error_directions, 2) + size(directions, 2)
-    self%here%error_directions = directions
+    self%n_nuisances = self%n_nuisances - size(self%current%error_directions, 2) + size(directions, 2)
+    self%current%error_directions = directions
   end subroutine wing_set_error_directions
 
   !> Takes the shapes at which `other`, the same loads on a mesh of half or of twice the size, stands as starts of warm
   !> solutions, and the errors about which its nuisances are. parents(2, points of the finer mesh): the points of the
   !> coarser one between which each lies.
-  subroutine wing_begin_like(self, other, parents)
+  subroutine wing_start_from_mesh(self, other, parents)
     class(wing_simulator_t), intent(inout) :: self
     class(wing_simulator_t), intent(in) :: other
     integer, intent(in) :: parents(:, :)
-    call self%here%begin_like(other%here, self%experiment%model%n_points, parents)
-  end subroutine wing_begin_like
+    call self%current%start_from_mesh(other%current, self%experiment%model%n_points, parents)
+  end subroutine wing_start_from_mesh
 
   !> One batch: all loads at q but those that are skipped. outputs(:, loads).
   subroutine run_all(self, task, q, columns, outputs, is_valid)
@@ -173,9 +174,9 @@ contains
     n = size(loads)
     allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(task, size(columns)), n))
     do l = 1, n
-      inputs(:, l) = task_input(task, loads(l), self%here%is_start(loads(l)), self%here%load_offset(:, loads(l)), q, columns)
+      inputs(:, l) = task_input(task, loads(l), self%current%is_start(loads(l)), self%current%load_offset(:, loads(l)), q, columns)
     end do
-    call ask_farm(self%farm, self%runner, self%journal, [self%here%shapes], inputs, results, is_valid)
+    call run_journalled_tasks(self%farm, self%runner, self%journal, [self%current%shapes], inputs, results, is_valid)
     self%n_evaluations = self%n_evaluations + 1
     if (n == size(self%experiment%loads)) then
       call move_alloc(results, outputs)
@@ -183,8 +184,8 @@ contains
       allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
       outputs(:, loads) = results
     end if
-    self%was_tried = .false.
-    self%was_tried(loads) = .true.
+    self%was_evaluated = .false.
+    self%was_evaluated(loads) = .true.
   end subroutine run_all
 
   subroutine wing_evaluate(self, q, columns, residuals, jacobian, is_valid)
@@ -200,11 +201,11 @@ contains
     call run_all(self, TASK_EVALUATE, q, columns, outputs, is_valid)
     if (.not. is_valid) return
     do l = 1, size(outputs, 2)
-      if (.not. self%was_tried(l)) cycle
+      if (.not. self%was_evaluated(l)) cycle
       b = self%bins%count(l)
       first = self%bins%first(l)
-      self%was_straight(l) = outputs(1, l) > 0.5_rp
-      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l) - self%here%linear(first:first + b - 1)
+      self%was_snap_free(l) = outputs(1, l) > 0.5_rp
+      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l) - self%current%linear(first:first + b - 1)
       at = N_FACTS + b
       do i = 1, size(q)
         if (.not. any(columns == i)) cycle
@@ -213,8 +214,8 @@ contains
         end do
         at = at + b
       end do
-      self%tried(:, :, l) = reshape(outputs(at + 1:at + size(self%tried)/size(outputs, 2), l), &
-                                    shape(self%tried(:, :, l)))
+      self%trial_shapes(:, :, l) = reshape(outputs(at + 1:at + size(self%trial_shapes)/size(outputs, 2), l), &
+                                    shape(self%trial_shapes(:, :, l)))
     end do
     if (allocated(self%is_skipped)) then
       if (all(self%is_skipped(size(outputs, 2) + 1:))) return
@@ -226,16 +227,16 @@ contains
   subroutine wing_accept(self)
     class(wing_simulator_t), intent(inout) :: self
     integer :: l
-    do l = 1, size(self%was_tried)
-      if (self%was_tried(l)) self%here%shapes(:, :, l) = self%tried(:, :, l)
+    do l = 1, size(self%was_evaluated)
+      if (self%was_evaluated(l)) self%current%shapes(:, :, l) = self%trial_shapes(:, :, l)
     end do
-    where (self%was_tried) self%here%is_start = self%was_straight
+    where (self%was_evaluated) self%current%is_start = self%was_snap_free
   end subroutine wing_accept
 
   subroutine wing_get_state(self, state)
     class(wing_simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
-    allocate (state, source=self%here)
+    allocate (state, source=self%current)
   end subroutine wing_get_state
 
   subroutine wing_set_state(self, state, only_shapes)
@@ -244,68 +245,68 @@ contains
     logical, intent(in), optional :: only_shapes
     select type (state)
     type is (wing_state_t)
-      self%here%shapes = state%shapes
-      self%here%is_start = state%is_start
+      self%current%shapes = state%shapes
+      self%current%is_start = state%is_start
       if (present(only_shapes)) then
         if (only_shapes) return
       end if
       call self%set_error_directions(state%error_directions)
-      self%here = state
+      self%current = state
     class default
       call require(.false., 'wing_simulator_t: the state must be one of a wing')
     end select
   end subroutine wing_set_state
 
-  subroutine wing_forget(self)
+  subroutine wing_forget_warm_starts(self)
     class(wing_simulator_t), intent(inout) :: self
-    self%here%is_start = .false.
-  end subroutine wing_forget
+    self%current%is_start = .false.
+  end subroutine wing_forget_warm_starts
 
   !> Errors of the places of the loads: what one does is not linear in it where a load meets a soft place or the edge of a
   !> triangle. They are taken up to MOST sd, and less where a place would not be on the wing.
-  subroutine wing_settle(self, errors, q, is_valid)
+  subroutine wing_linearise_at(self, errors, q, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
     real(rp), parameter :: MOST = 5.0_rp, LEAST = 0.01_rp
-    real(rp) :: before(2, size(self%here%load_offset, 2)), was_linear(size(self%here%linear)), e(2)
+    real(rp) :: before(2, size(self%current%load_offset, 2)), was_linear(size(self%current%linear)), e(2)
     real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
     real(rp) :: nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
     is_valid = .true.
-    if (.not. self%settles()) return
+    if (.not. self%has_nonlinear_nuisances()) return
     associate (sd => self%experiment%measurement%accuracy%position)
-      before = self%here%load_offset
-      was_linear = self%here%linear
-      do l = 1, size(self%here%load_offset, 2)
+      before = self%current%load_offset
+      was_linear = self%current%linear
+      do l = 1, size(self%current%load_offset, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         e = max(-MOST, min(MOST, errors(v + 1:v + 2)))
         do while (.not. self%experiment%acts_on_wing(l, sd*e) .and. maxval(abs(e)) > LEAST)
           e = e/2
         end do
-        self%here%load_offset(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
+        self%current%load_offset(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
       end do
       call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
       if (.not. is_valid) then
-        self%here%load_offset = before
-        self%here%linear = was_linear
+        self%current%load_offset = before
+        self%current%linear = was_linear
         return
       end if
-      do l = 1, size(self%here%load_offset, 2)
+      do l = 1, size(self%current%load_offset, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         first = self%bins%first(l)
         last = first + self%bins%count(l) - 1
-        self%here%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%here%load_offset(:, l)/sd)
+        self%current%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%current%load_offset(:, l)/sd)
       end do
     end associate
-  end subroutine wing_settle
+  end subroutine wing_linearise_at
 
   !> Errors of places are what is not linear.
-  pure logical function wing_settles(self) result(settles)
+  pure logical function wing_has_nonlinear_nuisances(self) result(has_some)
     class(wing_simulator_t), intent(in) :: self
-    settles = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
-  end function wing_settles
+    has_some = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
+  end function wing_has_nonlinear_nuisances
 
   !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)
@@ -362,7 +363,7 @@ contains
     call run_all(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), q, common, outputs, is_valid)
     if (.not. is_valid) return
     v = 0
-    shared = size(self%was_tried)*N_LOAD_NUISANCES
+    shared = size(self%was_evaluated)*N_LOAD_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
@@ -389,7 +390,7 @@ contains
                            patterns(first:first + b - 1, i + 1:i + N_DISTORTIONS))
     end do
     shared = shared + N_COMMON_NUISANCES
-    nuisances(:, shared + self%motion%n_nuisances + 1:) = self%here%error_directions
+    nuisances(:, shared + self%motion%n_nuisances + 1:) = self%current%error_directions
     associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances)
       call self%motion%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%place, self%runner%patterns%radius, &
                                   nuisances(rows:, shared), nuisances(rows:, shared + 1:last), patterns(rows:, :), is_valid)

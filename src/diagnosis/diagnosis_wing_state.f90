@@ -15,7 +15,7 @@ module diagnosis_wing_state
     real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
-    procedure :: begin_like => state_begin_like
+    procedure :: start_from_mesh => state_start_from_mesh
   end type wing_state_t
 
 contains
@@ -31,7 +31,7 @@ contains
 
   !> Takes the shapes of `other`, the same loads on a mesh of half or of twice the size, and its errors. This mesh has
   !> n_points; parents(2, points of the finer mesh): the points of the coarser one between which each lies.
-  subroutine state_begin_like(self, other, n_points, parents)
+  subroutine state_start_from_mesh(self, other, n_points, parents)
     class(wing_state_t), intent(inout) :: self
     type(wing_state_t), intent(in) :: other
     integer, intent(in) :: n_points, parents(:, :)
@@ -44,5 +44,5 @@ contains
     self%is_start = other%is_start
     self%load_offset = other%load_offset
     self%linear = other%linear
-  end subroutine state_begin_like
+  end subroutine state_start_from_mesh
 end module diagnosis_wing_state

@@ -50,7 +50,7 @@ module fluid_point_forces
     type(stencils_t) :: stencils
     real(rp), allocatable :: inverse_xy(:), inverse_z(:) !< 1/transform of the window on sticks, along kz
     real(rp), allocatable :: kappa_xy(:), kappa_z(:)     !< parts of (k/K)^2
-    real(rp), allocatable :: filter(:), share(:)         !< (nkz) of one stick: Phi over the window's, 1/k^2
+    real(rp), allocatable :: filter(:), inverse_k2(:)         !< (nkz) of one stick: Phi over the window's, 1/k^2
     complex(rp), allocatable :: along(:)                 !< (nkz) of one stick: k.f/k^2
     real(rp), allocatable :: values(:, :)                !< (3, n) velocities or forces
     real(rp) :: impulse = 0, mean_change(3) = 0
@@ -101,7 +101,7 @@ contains
       self%kappa_xy = (s%kx**2 + s%ky**2)/self%radius**2
       self%kappa_z = s%kz**2/self%radius**2
     end associate
-    allocate (self%filter(sticks%nkz), self%share(sticks%nkz), self%along(sticks%nkz))
+    allocate (self%filter(sticks%nkz), self%inverse_k2(sticks%nkz), self%along(sticks%nkz))
     self%stencils%line_first = 1
     self%stencils%lines = .false.
   end subroutine forces_init
@@ -318,13 +318,13 @@ contains
       associate (kz => self%sticks%kz, along => self%along, u => self%u)
         do j = 1, self%sticks%nkz
           self%filter(j) = self%impulse*self%filter(j)
-          self%share(j) = 1/max(kx**2 + ky**2 + kz(j)**2, tiny(1.0_rp))
+          self%inverse_k2(j) = 1/max(kx**2 + ky**2 + kz(j)**2, tiny(1.0_rp))
         end do
         do j = 1, self%sticks%nkz
           fields(j, i, 1) = self%filter(j)*fields(j, i, 1)
           fields(j, i, 2) = self%filter(j)*fields(j, i, 2)
           fields(j, i, 3) = self%filter(j)*fields(j, i, 3)
-          along(j) = self%share(j)*(kx*fields(j, i, 1) + ky*fields(j, i, 2) + kz(j)*fields(j, i, 3))
+          along(j) = self%inverse_k2(j)*(kx*fields(j, i, 1) + ky*fields(j, i, 2) + kz(j)*fields(j, i, 3))
         end do
         do j = 1, self%sticks%nkz
           u(j, s, 1) = u(j, s, 1) + fields(j, i, 1) - kx*along(j)

@@ -52,11 +52,11 @@ contains
   !> All statistics of z(k). `rest` is the sum of squares beside it: if the scale of the noise is not known, z is
   !> measured by it, and tests are those of F. `only_best`: p of a variant is not found where another one of its effect with
   !> as many directions has a larger square.
-  subroutine find_statistics(design, n_effects, is_scale_known, z, rest, statistics, only_best)
+  subroutine find_statistics(design, n_effects, is_scale_known, z, residual_square, statistics, only_best)
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects
     logical, intent(in) :: is_scale_known
-    real(rp), intent(in) :: z(:), rest
+    real(rp), intent(in) :: z(:), residual_square
     type(statistics_t), intent(out) :: statistics
     logical, intent(in), optional :: only_best
     real(rp) :: scale
@@ -65,7 +65,7 @@ contains
     is_brief = .false.
     if (present(only_best)) is_brief = only_best
     scale = 1
-    if (.not. is_scale_known) scale = rest/design%n_rest
+    if (.not. is_scale_known) scale = residual_square/design%residual_dof
     associate (s => statistics)
       allocate (s%squares(size(design%candidates)), s%log_p(size(design%candidates)), s%effect(n_effects), &
                 s%unknown(size(design%families)), source=0.0_rp)
@@ -81,7 +81,7 @@ contains
           if (is_scale_known) then
             s%log_p(c) = log_chi2_tail(s%squares(c), one%df)
           else
-            s%log_p(c) = log_f_tail(s%squares(c)/one%df, one%df, design%n_rest)
+            s%log_p(c) = log_f_tail(s%squares(c)/one%df, one%df, design%residual_dof)
           end if
           if (one%is_finer) cycle
           if (s%best(one%effect) > 0 .and. -s%log_p(c) <= s%effect(one%effect)) cycle
@@ -174,14 +174,14 @@ contains
     integer(i8), intent(in) :: seed
     type(statistics_t), intent(out) :: statistics
     type(random_stream_t) :: stream
-    real(rp) :: z(design%k), rest
+    real(rp) :: z(design%k), residual_square
     call fill_gaussians(seed, NOISE_STREAM, int(d, i8)*design%k, z)
-    rest = 0
+    residual_square = 0
     if (.not. is_scale_known) then
       stream = random_stream_t(seed=seed, stream=SCALE_STREAM, position=int(d, i8)*200000_i8)
-      call draw_chi2(stream, design%n_rest, rest)
+      call draw_chi2(stream, design%residual_dof, residual_square)
     end if
-    call find_statistics(design, n_effects, is_scale_known, z, rest, statistics, only_best=.true.)
+    call find_statistics(design, n_effects, is_scale_known, z, residual_square, statistics, only_best=.true.)
   end subroutine draw_null
 
   !> Number n of independent tests of which the smallest p is exp(log_p) with probability `level`.

@@ -74,7 +74,7 @@ contains
     integer :: i
     at = 0
     key = 0
-    call add_integers([n_effects, n_draws, merge(1, 0, is_scale_known), design%k, design%n_rest, &
+    call add_integers([n_effects, n_draws, merge(1, 0, is_scale_known), design%k, design%residual_dof, &
                        size(design%candidates), size(design%families)])
     key = checksum_add(key, checksum_integers([seed], at))
     at = at + 1

@@ -22,7 +22,7 @@ module inference_decision
   use inference_rejection, only: name_power
   implicit none
   private
-  public :: decision_t, decide, rank_effects, reject_catalogue, take_back_name, verdict_word
+  public :: decision_t, decide, rank_effects, reject_catalogue, withdraw_name, verdict_word
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
@@ -44,7 +44,7 @@ module inference_decision
     real(rp) :: log_p_global = 0            !< of tests and checks
     real(rp) :: log_p_tests = 0             !< of the catalogue and of unknown causes
     real(rp) :: log_p_checks = 0            !< of the checks of residuals
-    logical :: is_by_checks = .false.       !< the checks alone speak against the baseline
+    logical :: is_rejected_by_checks = .false.       !< the checks alone speak against the baseline
     !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, alone or with another one, or
     !> exactly these together; set, one at least of these is a cause; unknown, a cause that is not in the catalogue.
     real(rp) :: probability = 0
@@ -119,7 +119,7 @@ contains
     order = rank_effects(hypotheses)
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
     call find_posterior(hypotheses, size(order), log_joint, decision)
-    if (size(order) == 0 .and. size(design%families) == 0 .and. .not. decision%is_by_checks) return
+    if (size(order) == 0 .and. size(design%families) == 0 .and. .not. decision%is_rejected_by_checks) return
     if (decision%log_p_global > log(LEVEL)) then
       decision%verdict = VERDICT_ADEQUATE
       decision%probability = decision%posterior_none
@@ -127,8 +127,8 @@ contains
     end if
     decision%verdict = VERDICT_UNKNOWN
     decision%probability = decision%posterior_unknown
-    if (decision%is_by_checks) call reject_catalogue(decision, rejected_probability(decision))
-    if (decision%is_by_checks .or. size(order) == 0) return
+    if (decision%is_rejected_by_checks) call reject_catalogue(decision, rejected_probability(decision))
+    if (decision%is_rejected_by_checks .or. size(order) == 0) return
     call explain(design, [hypotheses%best(order(1))], z, one)
     decision%causes = one%members
     decision%snr = sqrt(one%square)
@@ -144,7 +144,7 @@ contains
         decision%set = [integer ::]
         return
       end if
-      call grade(design, calibration, seed, design%candidates(joint%members)%effect, decision)
+      call name_or_set(design, calibration, seed, design%candidates(joint%members)%effect, decision)
     else if (size(joint%members) > 1) then
       decision%remainder_log_p = remainder_log_p(design, calibration, joint%left)
       if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) then
@@ -156,7 +156,7 @@ contains
       decision%snr = sqrt(joint%square)
       decision%set = design%candidates(joint%members)%effect
       decision%is_joint = .true.
-      call grade(design, calibration, seed, decision%set, decision)
+      call name_or_set(design, calibration, seed, decision%set, decision)
     else
       call reject_catalogue(decision, rejected_probability(decision))
     end if
@@ -172,7 +172,7 @@ contains
     if (.not. present(checks)) return
     decision%log_p_checks = checks
     decision%log_p_global = min(0.0_rp, tests - log(TESTS_FRACTION), checks - log(1 - TESTS_FRACTION))
-    decision%is_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_FRACTION)
+    decision%is_rejected_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_FRACTION)
   end subroutine find_global_p
 
   !> The verdict is an unknown cause, with this probability; what is left of 1 is shared as before.
@@ -199,7 +199,7 @@ contains
     type(decision_t), intent(in) :: decision
     real(rp) :: other
     other = (PRIOR_ONE + PRIOR_TWO)*largest_odds(decision%remainder_log_p)
-    if (decision%is_by_checks) other = (1 - PRIOR_UNKNOWN)*largest_odds(decision%log_p_checks)
+    if (decision%is_rejected_by_checks) other = (1 - PRIOR_UNKNOWN)*largest_odds(decision%log_p_checks)
     probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + other))
   end function rejected_probability
 
@@ -257,7 +257,7 @@ contains
   end subroutine find_set
 
   !> A name or a set, and its probability. `joint` are the effects of the best explanation by several.
-  subroutine grade(design, calibration, seed, joint, decision)
+  subroutine name_or_set(design, calibration, seed, joint, decision)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
     integer(i8), intent(in) :: seed
@@ -280,21 +280,21 @@ contains
     end if
     decision%verdict = VERDICT_NAMED
     if (.not. is_name) then
-      call take_back_name(decision, ALIAS)
+      call withdraw_name(decision, ALIAS)
     else if (decision%name_power < POWER) then
-      call take_back_name(decision, NO_POWER)
+      call withdraw_name(decision, NO_POWER)
     else if (decision%probability < NAME_PROBABILITY) then
-      call take_back_name(decision, NOT_SURE)
+      call withdraw_name(decision, NOT_SURE)
     end if
-  end subroutine grade
+  end subroutine name_or_set
 
   !> A set in place of a name, for a reason.
-  pure subroutine take_back_name(decision, reason)
+  pure subroutine withdraw_name(decision, reason)
     type(decision_t), intent(inout) :: decision
     character(*), intent(in) :: reason
     decision%reason = reason
     decision%verdict = VERDICT_SET
     decision%probability = sum(decision%posterior(decision%set))
     if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_joint)
-  end subroutine take_back_name
+  end subroutine withdraw_name
 end module inference_decision

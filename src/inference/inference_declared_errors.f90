@@ -41,7 +41,7 @@ contains
       if (size(columns) < FEWEST) cycle
       directions = design%nuisances(:, columns)
       call design%whitener%apply(directions)
-      call check_one(trim(names(k)), design%beside_baseline(directions), residuals/sqrt(scale), checks)
+      call check_one(trim(names(k)), design%project_out_baseline(directions), residuals/sqrt(scale), checks)
     end do
   end subroutine check_declared_errors
 

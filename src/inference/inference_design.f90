@@ -37,7 +37,7 @@ module inference_design
     real(rp), allocatable :: basis(:, :)    !< (k, df) orthonormal
     real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
     real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is -solve*(basis^T z)
-    real(rp), allocatable :: beside(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
+    real(rp), allocatable :: projected(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
     type(effect_size_prior_t) :: size_prior
   end type candidate_t
 
@@ -52,7 +52,7 @@ module inference_design
     type(effect_size_prior_t) :: size_prior_alone
     type(effect_size_prior_t) :: size_prior
   contains
-    procedure :: map => family_map
+    procedure :: posterior => family_posterior
   end type family_t
 
   type :: design_t
@@ -60,7 +60,7 @@ module inference_design
     type(whitener_t) :: whitener
     integer :: k = 0
     integer :: n_rows = 0                   !< observations and priors
-    integer :: n_rest = 0                   !< degrees of freedom beside baseline and z
+    integer :: residual_dof = 0                   !< degrees of freedom beside baseline and z
     type(candidate_t), allocatable :: candidates(:)
     type(family_t), allocatable :: families(:)
     real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
@@ -71,7 +71,7 @@ module inference_design
   contains
     procedure :: compress => design_compress
     procedure :: observed => design_observed
-    procedure :: beside_baseline => design_beside_baseline
+    procedure :: project_out_baseline => design_project_out_baseline
   end type design_t
 
 contains
@@ -103,7 +103,7 @@ contains
     b = simulator%n_baseline
     columns = [(i, i=1, b), effect_columns(simulator)]
     design%q = q
-    call take_tangents(simulator, q, columns, design, is_valid, known)
+    call evaluate_tangents(simulator, q, columns, design, is_valid, known)
     if (.not. is_valid) then
       call failure%raise('the simulator has no result at the best fit of the baseline')
       return
@@ -135,17 +135,17 @@ contains
     end do
     call orthogonalise(all, design%q_all, r)
     design%k = size(r, 1)
-    design%n_rest = n + count(design%weight > 0) - b - design%k
+    design%residual_dof = n + count(design%weight > 0) - b - design%k
     allocate (least(0))
     if (present(nuisances) .and. present(known)) least = known%candidates%df
     call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), &
-                         beside_baseline(tangents, b), least, design)
+                         project_out_baseline(tangents, b), least, design)
     call make_families(simulator, r(:, [(i, i=size(columns) - b + 1, size(r, 2)), &
                                         field_among(simulator, columns(b + 1:))]), design)
   end subroutine build_design
 
   !> All that the simulator has to tell at q. What `known` has is not asked for again.
-  subroutine take_tangents(simulator, q, columns, design, is_valid, known)
+  subroutine evaluate_tangents(simulator, q, columns, design, is_valid, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
@@ -177,22 +177,22 @@ contains
       allocate (design%nuisances(n, simulator%n_nuisances), design%patterns(n, simulator%n_patterns))
       call simulator%directions(q, design%nuisances, design%patterns, is_valid)
     end if
-  end subroutine take_tangents
+  end subroutine evaluate_tangents
 
   !> Columns b + 1, .. of the tangents without what the first b imitate, whatever priors say.
-  function beside_baseline(tangents, b) result(beside)
+  function project_out_baseline(tangents, b) result(projected)
     real(rp), intent(in) :: tangents(:, :)
     integer, intent(in) :: b
-    real(rp) :: beside(size(tangents, 1), size(tangents, 2) - b)
+    real(rp) :: projected(size(tangents, 1), size(tangents, 2) - b)
     real(rp), allocatable :: u(:, :), s(:), vt(:, :), basis(:, :)
     integer :: i
     call decompose(tangents(:, :b), u, s, vt)
     basis = u(:, :count(s > 1.0e-9_rp*maxval(s)))
-    beside = tangents(:, b + 1:)
+    projected = tangents(:, b + 1:)
     do i = 1, 2 ! once more against rounding
-      beside = beside - matmul(basis, matmul(transpose(basis), beside))
+      projected = projected - matmul(basis, matmul(transpose(basis), projected))
     end do
-  end function beside_baseline
+  end function project_out_baseline
 
   !> Parameters of all effects that the data can show, each once.
   function effect_columns(simulator) result(columns)
@@ -224,11 +224,11 @@ contains
   end function field_among
 
   !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection; for
-  !> beside(n, :) see candidate_t. Candidate i keeps least(i) directions at least.
-  subroutine make_candidates(simulator, columns, raw, retained, beside, least, design)
+  !> projected(n, :) see candidate_t. Candidate i keeps least(i) directions at least.
+  subroutine make_candidates(simulator, columns, raw, retained, projected, least, design)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:), least(:)
-    real(rp), intent(in) :: raw(:, :), retained(:, :), beside(:, :)
+    real(rp), intent(in) :: raw(:, :), retained(:, :), projected(:, :)
     type(design_t), intent(inout) :: design
     integer :: e, v, n, i, j, first
     integer, allocatable :: at(:)
@@ -256,7 +256,7 @@ contains
           end do
           call require(all(simulator%parameters(c%columns)%prior_sd > 0), 'inference_design: effects need a prior')
           c%tangents = retained(:, at)
-          c%beside = beside(:, at)
+          c%projected = projected(:, at)
           call fill_candidate(raw(:, at), [(simulator%parameters(c%columns(j))%prior_sd, j=1, size(at))], &
                               [(reach(simulator%parameters(c%columns(j))), j=1, size(at))], &
                               sum(least(n:min(n, size(least)))), c)
@@ -340,7 +340,7 @@ contains
   end subroutine make_families
 
   !> Posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
-  subroutine family_map(self, z, mean, sd)
+  subroutine family_posterior(self, z, mean, sd)
     class(family_t), intent(in) :: self
     real(rp), intent(in) :: z(:)
     real(rp), allocatable, intent(out) :: mean(:), sd(:)
@@ -356,14 +356,14 @@ contains
       resolved = sum(self%weights(i, :)**2*tau*(tau*self%scale**2/(1 + tau*self%scale**2)))
       sd(i) = sqrt(max(0.0_rp, tau/largest**2 - resolved))
     end do
-  end subroutine family_map
+  end subroutine family_posterior
 
-  !> z(k) and the sum of squares of what lies beside baseline and z, of residuals(n) of the simulator where its baseline
+  !> z(k) and the sum of squares of what baseline and z do not span, of residuals(n) of the simulator where its baseline
   !> unknowns have the values p(:).
-  subroutine design_compress(self, residuals, p, z, rest)
+  subroutine design_compress(self, residuals, p, z, residual_square)
     class(design_t), intent(in) :: self
     real(rp), intent(in) :: residuals(:), p(:)
-    real(rp), intent(out) :: z(:), rest
+    real(rp), intent(out) :: z(:), residual_square
     real(rp) :: r(self%n_rows)
     integer :: n
     n = size(residuals)
@@ -372,18 +372,18 @@ contains
     r(n + 1:) = (p - self%prior)*self%weight
     r = r - matmul(self%q_base, matmul(r, self%q_base))
     z = matmul(r, self%q_all)
-    rest = max(0.0_rp, sum(r**2) - sum(z**2))
+    residual_square = max(0.0_rp, sum(r**2) - sum(z**2))
   end subroutine design_compress
 
   !> Whitened columns (n, :) without what the baseline, held by its priors, imitates of them.
-  function design_beside_baseline(self, columns) result(beside)
+  function design_project_out_baseline(self, columns) result(projected)
     class(design_t), intent(in) :: self
     real(rp), intent(in) :: columns(:, :)
-    real(rp) :: beside(size(columns, 1), size(columns, 2))
+    real(rp) :: projected(size(columns, 1), size(columns, 2))
     associate (basis => self%q_base(:size(columns, 1), :))
-      beside = columns - matmul(basis, matmul(transpose(basis), columns))
+      projected = columns - matmul(basis, matmul(transpose(basis), columns))
     end associate
-  end function design_beside_baseline
+  end function design_project_out_baseline
 
   !> What z(k) is among the whitened observations (n).
   function design_observed(self, z) result(r)

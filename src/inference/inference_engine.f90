@@ -9,18 +9,19 @@ module inference_engine
   use inference_calibration, only: find_detectable, find_statistics, statistics_t
   use inference_calibration_store, only: calibrate, calibration_store_t
   use inference_fit_checks, only: check_fit
-  use inference_decision, only: decide, reject_catalogue, take_back_name, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, AT_BOUND, &
+  use inference_decision, only: decide, reject_catalogue, withdraw_name, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, AT_BOUND, &
                                 VERDICT_ADEQUATE, VERDICT_INSUFFICIENT, VERDICT_NAMED, VERDICT_SET
   use inference_design, only: build_design, design_t
-  use inference_intervals, only: find_intervals, find_support, move_to_better
+  use inference_intervals, only: find_intervals, find_support, refit_from_better
   use inference_noise_fraction, only: find_noise_fraction
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refine_location, only: add_finer
-  use inference_refit, only: fit_baseline
+  use inference_refit, only: fit_baseline, nested_fit_t
   use inference_relinearisation, only: model_error_t, relinearise
   use inference_simulator, only: simulator_t
   use inference_top_candidates, only: fit_extended, refit_top_candidates
   use inference_validation, only: compare_folds, validate
+  use inference_whitener, only: whitener_t
   implicit none
   private
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
@@ -42,25 +43,18 @@ contains
     class(model_error_t), intent(inout), optional :: model_error
     type(refit_t), allocatable :: before(:)
     integer :: n_effects
-    real(rp), allocatable :: again(:), best(:, :), nuisances(:, :)
+    real(rp), allocatable :: nuisances(:, :)
     logical :: is_scale_known, has_finer, is_new
-    type(design_t) :: finer
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
-    call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure, nuisances)
+    call find_baseline(simulator, starts, options, d%whitener, d%baseline, d%spread, nuisances, failure)
     if (failure%failed) return
-    if (.not. options%is_scale_known) then
-      call find_noise_fraction(simulator, d%baseline%q, is_new)
-      best = reshape(d%baseline%q, [size(d%baseline%q), 1])
-      if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure, nuisances)
-      if (failure%failed) return
-    end if
     call build_design(simulator, d%baseline%q, d%design, failure, nuisances=nuisances)
     if (failure%failed) return
     call simulator%get_state(d%baseline%state) ! where all refits begin
-    d%plain = d%baseline
+    d%initial_baseline = d%baseline
     ! Without directions that no test uses the noise model is believed.
-    is_scale_known = options%is_scale_known .or. d%design%n_rest < FEWEST_REST
+    is_scale_known = options%is_scale_known .or. d%design%residual_dof < FEWEST_REST
     if (simulator%n_observations < 2*simulator%n_baseline) then
       d%decision%verdict = VERDICT_INSUFFICIENT
       d%decision%causes = [integer ::]
@@ -69,94 +63,125 @@ contains
     end if
     call calibrate(d%design, n_effects, is_scale_known, options%n_draws, options%seed, d%calibration, store)
     call find_detectable(d%design, d%calibration, n_effects, LEVEL, d%detectable_snr)
-    call judge(simulator, options, is_scale_known, d, failure)
+    call test_hypotheses(simulator, options, is_scale_known, d, failure)
     if (failure%failed) return
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT .or. &
-        d%linear%is_by_checks) then
+        d%linear%is_rejected_by_checks) then
       if (options%validates) &
-        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
+        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%prediction%baseline)
       call d%restore_baseline(simulator)
       return
     end if
-    call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
-    if (has_finer) then
-      call build_design(simulator, d%baseline%q, finer, failure, d%design)
-      finer%n_rest = d%design%n_rest
-      d%design = finer
-      if (.not. failure%failed) call judge(simulator, options, is_scale_known, d, failure)
-      if (failure%failed) return
-    end if
+    call refine_design(simulator, d%baseline%q, d%hypotheses%best, d%design, has_finer, failure)
+    if (failure%failed) return
+    if (has_finer) call test_hypotheses(simulator, options, is_scale_known, d, failure)
+    if (failure%failed) return
     call refit_top_candidates(simulator, options, d)
     call d%restore_baseline(simulator)
     if (options%validates) &
-      call validate(simulator, d%plain%active, d%plain%q, d%design%nuisances, options%fit, d%validated)
+      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, d%prediction%baseline)
     call relinearise(simulator, options, d, is_new, model_error)
     if (is_new) then
-      call judge(simulator, options, is_scale_known, d, failure)
+      call test_hypotheses(simulator, options, is_scale_known, d, failure)
       if (failure%failed) return
       call move_alloc(d%refits, before)
       call refit_top_candidates(simulator, options, d, before)
     end if
-    call confirm(simulator, options, d)
+    call validate_causes(simulator, options, d)
     call d%restore_extended(simulator)
   end subroutine run_diagnosis
+
+  !> Fits the baseline, and once more from there if the noise is not as declared but of other parts.
+  subroutine find_baseline(simulator, starts, options, whitener, baseline, spread, nuisances, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: starts(:, :)
+    type(diagnosis_options_t), intent(in) :: options
+    type(whitener_t), intent(out), target :: whitener
+    type(nested_fit_t), intent(out) :: baseline
+    real(rp), allocatable, intent(out) :: spread(:), nuisances(:, :) !< see fit_baseline
+    type(failure_t), intent(out) :: failure
+    real(rp), allocatable :: again(:), best(:, :)
+    logical :: is_new
+    call fit_baseline(simulator, starts, options%fit, whitener, baseline, spread, failure, nuisances)
+    if (failure%failed .or. options%is_scale_known) return
+    call find_noise_fraction(simulator, baseline%q, is_new)
+    best = reshape(baseline%q, [size(baseline%q), 1])
+    if (is_new) call fit_baseline(simulator, best, options%fit, whitener, baseline, again, failure, nuisances)
+  end subroutine find_baseline
+
+  !> The design with finer places about those of the leading candidates, `best` of each effect, at the baseline q. The degrees
+  !> of freedom of the rest stay those of the scan.
+  subroutine refine_design(simulator, q, best, design, has_finer, failure)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: best(:)
+    type(design_t), intent(inout) :: design
+    logical, intent(out) :: has_finer
+    type(failure_t), intent(out) :: failure
+    type(design_t) :: finer
+    call add_finer(simulator, design, best, has_finer)
+    if (.not. has_finer) return
+    call build_design(simulator, q, finer, failure, design)
+    finer%residual_dof = design%residual_dof
+    design = finer
+  end subroutine refine_design
 
   !> What the tangents and the checks say: z, statistics, odds, and a first verdict. Checks and statistics that are
   !> there already are those of the scan, with which the global p and the size of the noise stay: finer places may leave
   !> nothing to tell it from.
-  subroutine judge(simulator, options, is_scale_known, d, failure)
+  subroutine test_hypotheses(simulator, options, is_scale_known, d, failure)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
     type(diagnosis_t), intent(inout) :: d
     type(failure_t), intent(out) :: failure
     type(statistics_t) :: scan
-    real(rp) :: rest
+    real(rp) :: residual_square
     integer :: n_effects
     n_effects = size(simulator%effects)
     scan = d%statistics
-    rest = d%rest
+    residual_square = d%residual_square
     if (allocated(d%z)) deallocate (d%z)
     allocate (d%z(d%design%k))
-    call compress_at(simulator, d%baseline%q, d%design, d%z, d%rest, failure)
+    call compress_at(simulator, d%baseline%q, d%design, d%z, d%residual_square, failure)
     if (failure%failed) return
-    if (allocated(scan%effect)) d%rest = rest
-    call find_statistics(d%design, n_effects, is_scale_known, d%z, d%rest, d%statistics)
+    if (allocated(scan%effect)) d%residual_square = residual_square
+    call find_statistics(d%design, n_effects, is_scale_known, d%z, d%residual_square, d%statistics)
     if (allocated(scan%effect)) then
       d%statistics%effect = scan%effect
       d%statistics%unknown = scan%unknown
     end if
-    if (.not. is_scale_known) d%scale = d%rest/d%design%n_rest
+    if (.not. is_scale_known) d%scale = d%residual_square/d%design%residual_dof
     d%z = d%z/sqrt(d%scale)
     if (.not. allocated(d%checks)) call check_fit(simulator, d%design, d%baseline, d%scale, &
-                                                  noise_freedom(options, is_scale_known), d%checks)
+                                                  noise_dof(options, is_scale_known), d%checks)
     call d%hypotheses%init(d%design, n_effects, d%z)
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%linear, &
                 combined_log_p(d%checks))
     d%decision = d%linear
-  end subroutine judge
+  end subroutine test_hypotheses
 
   !> How well the size of the noise is known: a declared one is believed, and one that nothing tells.
-  pure integer function noise_freedom(options, is_scale_known)
+  pure integer function noise_dof(options, is_scale_known)
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
-    noise_freedom = merge(huge(1), options%noise_freedom, is_scale_known)
-  end function noise_freedom
+    noise_dof = merge(huge(1), options%noise_dof, is_scale_known)
+  end function noise_dof
 
   !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
   !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
   !> stands at a bound, or if it does not predict better. The rest of several causes gets no name either, as it has been found
   !> to explain too little.
-  subroutine confirm(simulator, options, d)
+  subroutine validate_causes(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout), target :: d
     logical :: ok
     if (size(d%decision%causes) == 0) return
-    call take_fitted(d)
+    call reuse_fit(d)
     if (.not. d%extended%is_found) call fit_extended(simulator, options, d, d%decision%causes, d%extended)
     if (.not. d%extended%is_found) then
-      if (d%decision%verdict == VERDICT_NAMED) call take_back_name(d%decision, NO_FIT)
+      if (d%decision%verdict == VERDICT_NAMED) call withdraw_name(d%decision, NO_FIT)
       return
     end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
@@ -169,29 +194,29 @@ contains
     ! extended model leaves beyond the noise is an error of it, of which nobody knows more than its size: intervals carry it.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
       call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
-      call move_to_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
+      call refit_from_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
       if (ok) call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
       call find_support(simulator%parameters, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
       call d%restore_extended(simulator)
-      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
-      call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
-      d%has_gain = ok
+      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%prediction%extended)
+      call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, ok)
+      d%prediction%has_gain = ok
     end if
     if (d%decision%verdict /= VERDICT_NAMED) return
     if (options%finds_intervals .and. .not. d%is_null_excluded) then
-      call take_back_name(d%decision, NO_INTERVAL)
+      call withdraw_name(d%decision, NO_INTERVAL)
     else if (d%is_at_bound) then
-      call take_back_name(d%decision, AT_BOUND)
-    else if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) then
-      call take_back_name(d%decision, NO_GAIN)
+      call withdraw_name(d%decision, AT_BOUND)
+    else if (options%validates .and. .not. (d%prediction%has_gain .and. d%prediction%gain > d%prediction%gain_error)) then
+      call withdraw_name(d%decision, NO_GAIN)
     end if
-  end subroutine confirm
+  end subroutine validate_causes
 
   !> If a single cause of the verdict has been fitted already, this fit is the extended model.
-  subroutine take_fitted(d)
+  subroutine reuse_fit(d)
     type(diagnosis_t), intent(inout) :: d
     integer :: i
     if (size(d%decision%causes) > 1) return
@@ -199,5 +224,5 @@ contains
       if (d%refits(i)%candidate /= d%decision%causes(1)) cycle
       d%extended = d%refits(i)%found
     end do
-  end subroutine take_fitted
+  end subroutine reuse_fit
 end module inference_engine

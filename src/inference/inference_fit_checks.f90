@@ -15,13 +15,13 @@ module inference_fit_checks
 contains
 
   !> The checks of the residuals of a fit, near which the simulator stands, with the whitener of the design; none without a
-  !> result there. For `scale` and `noise_freedom` see check_residuals.
-  subroutine check_fit(simulator, design, fitted, scale, noise_freedom, checks)
+  !> result there. For `scale` and `noise_dof` see check_residuals.
+  subroutine check_fit(simulator, design, fitted, scale, noise_dof, checks)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design
     type(nested_fit_t), intent(in) :: fitted
     real(rp), intent(in) :: scale
-    integer, intent(in) :: noise_freedom
+    integer, intent(in) :: noise_dof
     type(residual_check_t), allocatable, intent(out) :: checks(:)
     real(rp) :: residuals(simulator%n_observations), nothing(simulator%n_observations, 0)
     real(rp) :: responses(simulator%n_observations)
@@ -31,9 +31,9 @@ contains
     if (.not. is_valid) return
     responses = simulator%labels%observed + residuals
     call design%whitener%apply_one(residuals)
-    call check_residuals(simulator%labels, design, residuals, responses, simulator%n_baseline, scale, noise_freedom, checks)
+    call check_residuals(simulator%labels, design, residuals, responses, simulator%n_baseline, scale, noise_dof, checks)
     if (.not. allocated(simulator%nuisance_kind)) return
     call check_declared_errors(design, simulator%nuisance_kind, simulator%nuisance_names, residuals, &
-                               merge(1.0_rp, scale, noise_freedom > 0), checks)
+                               merge(1.0_rp, scale, noise_dof > 0), checks)
   end subroutine check_fit
 end module inference_fit_checks

@@ -177,7 +177,7 @@ contains
     explained%left = z
     allocate (explained%basis(size(z), 0))
     do i = 1, size(members)
-      one = beside(design%candidates(members(i)), explained)
+      one = orthogonal_to(design%candidates(members(i)), explained)
       if (one%df == 0) cycle
       explained%log_evidence = explained%log_evidence + one%size_prior%log_evidence(matmul(explained%left, one%basis))
       explained%left = explained%left - matmul(one%basis, matmul(explained%left, one%basis))
@@ -188,19 +188,19 @@ contains
   end subroutine explain
 
   !> A candidate without the directions that others hold.
-  type(candidate_t) function beside(one, others) result(rest)
+  type(candidate_t) function orthogonal_to(one, others) result(remainder)
     type(candidate_t), intent(in) :: one
     type(explained_t), intent(in) :: others
     real(rp), allocatable :: u(:, :), s(:), vt(:, :)
     integer :: m
-    rest = one
+    remainder = one
     if (one%df == 0 .or. others%df == 0) return
     call decompose(one%basis - matmul(others%basis, matmul(transpose(others%basis), one%basis)), u, s, vt)
     m = count(s > 0.05_rp)
-    rest%basis = u(:, :m)
-    rest%df = m
-    if (m > 0) call rest%size_prior%init(s(:m)/s(1))
-  end function beside
+    remainder%basis = u(:, :m)
+    remainder%df = m
+    if (m > 0) call remainder%size_prior%init(s(:m)/s(1))
+  end function orthogonal_to
 
   !> The candidates of `known` and the variant of effect e that explains most beside them; the evidence is averaged over all
   !> variants, so that an effect that may be at many places pays for the choice.
@@ -217,7 +217,7 @@ contains
     most = IMPOSSIBLE
     do c = 1, size(design%candidates)
       if (design%candidates(c)%effect /= e .or. design%candidates(c)%df == 0) cycle
-      one = beside(design%candidates(c), known)
+      one = orthogonal_to(design%candidates(c), known)
       log_evidence = 0
       if (one%df > 0) log_evidence = one%size_prior%log_evidence(matmul(known%left, one%basis))
       total = log_add(total, log_evidence + log(design%candidates(c)%weight))
@@ -270,10 +270,10 @@ contains
     loss = 0
     fraction = 1
     associate (one => design%candidates(a), other => design%candidates(b))
-      signal = matmul(one%beside, matmul(one%solve, matmul(z, one%basis)))
+      signal = matmul(one%projected, matmul(one%solve, matmul(z, one%basis)))
       whole = 0.5_rp*sum(signal**2)
       if (.not. whole > 0) return
-      call decompose(other%beside, u, s, vt)
+      call decompose(other%projected, u, s, vt)
       m = count(s > SAME*maxval(s))
       signal = signal - matmul(u(:, :m), matmul(signal, u(:, :m)))
       loss = 0.5_rp*sum(signal**2)

@@ -13,7 +13,7 @@ module inference_intervals
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: find_intervals, find_support, move_to_better
+  public :: find_intervals, find_support, refit_from_better
 
 contains
 
@@ -82,7 +82,7 @@ contains
 
   !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes
   !> are fitted again from there.
-  subroutine move_to_better(simulator, whitener, options, intervals, extended, is_better)
+  subroutine refit_from_better(simulator, whitener, options, intervals, extended, is_better)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
     type(fit_options_t), intent(in) :: options
@@ -102,5 +102,5 @@ contains
     is_better = other%is_found
     if (is_better) is_better = other%cost() < extended%cost()
     if (is_better) extended = other
-  end subroutine move_to_better
+  end subroutine refit_from_better
 end module inference_intervals

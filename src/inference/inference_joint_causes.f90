@@ -32,7 +32,7 @@ contains
     if (size(order) < 2) return
     joint%log_evidence = IMPOSSIBLE
     do i = 1, min(size(order), MOST_CANDIDATES)
-      call add_best(design, chain(design, hypotheses, order(i:i)), order(i + 1:), joint)
+      call add_best(design, forward_selection(design, hypotheses, order(i:i)), order(i + 1:), joint)
     end do
     if (.not. joint%log_evidence > IMPOSSIBLE) return
     do while (size(joint%members) < min(MOST_JOINT, size(order)))
@@ -73,7 +73,7 @@ contains
           is_other = is_in
           is_other(m) = .false.
           is_other(j) = .true.
-          one = chain(design, hypotheses, pack(order, is_other))
+          one = forward_selection(design, hypotheses, pack(order, is_other))
           if (one%log_evidence > best%log_evidence) best = one
         end do
       end do
@@ -83,7 +83,7 @@ contains
   end subroutine swap_members
 
   !> These effects one after the other, the most probable one first, each where it explains most beside those before it.
-  function chain(design, hypotheses, effects) result(known)
+  function forward_selection(design, hypotheses, effects) result(known)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: effects(:)
@@ -95,7 +95,7 @@ contains
       call add_effect(design, known, effects(i), next)
       known = next
     end do
-  end function chain
+  end function forward_selection
 
   !> `best` becomes `known` with one of the effects `others` that are not in it, if that has more evidence.
   subroutine add_best(design, known, others, best)

@@ -28,7 +28,7 @@ module inference_record
     integer :: most_refits = 5           !< top candidates that are fitted in full
     logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
     !> Degrees of freedom with which the size of the noise is known beside the fits, see check_residuals.
-    integer :: noise_freedom = 0
+    integer :: noise_dof = 0
     logical :: validates = .true.
     logical :: finds_intervals = .true.
   end type diagnosis_options_t
@@ -38,21 +38,28 @@ module inference_record
     integer :: candidate = 0
     type(nested_fit_t) :: found
     real(rp) :: gain = 0                 !< of the sum of squares over the baseline, in units of the noise
-    real(rp) :: promised = 0             !< the same by the tangents
+    real(rp) :: linear_gain = 0             !< the same by the tangents
     real(rp) :: remainder_log_p = 0
   end type refit_t
+
+  !> How well locations are predicted that a fit did not see.
+  type :: prediction_t
+    type(validation_t) :: baseline, extended
+    real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out, of the extended over the baseline
+    logical :: has_gain = .false.
+  end type prediction_t
 
   !> Everything that came out.
   type :: diagnosis_t
     type(whitener_t) :: whitener
-    type(nested_fit_t) :: plain          !< the baseline for itself
+    type(nested_fit_t) :: initial_baseline !< the baseline for itself
     type(nested_fit_t) :: baseline       !< the same with the nuisances of the refits, which may be those at the leader
     real(rp), allocatable :: spread(:)   !< of the starts, see fit_baseline
     type(design_t) :: design
     type(calibration_t) :: calibration
     real(rp) :: scale = 1                !< estimated over declared variance of the noise
     real(rp), allocatable :: z(:)        !< in units of the noise
-    real(rp) :: rest = 0
+    real(rp) :: residual_square = 0
     real(rp) :: extended_scale = 0       !< variance of what the extended model leaves over that of the noise model
     type(statistics_t) :: statistics
     type(residual_check_t), allocatable :: checks(:) !< of the residuals of the baseline
@@ -63,9 +70,7 @@ module inference_record
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
     logical :: is_null_excluded = .false. !< for each of the causes
     logical :: is_at_bound = .false.     !< a parameter that excludes its null
-    type(validation_t) :: validated, validated_extended
-    real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out
-    logical :: has_gain = .false.
+    type(prediction_t) :: prediction
     real(rp), allocatable :: detectable_snr(:) !< (effects)
   contains
     procedure :: restore_baseline => diagnosis_restore_baseline
@@ -93,21 +98,21 @@ contains
   end subroutine diagnosis_restore_extended
 
   !> z and rest of the data at the point q.
-  subroutine compress_at(simulator, q, design, z, rest, failure)
+  subroutine compress_at(simulator, q, design, z, residual_square, failure)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(design_t), intent(in) :: design
-    real(rp), intent(out) :: z(:), rest
+    real(rp), intent(out) :: z(:), residual_square
     type(failure_t), intent(out) :: failure
     real(rp) :: residuals(simulator%n_observations), jacobian(simulator%n_observations, 0)
     logical :: is_valid
     call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
     if (.not. is_valid) then
       z = 0
-      rest = 0
+      residual_square = 0
       call failure%raise('the simulator has no result at a point that was fitted')
       return
     end if
-    call design%compress(residuals, q(:simulator%n_baseline), z, rest)
+    call design%compress(residuals, q(:simulator%n_baseline), z, residual_square)
   end subroutine compress_at
 end module inference_record

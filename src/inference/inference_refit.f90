@@ -15,11 +15,11 @@ module inference_refit
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_roughly, nested_unknowns, roughly, &
-            settle_nuisances
+  public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_loosely, nested_unknowns, loose_options, &
+            relinearise_nuisances
 
-  real(rp), parameter :: ROUGH = 1.0e-3_rp   !< of the sum of squares
-  real(rp), parameter :: SETTLED = 0.05_rp   !< in units of the sum of squares
+  real(rp), parameter :: LOOSE_TOLERANCE = 1.0e-3_rp !< of the sum of squares
+  real(rp), parameter :: SETTLED = 0.05_rp           !< in units of the sum of squares
 
   !> A model with the parameters `active` free and all others at q.
   type, extends(least_squares_t) :: nested_problem_t
@@ -133,21 +133,21 @@ contains
 
   !> Fits the parameters `active` over the observations of the whitener, from q. usual(parameters), where given, is a
   !> point as far from their null as effects are expected to be.
-  subroutine fit_nested(simulator, whitener, active, q, options, found, usual)
+  subroutine fit_nested(simulator, whitener, active, q, options, found, typical)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
     type(fit_options_t), intent(in) :: options
     type(nested_fit_t), intent(out) :: found
-    real(rp), intent(in), optional :: usual(:)
+    real(rp), intent(in), optional :: typical(:)
     type(nested_problem_t) :: problem
     type(unknowns_t) :: unknowns
     type(fit_report_t) :: report
     type(posterior_t) :: posterior
     call problem%init(simulator, whitener, active, q)
-    if (present(usual)) then
-      unknowns = nested_unknowns(simulator, active, usual)
+    if (present(typical)) then
+      unknowns = nested_unknowns(simulator, active, typical)
     else
       unknowns = nested_unknowns(simulator, active, q)
     end if
@@ -165,7 +165,7 @@ contains
     call simulator%get_state(found%state)
   end subroutine fit_nested
 
-  !> Fits the baseline from several starts (parameters, :), each as `fit_roughly` does, and the most probable of them to
+  !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and the most probable of them to
   !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
   !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of
   !> `nuisances` at this point, and the fit is the best one with these. spread(starts) is how much less
@@ -188,7 +188,7 @@ contains
     call simulator%set_state(found%state)
     call settle_baseline(simulator, options, whitener, found)
     call simulator%set_state(found%state)
-    call take_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
+    call update_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
     if (.not. is_valid) then
       call failure%raise('the simulator has no result at the best fit of the baseline')
       return
@@ -200,7 +200,7 @@ contains
     if (again%is_found) found = again
   end subroutine fit_baseline
 
-  !> The most probable of rough fits of the baseline, from these starts, and `spread` as `fit_baseline` has it.
+  !> The most probable of loose fits of the baseline, from these starts, and `spread` as `fit_baseline` has it.
   subroutine fit_best_start(simulator, starts, options, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -218,7 +218,7 @@ contains
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
     least = huge(least)
     do s = 1, size(starts, 2)
-      call fit_roughly(simulator, starts(:, s), options, whitener, one, failed)
+      call fit_loosely(simulator, starts(:, s), options, whitener, one, failed)
       if (failed%failed) cycle
       spread(s) = one%cost() + whitener%log_determinant
       if (found%is_found .and. .not. spread(s) < least) cycle
@@ -232,7 +232,7 @@ contains
     where (spread < huge(1.0_rp)) spread = spread - least
   end subroutine fit_best_start
 
-  !> Fits the baseline to the end from a rough fit, in the passes of `fit_baseline`; the most probable of them is found.
+  !> Fits the baseline to the end from a loose fit, in the passes of `fit_baseline`; the most probable of them is found.
   subroutine settle_baseline(simulator, options, whitener, found)
     class(simulator_t), intent(inout), target :: simulator
     type(fit_options_t), intent(in) :: options
@@ -249,8 +249,8 @@ contains
     do pass = 1, MOST_PASSES
       before = one%cost()
       q = one%q
-      call simulator%forget()
-      call take_directions(simulator, q, whitener, is_valid)
+      call simulator%forget_warm_starts()
+      call update_directions(simulator, q, whitener, is_valid)
       if (.not. is_valid) exit
       call fit_nested(simulator, whitener, found%active, q, options, one)
       if (.not. one%is_found) exit
@@ -259,14 +259,14 @@ contains
         found = one
       end if
       if (pass > 1 .and. abs(one%cost() - before) <= SETTLED) exit
-      call settle_nuisances(simulator, whitener, one%q, is_valid)
+      call relinearise_nuisances(simulator, whitener, one%q, is_valid)
     end do
   end subroutine settle_baseline
 
   !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
   !> ends. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are
   !> found from rest, and if they are others it goes on from them, if that is possible.
-  subroutine fit_roughly(simulator, q, options, whitener, found, failure)
+  subroutine fit_loosely(simulator, q, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)
     type(fit_options_t), intent(in) :: options
@@ -280,17 +280,17 @@ contains
     integer :: i, active(simulator%n_baseline)
     logical :: is_valid
     active = [(i, i=1, simulator%n_baseline)]
-    call simulator%forget()
-    call take_directions(simulator, q, whitener, is_valid)
-    if (is_valid) call fit_nested(simulator, whitener, active, q, roughly(options), found)
+    call simulator%forget_warm_starts()
+    call update_directions(simulator, q, whitener, is_valid)
+    if (is_valid) call fit_nested(simulator, whitener, active, q, loose_options(options), found)
     if (.not. found%is_found) then
       call failure%raise('the baseline could not be fitted')
       return
     end if
     check: block
       call simulator%evaluate(found%q, [integer ::], followed, nothing, is_valid)
-      call simulator%forget()
-      if (is_valid) call take_directions(simulator, found%q, whitener, is_valid, from_rest)
+      call simulator%forget_warm_starts()
+      if (is_valid) call update_directions(simulator, found%q, whitener, is_valid, from_rest)
       if (.not. is_valid) exit check
       followed = followed - from_rest
       call whitener%apply_one(followed)
@@ -299,24 +299,24 @@ contains
         found%chi2 = sum(from_rest**2)
         exit check
       end if
-      call fit_nested(simulator, whitener, active, found%q, roughly(options), one)
+      call fit_nested(simulator, whitener, active, found%q, loose_options(options), one)
       if (one%is_found) found = one
     end block check
     call simulator%get_state(found%state)
-  end subroutine fit_roughly
+  end subroutine fit_loosely
 
   !> The same choices, with an end where little is gained.
-  pure function roughly(options) result(rough_options)
+  pure function loose_options(options) result(loose)
     type(fit_options_t), intent(in) :: options
-    type(fit_options_t) :: rough_options
-    rough_options = options
-    rough_options%reduction_tolerance = max(ROUGH, options%reduction_tolerance)
-  end function roughly
+    type(fit_options_t) :: loose
+    loose = options
+    loose%reduction_tolerance = max(LOOSE_TOLERANCE, options%reduction_tolerance)
+  end function loose_options
 
   !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear. The
   !> directions of the whitener, over all observations, are then those at q before that, if there is anything to settle. If
   !> there is no result (`is_valid` false) errors are as before.
-  subroutine settle_nuisances(simulator, whitener, q, is_valid)
+  subroutine relinearise_nuisances(simulator, whitener, q, is_valid)
     class(simulator_t), intent(inout) :: simulator
     type(whitener_t), intent(inout) :: whitener
     real(rp), intent(in) :: q(:)
@@ -324,7 +324,7 @@ contains
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
     is_valid = .true.
-    if (.not. simulator%settles()) return
+    if (.not. simulator%has_nonlinear_nuisances()) return
     n = simulator%n_observations
     allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
     call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
@@ -333,11 +333,11 @@ contains
     call whitener%add_directions(nuisances)
     call whitener%apply(nuisances)
     call whitener%apply_one(residuals)
-    call simulator%settle(-matmul(residuals, nuisances), q, is_valid)
-  end subroutine settle_nuisances
+    call simulator%linearise_at(-matmul(residuals, nuisances), q, is_valid)
+  end subroutine relinearise_nuisances
 
   !> Nuisances at q, where the simulator goes; it then sees these residuals.
-  subroutine take_directions(simulator, q, whitener, is_valid, seen, directions)
+  subroutine update_directions(simulator, q, whitener, is_valid, seen, directions)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     type(whitener_t), intent(inout) :: whitener
@@ -354,5 +354,5 @@ contains
     call simulator%directions(q, nuisances, patterns, is_valid)
     if (is_valid) call whitener%add_directions(nuisances(whitener%rows, :))
     if (present(directions)) call move_alloc(nuisances, directions)
-  end subroutine take_directions
+  end subroutine update_directions
 end module inference_refit

@@ -54,7 +54,7 @@ contains
     allocate (region%pattern(0), region%part(0), region%fraction(0))
     most = -huge(most)
     do f = 1, size(design%families)
-      call weigh(design%families(f), z, field, one, alone)
+      call find_evidences(design%families(f), z, field, one, alone)
       if (log_add(field, one) <= most) cycle
       most = log_add(field, one)
       region%is_found = .true.
@@ -67,19 +67,19 @@ contains
       if (region%is_one_place) then
         weight = exp(max(-700.0_rp, best - maxval(best)))
         weight = weight/sum(weight)
-        is_in = smallest_set(weight, weight >= 0)
+        is_in = highest_density_set(weight, weight >= 0)
       else
-        call family%map(z, mean, sd)
+        call family%posterior(z, mean, sd)
         weight = (mean/max(sd, tiny(1.0_rp)))**2
         weight = weight/max(sum(weight), tiny(1.0_rp))
-        is_in = smallest_set(weight, abs(mean) > TWO_SIDED*sd)
+        is_in = highest_density_set(weight, abs(mean) > TWO_SIDED*sd)
       end if
-      call connect(place(:, family%patterns), NEIGHBOURS*distance, weight, is_in, region)
+      call find_connected_parts(place(:, family%patterns), NEIGHBOURS*distance, weight, is_in, region)
     end associate
   end subroutine find_region
 
   !> Log evidences of a family: as a field, as one place, and alone(patterns) for each place.
-  subroutine weigh(family, z, field, one, alone)
+  subroutine find_evidences(family, z, field, one, alone)
     type(family_t), intent(in) :: family
     real(rp), intent(in) :: z(:)
     real(rp), intent(out) :: field, one
@@ -95,10 +95,10 @@ contains
       end associate
     end do
     one = one - log(real(max(1, size(family%alone, 2)), rp))
-  end subroutine weigh
+  end subroutine find_evidences
 
   !> The fewest of the places that are allowed which hold REGION_LEVEL of weight(:), which adds up to 1; all if they do not.
-  pure function smallest_set(weight, is_allowed) result(is_in)
+  pure function highest_density_set(weight, is_allowed) result(is_in)
     real(rp), intent(in) :: weight(:)
     logical, intent(in) :: is_allowed(:)
     logical :: is_in(size(weight))
@@ -109,10 +109,10 @@ contains
       i = maxloc(weight, 1, mask=is_allowed .and. .not. is_in)
       is_in(i) = .true.
     end do
-  end function smallest_set
+  end function highest_density_set
 
   !> Sorts places into parts of which each place has a neighbour within `reach` in its part.
-  subroutine connect(place, reach, weight, is_in, region)
+  subroutine find_connected_parts(place, reach, weight, is_in, region)
     real(rp), intent(in) :: place(:, :), reach, weight(:)
     logical, intent(in) :: is_in(:)
     type(region_t), intent(inout) :: region
@@ -143,7 +143,7 @@ contains
       region%fraction = [region%fraction, pack(weight, label == j)]
       where (label == j) label = 0
     end do
-  end subroutine connect
+  end subroutine find_connected_parts
 
   !> Effects that explain a part of z(k) which chance alone would not, the largest part first; at most MOST_RELATED.
   subroutine find_related(design, calibration, statistics, z, related)

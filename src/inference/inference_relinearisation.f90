@@ -9,7 +9,7 @@ module inference_relinearisation
   use base_kinds, only: rp
   use inference_design, only: build_design, design_t
   use inference_record, only: diagnosis_options_t, diagnosis_t
-  use inference_refit, only: fit_nested, nested_fit_t, settle_nuisances
+  use inference_refit, only: fit_nested, nested_fit_t, relinearise_nuisances
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   implicit none
@@ -48,7 +48,7 @@ contains
     logical, intent(out) :: is_new
     class(model_error_t), intent(inout), optional :: model_error
     type(whitener_t), target :: whitener
-    type(nested_fit_t) :: baseline, leader
+    type(nested_fit_t) :: baseline, top_fit
     type(design_t) :: design
     type(failure_t) :: failure
     real(rp) :: nuisances(simulator%n_observations, simulator%n_nuisances)
@@ -57,10 +57,10 @@ contains
     if (size(d%refits) == 0) return
     i = maxloc(d%refits%gain, 1)
     if (d%refits(i)%gain < CLEAR) return
-    leader = d%refits(i)%found
+    top_fit = d%refits(i)%found
     whitener = d%whitener
-    call simulator%set_state(leader%state)
-    call follow_leader(simulator, options, d%scale, whitener, leader, nuisances, is_new, model_error)
+    call simulator%set_state(top_fit%state)
+    call iterate_relinearisation(simulator, options, d%scale, whitener, top_fit, nuisances, is_new, model_error)
     if (is_new) then
       call simulator%set_state(d%baseline%state, only_shapes=.true.)
       call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, options%fit, baseline)
@@ -72,70 +72,70 @@ contains
       call d%restore_baseline(simulator)
       return
     end if
-    design%n_rest = d%design%n_rest ! of the scan, as the scale is
+    design%residual_dof = d%design%residual_dof ! of the scan, as the scale is
     d%design = design
     d%whitener = whitener
     d%baseline = baseline
-    d%refits(i)%found = leader
+    d%refits(i)%found = top_fit
     call simulator%get_state(d%baseline%state)
   end subroutine relinearise
 
   !> The fit of the leader and the nuisances at it, in turn, until it stays or becomes less probable: the larger the errors
   !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. The simulator
   !> stands where the fit has ended, before and after. `is_new` false: it has not become more probable.
-  subroutine follow_leader(simulator, options, scale, whitener, leader, nuisances, is_new, model_error)
+  subroutine iterate_relinearisation(simulator, options, scale, whitener, top_fit, nuisances, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     real(rp), intent(in) :: scale
     type(whitener_t), intent(inout), target :: whitener
-    type(nested_fit_t), intent(inout) :: leader
+    type(nested_fit_t), intent(inout) :: top_fit
     real(rp), intent(out) :: nuisances(:, :)
     logical, intent(out) :: is_new
     class(model_error_t), intent(inout), optional :: model_error
     integer, parameter :: MOST_ROUNDS = 4
     real(rp), parameter :: STAYS = 0.3_rp ! of the sd of a parameter
-    type(whitener_t), target :: other
+    type(whitener_t), target :: trial_whitener
     type(nested_fit_t) :: found
     real(rp), dimension(size(nuisances, 1), size(nuisances, 2)) :: next
     real(rp) :: residuals(size(next, 1)), nothing(size(next, 1), 0), moved, score
     integer :: round, k
     logical :: is_valid
     is_new = .false.
-    score = improbability(leader, whitener, scale)
+    score = minus_two_log_posterior(top_fit, whitener, scale)
     do round = 1, MOST_ROUNDS
-      other = whitener
-      call simulator%evaluate(leader%q, [integer ::], residuals, nothing, is_valid)
+      trial_whitener = whitener
+      call simulator%evaluate(top_fit%q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call simulator%accept()
       ! Twice: what the errors did for the baseline is another thing than what they do for the leader.
-      if (is_valid) call settle_nuisances(simulator, other, leader%q, is_valid)
-      if (is_valid) call settle_nuisances(simulator, other, leader%q, is_valid)
-      if (is_valid .and. present(model_error)) call model_error%renew(other, leader%q)
-      if (is_valid) call simulator%directions(leader%q, next, nothing, is_valid)
+      if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
+      if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
+      if (is_valid .and. present(model_error)) call model_error%renew(trial_whitener, top_fit%q)
+      if (is_valid) call simulator%directions(top_fit%q, next, nothing, is_valid)
       if (is_valid) then
-        call other%add_directions(next)
-        call fit_nested(simulator, other, leader%active, leader%q, options%fit, found)
+        call trial_whitener%add_directions(next)
+        call fit_nested(simulator, trial_whitener, top_fit%active, top_fit%q, options%fit, found)
         is_valid = found%is_found
       end if
-      if (is_valid) is_valid = improbability(found, other, scale) < score
+      if (is_valid) is_valid = minus_two_log_posterior(found, trial_whitener, scale) < score
       if (.not. is_valid) exit
-      moved = maxval([(abs(found%q(found%active(k)) - leader%q(found%active(k)))/ &
+      moved = maxval([(abs(found%q(found%active(k)) - top_fit%q(found%active(k)))/ &
                        sqrt(max(tiny(moved), found%covariance(k, k))), &
                        k=simulator%n_baseline + 1, size(found%active))])
       is_new = .true.
-      score = improbability(found, other, scale)
-      whitener = other
-      leader = found
+      score = minus_two_log_posterior(found, trial_whitener, scale)
+      whitener = trial_whitener
+      top_fit = found
       nuisances = next
       if (moved < STAYS) exit
     end do
-    if (is_new) call simulator%set_state(leader%state)
-  end subroutine follow_leader
+    if (is_new) call simulator%set_state(top_fit%state)
+  end subroutine iterate_relinearisation
 
   !> Twice the negative logarithm of the probability density of data and parameters, without a constant.
-  real(rp) function improbability(found, whitener, scale)
+  real(rp) function minus_two_log_posterior(found, whitener, scale)
     type(nested_fit_t), intent(in) :: found
     type(whitener_t), intent(in) :: whitener
     real(rp), intent(in) :: scale
-    improbability = found%cost()/scale + whitener%log_determinant
-  end function improbability
+    minus_two_log_posterior = found%cost()/scale + whitener%log_determinant
+  end function minus_two_log_posterior
 end module inference_relinearisation

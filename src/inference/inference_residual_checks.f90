@@ -17,7 +17,7 @@ module inference_residual_checks
   use inference_simulator, only: labels_t
   implicit none
   private
-  public :: combined_log_p, loudest, make_check, residual_check_t, check_residuals
+  public :: combined_log_p, most_significant, make_check, residual_check_t, check_residuals
 
   type :: residual_check_t
     character(:), allocatable :: name
@@ -34,16 +34,16 @@ contains
 
   !> residuals(n), whitened as the design does, and responses(n) that the fit computes, not whitened; `scale` is the variance
   !> of the noise over that of the noise model. Something else, the scatter of pixels for instance, tells the variance of the
-  !> noise model with `noise_freedom` degrees of freedom; huge: it is believed; 0: it may be wrong.
-  subroutine check_residuals(labels, design, residuals, responses, n_fitted, scale, noise_freedom, checks)
+  !> noise model with `noise_dof` degrees of freedom; huge: it is believed; 0: it may be wrong.
+  subroutine check_residuals(labels, design, residuals, responses, n_fitted, scale, noise_dof, checks)
     type(labels_t), intent(in) :: labels
     type(design_t), intent(in) :: design
     real(rp), intent(in) :: residuals(:), responses(:), scale
-    integer, intent(in) :: n_fitted, noise_freedom
+    integer, intent(in) :: n_fitted, noise_dof
     type(residual_check_t), allocatable, intent(out) :: checks(:)
     logical :: is_load(size(labels%level))
     allocate (checks(0))
-    call check_chi2(residuals, n_fitted, noise_freedom, checks)
+    call check_chi2(residuals, n_fitted, noise_dof, checks)
     call check_neighbours(labels, residuals, checks)
     is_load = abs(labels%level) > 0
     call check_slope('level', abs(labels%level), 'with the size of the force', is_load)
@@ -72,7 +72,7 @@ contains
       both(:, 1) = merge(responses, 0.0_rp, is_load(labels%surface))
       both(:, 2) = both(:, 1)*(x(labels%surface) - mean)/(largest - least)
       call design%whitener%apply(both)
-      both = design%beside_baseline(both)
+      both = design%project_out_baseline(both)
       length = sum(both(:, 1)**2)
       if (length > 0) both(:, 2) = both(:, 2) - both(:, 1)*(sum(both(:, 1)*both(:, 2))/length)
       length = norm2(both(:, 2))
@@ -111,8 +111,8 @@ contains
     checks = [checks, make_check(name, statistic, log_p, yes, no)]
   end subroutine append
 
-  !> The check that speaks loudest against the model, 0: there is none.
-  pure integer function loudest(checks) result(at)
+  !> The check that speaks most_significant against the model, 0: there is none.
+  pure integer function most_significant(checks) result(at)
     type(residual_check_t), intent(in) :: checks(:)
     integer :: i
     at = 0
@@ -123,7 +123,7 @@ contains
       end if
       at = i
     end do
-  end function loudest
+  end function most_significant
 
   !> log p of the hypothesis that all of these checks that take part have the answer of chance: the smallest p times their
   !> number (Bonferroni), whatever they share.
@@ -131,14 +131,14 @@ contains
     type(residual_check_t), intent(in) :: checks(:)
     integer :: at
     log_p = 0
-    at = loudest(checks)
+    at = most_significant(checks)
     if (at > 0) log_p = min(0.0_rp, checks(at)%log_p + log(real(count(checks%takes_part), rp)))
   end function combined_log_p
 
   !> Whether all differences are as large as their errors. That they are smaller is no misfit.
-  subroutine check_chi2(residuals, n_fitted, noise_freedom, checks)
+  subroutine check_chi2(residuals, n_fitted, noise_dof, checks)
     real(rp), intent(in) :: residuals(:)
-    integer, intent(in) :: n_fitted, noise_freedom
+    integer, intent(in) :: n_fitted, noise_dof
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp) :: square, log_p
     integer :: dof
@@ -146,15 +146,15 @@ contains
     square = sum(residuals**2)
     if (square < dof) then
       log_p = log(min(1.0_rp, 2*max(tiny(square), 1 - exp(log_chi2_tail(square, dof)))))
-    else if (noise_freedom > 0 .and. noise_freedom < huge(1)) then
-      log_p = log_f_tail(square/dof, dof, noise_freedom)
+    else if (noise_dof > 0 .and. noise_dof < huge(1)) then
+      log_p = log_f_tail(square/dof, dof, noise_dof)
     else
       log_p = log_chi2_tail(square, dof)
     end if
     call append(checks, 'chi2', square/dof, log_p, 'all differences together are '// &
                 trim(merge('larger ', 'smaller', square > dof))//' than their errors allow', &
                 'all differences together are as large as their errors')
-    checks(size(checks))%takes_part = square > dof .and. noise_freedom > 0
+    checks(size(checks))%takes_part = square > dof .and. noise_dof > 0
   end subroutine check_chi2
 
   !> Moran's I of nearest neighbours within surfaces (Moran 1950, DOI 10.1093/biomet/37.1-2.17).

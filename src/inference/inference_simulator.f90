@@ -76,9 +76,9 @@ module inference_simulator
     procedure :: accept => simulator_accept
     procedure :: get_state => simulator_get_state
     procedure :: set_state => simulator_set_state
-    procedure :: forget => simulator_forget
-    procedure :: settle => simulator_settle
-    procedure :: settles => simulator_settles
+    procedure :: forget_warm_starts => simulator_forget_warm_starts
+    procedure :: linearise_at => simulator_linearise_at
+    procedure :: has_nonlinear_nuisances => simulator_has_nonlinear_nuisances
     procedure :: skip => simulator_skip
     procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
@@ -178,29 +178,29 @@ contains
 
   !> The solver does not begin where it stands: another equilibrium may have been followed there than the one that a wing
   !> at rest comes to.
-  subroutine simulator_forget(self)
+  subroutine simulator_forget_warm_starts(self)
     class(simulator_t), intent(inout) :: self
     associate (unused => self)
     end associate
-  end subroutine simulator_forget
+  end subroutine simulator_forget_warm_starts
 
   !> Nuisances are about errors(n_nuisances) sd from now on, as far as they are not linear: residuals are those with these
   !> errors less what the tangents there, which are the new directions, say of them. At q, where the solver stands. If
   !> that has no result (`is_valid` false) nothing has changed. `whitener_t` needs its directions anew.
-  subroutine simulator_settle(self, errors, q, is_valid)
+  subroutine simulator_linearise_at(self, errors, q, is_valid)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
     is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%parameters)
-  end subroutine simulator_settle
+  end subroutine simulator_linearise_at
 
-  !> Whether nuisances are not linear, so that `settle` does something.
-  pure logical function simulator_settles(self) result(settles)
+  !> Whether nuisances are not linear, so that `linearise_at` does something.
+  pure logical function simulator_has_nonlinear_nuisances(self) result(has_some)
     class(simulator_t), intent(in) :: self
-    settles = .false.
+    has_some = .false.
     associate (unused => self)
     end associate
-  end function simulator_settles
+  end function simulator_has_nonlinear_nuisances
 
   !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing
   !> of them.

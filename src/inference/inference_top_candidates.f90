@@ -9,7 +9,7 @@ module inference_top_candidates
   use inference_hypotheses, only: explain, explained_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refine_location, only: refine_location
-  use inference_refit, only: fit_nested, nested_fit_t, roughly
+  use inference_refit, only: fit_nested, nested_fit_t, loose_options
   use inference_simulator, only: simulator_t
   use least_squares_fit, only: fit_options_t
   implicit none
@@ -17,7 +17,7 @@ module inference_top_candidates
 
   public :: fit_extended, refit_top_candidates
 
-  real(rp), parameter :: DISAPPOINTING = 20.0_rp !< of the sum of squares, in units of the noise
+  real(rp), parameter :: SHORTFALL = 20.0_rp     !< of the sum of squares, in units of the noise
   real(rp), parameter :: FAR = 10.0_rp           !< of the log evidence
 
   !> The effects on their way through the rounds.
@@ -107,7 +107,7 @@ contains
     end associate
   end function is_worth_it
 
-  !> Fits the leading variant of an effect and corrects its evidence: from its refit in `before`, if it is there; roughly in
+  !> Fits the leading variant of an effect and corrects its evidence: from its refit in `before`, if it is there; loosely in
   !> the last round, and to the end only if that brings it near the others.
   subroutine refit_effect(simulator, options, is_last, effect, d, one, before)
     class(simulator_t), intent(inout), target :: simulator
@@ -128,16 +128,16 @@ contains
       call fit_extended(simulator, options, d, [one%candidate], one%found, before(known))
     else
       one%candidate = d%hypotheses%best(effect)
-      call fit_extended(simulator, options, d, [one%candidate], one%found, is_rough=is_last)
+      call fit_extended(simulator, options, d, [one%candidate], one%found, is_loose=is_last)
     end if
     if (.not. one%found%is_found) return
     call explain(d%design, [one%candidate], d%z, alone)
-    one%promised = alone%square
-    call take_refit(simulator, d, one)
+    one%linear_gain = alone%square
+    call apply_refit(simulator, d, one)
     if (.not. is_last .or. known > 0 .or. is_behind(d, effect)) return
     full = one
     call fit_extended(simulator, options, d, [one%candidate], full%found, one)
-    call take_better(simulator, d, full, one, 0.0_rp, is_better)
+    call replace_if_better(simulator, d, full, one, 0.0_rp, is_better)
   end subroutine refit_effect
 
   !> Fits all refits also from those of which they are a part, and those behind the first n_tried at better places.
@@ -150,13 +150,13 @@ contains
     integer :: i
     do i = 1, size(d%refits)
       one = d%refits(i)
-      call begin_at_whole(simulator, options, d, one, merge(0, n_tried, i > n_tried))
+      call fit_from_superset(simulator, options, d, one, merge(0, n_tried, i > n_tried))
       d%refits(i) = one
     end do
     do i = n_tried + 1, size(d%refits)
       if (is_behind(d, d%design%candidates(d%refits(i)%candidate)%effect)) cycle
       one = d%refits(i)
-      call improve_place(simulator, options, d, one)
+      call refine_variant(simulator, options, d, one)
       d%refits(i) = one
     end do
   end subroutine improve_refits
@@ -183,7 +183,7 @@ contains
   end subroutine append
 
   !> `one` becomes `other`, a fit of the same effect, if its sum of squares is smaller by more than `worth`.
-  subroutine take_better(simulator, d, other, one, worth, is_better)
+  subroutine replace_if_better(simulator, d, other, one, worth, is_better)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(inout) :: d
     type(refit_t), intent(inout) :: other, one
@@ -192,37 +192,37 @@ contains
     is_better = other%found%is_found
     if (is_better) is_better = other%found%cost() < one%found%cost() - worth
     if (.not. is_better) return
-    call take_refit(simulator, d, other)
+    call apply_refit(simulator, d, other)
     one = other
-  end subroutine take_better
+  end subroutine replace_if_better
 
   !> Enters what a refit found. It is looked at where the fit ended: a wing may have another equilibrium with the same
   !> parameters.
-  subroutine take_refit(simulator, d, one)
+  subroutine apply_refit(simulator, d, one)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(inout) :: d
     type(refit_t), intent(inout) :: one
     type(explained_t) :: alone
     type(failure_t) :: failure
-    real(rp) :: z(d%design%k), rest
+    real(rp) :: z(d%design%k), residual_square
     one%gain = (d%baseline%cost() - one%found%cost())/d%scale
     call explain(d%design, [one%candidate], d%z, alone)
     call simulator%set_state(one%found%state)
-    call compress_at(simulator, one%found%q, d%design, z, rest, failure)
+    call compress_at(simulator, one%found%q, d%design, z, residual_square, failure)
     if (failure%failed) return
     z = z/sqrt(d%scale)
     z = z - matmul(alone%basis, matmul(z, alone%basis))
     one%remainder_log_p = min(0.0_rp, remainder_log_p(d%design, d%calibration, z))
     associate (e => d%design%candidates(one%candidate)%effect)
       d%hypotheses%best(e) = one%candidate
-      call d%hypotheses%correct(e, 0.5_rp*(one%gain - one%promised), one%gain, one%remainder_log_p, &
+      call d%hypotheses%correct(e, 0.5_rp*(one%gain - one%linear_gain), one%gain, one%remainder_log_p, &
                                 z + d%z - alone%left)
     end associate
-  end subroutine take_refit
+  end subroutine apply_refit
 
   !> Where an effect is a part of others whose fits are better it may be enough alone, but not be found from the baseline,
   !> where its tangents show nothing of it: fits it also from these, but for the first n_tried refits.
-  subroutine begin_at_whole(simulator, options, d, one, n_tried)
+  subroutine fit_from_superset(simulator, options, d, one, n_tried)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
@@ -233,15 +233,15 @@ contains
     integer :: k
     do k = n_tried + 1, size(d%refits)
       if (.not. is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate))) cycle
-      if (d%refits(k)%found%cost() > one%found%cost() - DISAPPOINTING*d%scale) cycle
+      if (d%refits(k)%found%cost() > one%found%cost() - SHORTFALL*d%scale) cycle
       other = one
       call fit_extended(simulator, options, d, [one%candidate], other%found, d%refits(k))
-      call take_better(simulator, d, other, one, 0.0_rp, is_better)
+      call replace_if_better(simulator, d, other, one, 0.0_rp, is_better)
     end do
-  end subroutine begin_at_whole
+  end subroutine fit_from_superset
 
   !> Exchanges the variant of a refit for others of its effect as long as they promise to be better, and are.
-  subroutine improve_place(simulator, options, d, one)
+  subroutine refine_variant(simulator, options, d, one)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
@@ -257,34 +257,34 @@ contains
       call refine_location(simulator, d%design, d%whitener, one%candidate, one%found, other%candidate, gain)
       if (other%candidate == 0 .or. gain < WORTH*d%scale) return
       call fit_extended(simulator, options, d, [other%candidate], other%found, one)
-      call take_better(simulator, d, other, one, WORTH*d%scale, is_better)
+      call replace_if_better(simulator, d, other, one, WORTH*d%scale, is_better)
       if (.not. is_better) return
     end do
-  end subroutine improve_place
+  end subroutine refine_variant
 
   !> The baseline with candidates, fitted in full: from the fit of the baseline, and if that finds much less than the
   !> tangents promise, or if they tell little of it, also from the values before any fit, as joints that a wrong model
   !> made rigid do not come back. `near`, where given, is a refit of this or another variant, or of an effect of which this
   !> is a part: one candidate is then fitted from it, where it has ended, and as without it only if that does not succeed.
-  !> The end is a rough one if `is_rough`.
-  subroutine fit_extended(simulator, options, d, candidates, found, near, is_rough)
+  !> The end is a loose one if `is_loose`.
+  subroutine fit_extended(simulator, options, d, candidates, found, near, is_loose)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(in), target :: d
     integer, intent(in) :: candidates(:)
     type(nested_fit_t), intent(out) :: found
     type(refit_t), intent(in), optional :: near
-    logical, intent(in), optional :: is_rough
+    logical, intent(in), optional :: is_loose
     type(nested_fit_t) :: other
     type(fit_options_t) :: how
     type(explained_t) :: joint
     integer, allocatable :: active(:)
-    real(rp) :: q(size(simulator%parameters)), usual(size(simulator%parameters))
+    real(rp) :: q(size(simulator%parameters)), typical(size(simulator%parameters))
     logical :: is_strong
     integer :: i
     how = options%fit
-    if (present(is_rough)) then
-      if (is_rough) how = roughly(how)
+    if (present(is_loose)) then
+      if (is_loose) how = loose_options(how)
     end if
     active = d%baseline%active
     q = simulator%null_point()
@@ -295,7 +295,7 @@ contains
         where (simulator%parameters(one%columns)%strong > 0) q(one%columns) = simulator%parameters(one%columns)%strong
       end associate
     end do
-    usual = q
+    typical = q
     call d%restore_baseline(simulator)
     if (present(near)) then
       associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
@@ -305,18 +305,18 @@ contains
         if (size(new) < size(old)) q(new) = near%found%q(new)
       end associate
       call simulator%set_state(near%found%state, only_shapes=.true.)
-      call fit_nested(simulator, d%whitener, active, q, options%fit, found, usual)
+      call fit_nested(simulator, d%whitener, active, q, options%fit, found, typical)
       if (found%is_found) return
       call d%restore_baseline(simulator)
     end if
-    call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, usual)
+    call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, typical)
     call explain(d%design, candidates, d%z, joint)
     is_strong = any(simulator%parameters(active)%strong > 0)
     if (found%is_found .and. .not. is_strong .and. &
-        d%baseline%cost() - found%cost() > d%scale*(joint%square - DISAPPOINTING)) return
+        d%baseline%cost() - found%cost() > d%scale*(joint%square - SHORTFALL)) return
     call d%restore_baseline(simulator)
-    q = max(simulator%parameters%lower, min(simulator%parameters%upper, usual))
-    call fit_nested(simulator, d%whitener, active, q, how, other, usual)
+    q = max(simulator%parameters%lower, min(simulator%parameters%upper, typical))
+    call fit_nested(simulator, d%whitener, active, q, how, other, typical)
     if (.not. other%is_found) return
     if (found%is_found .and. .not. other%cost() < found%cost()) return
     found = other

@@ -99,17 +99,17 @@ contains
     self%fields_out = 0
   end subroutine pencil_init
 
-  !> Rank `leader` makes its plans and tells all others what it has learnt. Collective.
-  subroutine make_plans(self, row, effort, leader)
+  !> Rank `planning_rank` makes its plans and tells all others what it has learnt. Collective.
+  subroutine make_plans(self, row, effort, planning_rank)
     class(pencil_t), intent(inout) :: self
-    integer, intent(in) :: row, leader
+    integer, intent(in) :: row, planning_rank
     character(*), intent(in) :: effort
     character(:), allocatable :: learnt
-    if (self%world%rank == leader) then
+    if (self%world%rank == planning_rank) then
       call self%stages%init(self%grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))
       learnt = wisdom_text()
     end if
-    call self%world%broadcast_text(learnt, leader)
+    call self%world%broadcast_text(learnt, planning_rank)
     call learn_wisdom(learnt)
   end subroutine make_plans
 

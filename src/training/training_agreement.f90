@@ -9,41 +9,41 @@ module training_agreement
   private
   public :: agreement_lines
 
-  integer, parameter, public :: END_LENGTH = 160
+  integer, parameter, public :: AGREEMENT_LENGTH = 160
   real(rp), parameter :: APART = 0.5_rp !< of an sd: farther ends are two ends
 
 contains
 
   !> A line for every end that is not the best one, and one for how many are if there are several. The best has
-  !> coordinates best(n) and the sum of squares chi2; sd(n) are those of its parameters `names`; ends(1 + n, starts) are
+  !> coordinates best(n) and the sum of squares chi2; sd(n) are those of its parameters `names`; local_minima(1 + n, starts) are
   !> chi^2 and coordinates. An end fits as well if it lies within the 90 % interval by its chi^2.
-  function agreement_lines(names, best, chi2, sd, ends) result(lines)
+  function agreement_lines(names, best, chi2, sd, local_minima) result(lines)
     character(*), intent(in) :: names(:)
-    real(rp), intent(in) :: best(:), chi2, sd(:), ends(:, :)
-    character(END_LENGTH), allocatable :: lines(:)
-    character(END_LENGTH) :: line
+    real(rp), intent(in) :: best(:), chi2, sd(:), local_minima(:, :)
+    character(AGREEMENT_LENGTH), allocatable :: lines(:)
+    character(AGREEMENT_LENGTH) :: line
     real(rp) :: distance(size(best))
     integer :: i, k, n_same
     allocate (lines(0))
     n_same = 0
-    do i = 1, size(ends, 2)
-      distance = abs(ends(2:, i) - best)/max(sd, tiny(1.0_rp))
+    do i = 1, size(local_minima, 2)
+      distance = abs(local_minima(2:, i) - best)/max(sd, tiny(1.0_rp))
       if (maxval(distance) <= APART) then
         n_same = n_same + 1
         cycle
       end if
       k = maxloc(distance, 1)
-      if (ends(1, i) <= chi2 + THRESHOLD_90) then
+      if (local_minima(1, i) <= chi2 + THRESHOLD_90) then
         write (line, '(a,f4.1,a)') 'warning   another start ends where the data fit as well,', distance(k), &
           ' sd away in '//trim(names(k))//': the data do not tell which wing it is'
       else
         write (line, '(a,es11.4,a,es11.4,a)') 'polish    another start ends in a minimum that is not the lowest: '// &
-          'chi^2 =', ends(1, i), ' against', chi2, ', first of all in '//trim(names(k))
+          'chi^2 =', local_minima(1, i), ' against', chi2, ', first of all in '//trim(names(k))
       end if
       lines = [lines, line]
     end do
     if (n_same < 2) return
-    line = 'polish    '//number_text(n_same)//' of '//number_text(size(ends, 2))//' starts end at this point'
+    line = 'polish    '//number_text(n_same)//' of '//number_text(size(local_minima, 2))//' starts end at this point'
     lines = [lines, line]
   end function agreement_lines
 end module training_agreement

@@ -129,7 +129,7 @@ contains
     cost = self%candidates(5, k)
     coordinates = self%candidates(N_CANDIDATE + 1:, k)
     where (space%is_log) coordinates = log(merge(coordinates, 1.0_rp, space%is_log))
-    u = space%place(coordinates)
+    u = space%point(coordinates)
   end subroutine history_improve
 
   pure logical function is_apart(a, b, apart)

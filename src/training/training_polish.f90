@@ -17,7 +17,7 @@ module training_polish
   use measurement_problem, only: wing_problem_t, wing_unknowns
   use training_case, only: training_case_t
   use training_pool, only: worker_pool_t
-  use training_agreement, only: agreement_lines, END_LENGTH
+  use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_listener, only: training_listener_t
   use training_objective, only: full_results, train_objective_t
   use training_space, only: search_space_t
@@ -49,7 +49,7 @@ module training_polish
     logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
     character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
     real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
-    real(rp), allocatable :: ends(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
+    real(rp), allocatable :: local_minima(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
     real(rp), allocatable :: prior_sd(:)     !< of the coordinates that the posterior belongs to; 0: nothing was known
     logical :: has_intervals = .false.
@@ -109,7 +109,7 @@ contains
     call full_results(self%experiment, self%pool, p, self%is_start .and. .not. self%is_cold, self%shapes, &
                       evaluations, shapes, self%is_left_out)
     call move_alloc(evaluations, self%evaluations)
-    call move_alloc(shapes, self%tried)
+    call move_alloc(shapes, self%trial_shapes)
     if (associated(self%log)) call tell_progress(self)
   end subroutine problem_run
 
@@ -166,7 +166,7 @@ contains
     type(pool_problem_t) :: problem
     type(unknowns_t) :: unknowns
     type(trained_t) :: one
-    real(rp), allocatable :: ends(:, :)
+    real(rp), allocatable :: local_minima(:, :)
     real(rp) :: n_residuals
     integer :: i, n_evaluations
     call problem%init(settings%experiment)
@@ -177,20 +177,21 @@ contains
     unknowns = make_unknowns(settings, space)
     n_residuals = problem%n_residuals
     n_evaluations = 0
-    allocate (ends(1 + size(starts, 1), 0))
+    allocate (local_minima(1 + size(starts, 1), 0))
     do i = 1, merge(size(starts, 2), 1, settings%polish)
       problem%part = i
       problem%lowest = huge(1.0_rp)
-      call reach_outcome(settings, problem, unknowns, objective, starts(:, i), i == 1, trained%fits, log, one)
+      call polish_from_start(settings, problem, unknowns, objective, starts(:, i), i == 1, trained%fits, log, one)
       if (pool%is_stopped) return
       n_evaluations = n_evaluations + one%n_evaluations
       if (i == 1 .or. is_better(one, trained)) trained = one
-      if (one%is_solved) ends = reshape([ends, one%chi2, one%coordinates], [size(ends, 1), size(ends, 2) + 1])
+      if (one%is_solved) local_minima = reshape([local_minima, one%chi2, one%coordinates], &
+                                                [size(local_minima, 1), size(local_minima, 2) + 1])
       trained%fits = trained%is_solved .and. trained%chi2 <= n_residuals + 3*sqrt(2*n_residuals)
       if (trained%fits .and. n_evaluations*size(settings%experiment%loads) > objective%n_warm + objective%n_cold) exit
     end do
-    trained%ends = ends
-    if (trained%is_polished .and. trained%is_solved) call compare_ends(space, trained, log)
+    trained%local_minima = local_minima
+    if (trained%is_polished .and. trained%is_solved) call report_start_agreement(space, trained, log)
     trained%n_evaluations = n_evaluations
     trained%values = trained%coordinates
     where (space%is_log) trained%values = exp(merge(trained%coordinates, 0.0_rp, space%is_log))
@@ -206,17 +207,17 @@ contains
   end subroutine polish_points
 
   !> Says whether all starts came to the same end, and what those tell that did not.
-  subroutine compare_ends(space, trained, log)
+  subroutine report_start_agreement(space, trained, log)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained
     class(training_listener_t), intent(inout) :: log
-    character(END_LENGTH), allocatable :: lines(:)
+    character(AGREEMENT_LENGTH), allocatable :: lines(:)
     integer :: i
-    lines = agreement_lines(space%names, trained%coordinates, trained%chi2, trained%posterior%sd, trained%ends)
+    lines = agreement_lines(space%names, trained%coordinates, trained%chi2, trained%posterior%sd, trained%local_minima)
     do i = 1, size(lines)
       call log%say(trim(lines(i)))
     end do
-  end subroutine compare_ends
+  end subroutine report_start_agreement
 
   pure logical function is_better(one, other)
     type(trained_t), intent(in) :: one, other
@@ -226,7 +227,7 @@ contains
   !> From one point to an outcome, by continuation if `has_stages`. A wing that snaps has several shapes, of which warm
   !> solutions may follow a wrong one: if the cold solution of the end is another shape, the fit goes on from there; if
   !> that ends in the same way, it is repeated with every solution cold. Not so a start that `is_check` only.
-  subroutine reach_outcome(settings, problem, unknowns, objective, start, has_stages, is_check, log, trained)
+  subroutine polish_from_start(settings, problem, unknowns, objective, start, has_stages, is_check, log, trained)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -266,7 +267,7 @@ contains
                    trim(merge('It goes on from there        ', 'All loads are now solved cold', attempt == 1)))
     end do
     trained%n_evaluations = n_evaluations
-  end subroutine reach_outcome
+  end subroutine polish_from_start
 
   !> One fit from a point, and what it tells, in `trained`.
   subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained)

@@ -23,7 +23,7 @@ module training_space
     procedure :: fix => space_fix
     procedure :: values => space_values
     procedure :: coordinates => space_coordinates
-    procedure :: place => space_place
+    procedure :: point => space_point
   end type search_space_t
 
 contains
@@ -86,7 +86,7 @@ contains
   end function space_coordinates
 
   !> The point of the free unknowns that is nearest to these coordinates of the experiment.
-  function space_place(self, coordinates) result(u)
+  function space_point(self, coordinates) result(u)
     class(search_space_t), intent(in) :: self
     real(rp), intent(in) :: coordinates(:)
     real(rp) :: u(size(self%free)), whole(size(coordinates))
@@ -95,5 +95,5 @@ contains
     whole = max(self%box%lower, min(self%box%upper, whole))
     whole = clip(self%box%coordinate(whole))
     u = whole(self%free)
-  end function space_place
+  end function space_point
 end module training_space

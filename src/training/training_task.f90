@@ -2,6 +2,7 @@
 !> Tasks of a training: one load on one candidate (measurement_bending_task), for costs or with everything.
 module training_task
   use base_kinds, only: rp
+  use base_packing, only: count_packed, pack_value
   use base_signals, only: signal_caught
   use io_stop, only: stop_rules_t
   use measurement_bending_task, only: bending_task_t, bending_worker_t, task_head, task_of, NOT_SOLVED, N_HEAD, TASK_COSTS, &
@@ -23,7 +24,7 @@ module training_task
     type(stop_rules_t), pointer :: stop_rules => null() !< whose clock rank 0 heeds between tasks, if there are any
     type(experiment_t), pointer, private :: experiment => null()
     type(bending_worker_t), private :: worker
-    type(evaluation_t), allocatable, private :: plain(:), full(:) !< (loads) without and with derivatives
+    type(evaluation_t), allocatable, private :: without_derivatives(:), with_derivatives(:) !< (loads) without and with derivatives
   contains
     procedure :: init => runner_init
     procedure :: free => runner_free
@@ -41,10 +42,10 @@ contains
     self%experiment => experiment
     call self%worker%work%init(experiment)
     call self%worker%init(experiment%model%n_all)
-    allocate (self%plain(size(experiment%loads)), self%full(size(experiment%loads)))
+    allocate (self%without_derivatives(size(experiment%loads)), self%with_derivatives(size(experiment%loads)))
     do l = 1, size(experiment%loads)
-      call self%plain(l)%init(experiment, l, .false.)
-      call self%full(l)%init(experiment, l, .true.)
+      call self%without_derivatives(l)%init(experiment, l, .false.)
+      call self%with_derivatives(l)%init(experiment, l, .true.)
     end do
     allocate (self%context(0))
   end subroutine runner_init
@@ -72,7 +73,7 @@ contains
   end function input_size
 
   !> Numbers that a task with everything gives back at most: an evaluation and the shape behind it.
-  pure integer function full_size(experiment) result(n)
+  integer function full_size(experiment) result(n)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_t) :: evaluation
     integer :: l, most
@@ -83,15 +84,15 @@ contains
     n = evaluation_overhead(evaluation) + most*(1 + experiment%count()) + 3*experiment%model%n_all
   end function full_size
 
-  pure integer function evaluation_overhead(evaluation) result(n)
+  integer function evaluation_overhead(evaluation) result(n)
     type(evaluation_t), intent(in) :: evaluation
     type(evaluation_t) :: empty
     empty = evaluation
     allocate (empty%residuals(0), empty%jacobian(0, 0))
-    n = empty%count_reals()
+    n = count_packed(empty)
   end function evaluation_overhead
 
-  !> See `task_input`. `output` is what `evaluation_t%to_reals` gives followed by the shape (3, n_all) [m], or the
+  !> See `task_input`. `output` is the packed evaluation followed by the shape (3, n_all) [m], or the
   !> COST_SIZE numbers. The status is NOT_SOLVED where no shape was found.
   subroutine runner_run_task(self, input, output, status)
     class(train_runner_t), intent(inout) :: self
@@ -99,19 +100,21 @@ contains
     real(rp), intent(inout) :: output(:)
     integer, intent(out) :: status
     type(bending_task_t) :: task
+    real(rp), allocatable :: words(:)
     task = task_of(input)
     associate (l => task%load, coordinates => input(N_HEAD + 1:))
       if (task%kind == TASK_EVALUATE) then
-        call self%worker%solve(self%experiment, task, coordinates, self%context, self%full(l))
-        associate (m => self%full(l)%count_reals(), n => size(self%worker%u))
-          call self%full(l)%to_reals(output(:m))
+        call self%worker%solve(self%experiment, task, coordinates, self%context, self%with_derivatives(l))
+        call pack_value(self%with_derivatives(l), words)
+        associate (m => size(words), n => size(self%worker%u))
+          output(:m) = words
           output(m + 1:m + n) = reshape(self%worker%u, [n])
         end associate
-        status = merge(0, NOT_SOLVED, self%full(l)%is_solved)
+        status = merge(0, NOT_SOLVED, self%with_derivatives(l)%is_solved)
       else
-        call self%worker%solve(self%experiment, task, coordinates, self%context, self%plain(l))
-        call sum_up(self%experiment, l, self%plain(l), output)
-        status = merge(0, NOT_SOLVED, self%plain(l)%is_solved)
+        call self%worker%solve(self%experiment, task, coordinates, self%context, self%without_derivatives(l))
+        call sum_up(self%experiment, l, self%without_derivatives(l), output)
+        status = merge(0, NOT_SOLVED, self%without_derivatives(l)%is_solved)
       end if
     end associate
   end subroutine runner_run_task

@@ -3,7 +3,7 @@
 """The measurement that msm_diagnose recommends separates the first cause from its imitator by as much as was promised: the
 load is applied in mechanics of its own, and the diagnosis made once more.
 
-usage: diagnosis_next.py <msm_diagnose> <h5dump> [tests]
+usage: diagnosis_next_measurement.py <msm_diagnose> <h5dump> [tests]
 
 Errors are declared and not made, so that the separation, which is a sum of squares, has no chance in it, and effect and
 errors are ten times smaller than usual: the prediction is linear. It leaves out the error of the unloaded scan that new and

@@ -13,7 +13,7 @@ module fsi_body_keys
   use fsi_stl, only: read_stl
   use io_config, only: config_t
   use io_registry, only: registry_t
-  use io_shared_text, only: read_named_text
+  use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
   use spectral_grid, only: grid_t
   implicit none

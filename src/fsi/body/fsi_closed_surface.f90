@@ -82,9 +82,9 @@ contains
             next(n) = first(low)
             first(low) = n
           else
-            associate (twin => owner(e)/8, side => mod(owner(e), 8))
-              self%normals(:, 1 + k, i) = t%normal + self%triangles(twin)%normal
-              self%normals(:, 1 + side, twin) = self%normals(:, 1 + k, i)
+            associate (neighbour => owner(e)/8, side => mod(owner(e), 8))
+              self%normals(:, 1 + k, i) = t%normal + self%triangles(neighbour)%normal
+              self%normals(:, 1 + side, neighbour) = self%normals(:, 1 + k, i)
             end associate
           end if
         end do

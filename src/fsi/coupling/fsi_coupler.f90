@@ -32,7 +32,7 @@ module fsi_coupler
   use fsi_surface_load, only: surface_load_t, total_load
   use fsi_thin_coupling, only: advance_thin_wings, thin_report_t
   use fsi_thin_wings, only: thin_wings_t
-  use fsi_wing_deformation, only: show_forces, show_motion
+  use fsi_wing_deformation, only: rotate_forces_to_space, set_deformation
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
   use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
@@ -67,7 +67,7 @@ module fsi_coupler
     type(world_t), private :: world
     real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
     logical :: is_thin = .false.                         !< the wings have no thickness
-    logical, private :: is_fresh = .false.               !< `force` is that of the time that the fluid has reached
+    logical, private :: has_current_force = .false.               !< `force` is that of the time that the fluid has reached
     real(rp), allocatable, private :: pressure(:, :, :, :)
     logical, allocatable, private :: lines(:, :)         !< (ny_local, nz_local) of the grid, where `pressure` is
     !> (3, n, wings) [N] along the axes of the wing file.
@@ -83,7 +83,7 @@ module fsi_coupler
     procedure :: surface_load => coupler_surface_load
     procedure :: memory_bytes => coupler_memory_bytes
     procedure :: free => coupler_free
-    procedure, private :: sample, solve, iterate
+    procedure, private :: sample, solve, subiterate
   end type coupler_t
 
 contains
@@ -151,15 +151,15 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
     if (self%is_thin) then
-      call recall_loads(self, wings)
-    else if (.not. self%is_fresh) then
+      call set_loads_from_markers(self, wings)
+    else if (.not. self%has_current_force) then
       call self%sample(fluid, wings)
     end if
-    self%is_fresh = .false.
+    self%has_current_force = .false.
   end subroutine coupler_sample_load
 
   !> Sets `loads` and `surfaces` to what the markers of wings without thickness felt in the last step.
-  subroutine recall_loads(self, wings)
+  subroutine set_loads_from_markers(self, wings)
     class(coupler_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     real(rp) :: on_points(3, self%params%model%n_points)
@@ -167,10 +167,11 @@ contains
     do i = 1, size(self%wings)
       self%loads(i) = wings%marker_loads(i)
       self%force(:, :, i) = self%history%applied(:, :, i)
-      call show_forces(self%force(:, :, i), self%params%units, self%wings(i)%motion%is_mirrored, wings%poses(i), on_points)
+      call rotate_forces_to_space(self%force(:, :, i), self%params%units, self%wings(i)%motion%is_mirrored, &
+                                   wings%poses(i), on_points)
       call self%surfaces(i)%show(wings%surfaces(i), on_points)
     end do
-  end subroutine recall_loads
+  end subroutine set_loads_from_markers
 
   !> Sets `force`, `loads` and `friction`.
   subroutine sample(self, fluid, wings)
@@ -184,7 +185,7 @@ contains
     end associate
     self%lines = .false.
     do i = 1, size(self%wings)
-      call self%surfaces(i)%mark(wings%surfaces(i), self%sampler, self%params%distance, self%params%extrapolates, &
+      call self%surfaces(i)%select_lines(wings%surfaces(i), self%sampler, self%params%distance, self%params%extrapolates, &
                                  self%lines)
     end do
     call fluid%pressure_field(self%pressure, self%lines)
@@ -239,7 +240,7 @@ contains
         call self%solve(dt, wings, failure)
         if (p%coupling == COUPLING_STRONG) then
           call require(present(fluid), 'coupler_t: the strong coupling needs the fluid')
-          call self%iterate(dt, wings, fluid, failure)
+          call self%subiterate(dt, wings, fluid, failure)
         end if
       end if
       do i = 1, size(self%wings)
@@ -248,7 +249,7 @@ contains
                                                       ' wing bends beyond the limit [Flexible_wing] largest_deflection')
       end do
       if (failure%failed) return
-      call self%history%keep(dt, self%applied)
+      call self%history%record_step(dt, self%applied)
       do i = 1, size(self%wings)
         call self%meters(i)%finish(p%model, p%inertia, self%wings(i)%motion, self%states(i), self%applied(:, :, i), &
                                    dt*seconds, self%energies(i))
@@ -307,13 +308,13 @@ contains
     end associate
     self%solver_seconds = self%solver_seconds + wall_seconds() - begun
     do i = 1, size(self%wings)
-      call self%wings(i)%share(self%world, self%states(i), failure)
+      call self%wings(i)%broadcast(self%world, self%states(i), failure)
     end do
     if (.not. failure%failed) call self%deform(wings)
   end subroutine solve
 
   !> Repeats the step of the wings until the load under which they make it is the one that they find at its end.
-  subroutine iterate(self, dt, wings, fluid, failure)
+  subroutine subiterate(self, dt, wings, fluid, failure)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
     type(flapping_wings_t), intent(inout) :: wings
@@ -335,7 +336,7 @@ contains
       scale = norm2(self%force)
       if (error <= self%params%tolerance*scale) then
         call fluid%accept()
-        self%is_fresh = .true.
+        self%has_current_force = .true.
         exit
       end if
       call self%history%relax(k == 1, self%residual, self%old_residual, self%applied)
@@ -346,11 +347,11 @@ contains
       report%residual = error/max(scale, tiny(scale))
       report%steps = report%steps + 1
       report%total = report%total + report%iterations
-      if (.not. self%is_fresh .and. .not. failure%failed) &
+      if (.not. self%has_current_force .and. .not. failure%failed) &
         call failure%raise('the strong coupling has not converged: after '//number_text(real(report%iterations, rp))// &
                            ' sub-iterations the load still changes by '//number_text(report%residual)//' of itself')
     end associate
-  end subroutine iterate
+  end subroutine subiterate
 
   !> Gives the deformation that `states` hold to `wings`, for their next placing.
   subroutine coupler_deform(self, wings)
@@ -358,7 +359,7 @@ contains
     type(flapping_wings_t), intent(inout) :: wings
     integer :: i
     do i = 1, size(self%states)
-      call show_motion(self%states(i), self%params%units, self%wings(i)%motion%is_mirrored, wings%deformation(i))
+      call set_deformation(self%states(i), self%params%units, self%wings(i)%motion%is_mirrored, wings%deformation(i))
     end do
   end subroutine coupler_deform
 

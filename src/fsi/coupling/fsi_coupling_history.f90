@@ -20,7 +20,7 @@ module fsi_coupling_history
   contains
     procedure :: init => history_init
     procedure :: extrapolate => history_extrapolate
-    procedure :: keep => history_keep
+    procedure :: record_step => history_record_step
     procedure :: relax => history_relax
   end type coupling_history_t
 
@@ -47,13 +47,13 @@ contains
   end subroutine history_extrapolate
 
   !> Remembers that a step dt [T] was made under `applied`; `force` has been set.
-  pure subroutine history_keep(self, dt, applied)
+  pure subroutine history_record_step(self, dt, applied)
     class(coupling_history_t), intent(inout) :: self
     real(rp), intent(in) :: dt
     real(rp), intent(in) :: applied(:, :, :)
     self%old_dt = dt
     self%applied = applied
-  end subroutine history_keep
+  end subroutine history_record_step
 
   !> Moves `applied` towards the load found, from which it differs by `residual`, by Aitken's factor; a step begins with
   !> the last one, but at most 1. Then `old_residual` is `residual`.

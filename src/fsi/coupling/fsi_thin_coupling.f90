@@ -19,7 +19,7 @@ module fsi_thin_coupling
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_rigid_fit, only: fit_rotation
   use fsi_thin_wings, only: thin_wing_t, thin_wings_t
-  use fsi_wing_deformation, only: show_end, show_motion
+  use fsi_wing_deformation, only: predict_deformation, set_deformation
   use fsi_wing_mirror, only: mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
   use solid_dynamics, only: dynamic_state_t
@@ -62,7 +62,7 @@ contains
       if (is_held) then
         states(i)%time = states(i)%time + fluid%dt*params%units%time
       else
-        call show_end(states(i), params%units, fluid%dt, thin%wings(i)%is_mirrored, wings%deformation(i))
+        call predict_deformation(states(i), params%units, fluid%dt, thin%wings(i)%is_mirrored, wings%deformation(i))
       end if
     end do
     last = merge(params%iterations, 1, params%coupling == COUPLING_STRONG .and. .not. is_held)
@@ -70,19 +70,19 @@ contains
       report%passes = report%passes + 1
       do i = 1, size(solvers)
         call place_markers(thin, i, wings, poses(i))
-        if (report%passes == 1) call follow_shape(thin, i, wings, failure)
+        if (report%passes == 1) call update_response(thin, i, wings, failure)
       end do
       if (failure%failed) return
-      call thin%meet(fluid, wings)
+      call thin%sample_flow(fluid, wings)
       do i = 1, size(solvers)
-        call make_step(thin, i, poses(i), fluid%dt, params, is_held, solvers(i), states(i), force(:, :, i))
+        call advance_wing(thin, i, poses(i), fluid%dt, params, is_held, solvers(i), states(i), force(:, :, i))
       end do
       do i = 1, size(solvers)
-        if (.not. is_held) call solvers(i)%share(thin%world, states(i), failure)
+        if (.not. is_held) call solvers(i)%broadcast(thin%world, states(i), failure)
       end do
       if (failure%failed) return
       do i = 1, size(solvers)
-        call show_motion(states(i), params%units, thin%wings(i)%is_mirrored, wings%deformation(i))
+        call set_deformation(states(i), params%units, thin%wings(i)%is_mirrored, wings%deformation(i))
       end do
       call move_markers(thin, wings, poses, report%distance)
       way = fluid%dt*sqrt(maxval(sum(thin%u**2, 1)))
@@ -95,9 +95,9 @@ contains
       return
     end if
     do i = 1, size(solvers)
-      call take_forces(thin, i, poses(i), params, force(:, :, i))
+      call distribute_forces(thin, i, poses(i), params, force(:, :, i))
     end do
-    call thin%push(fluid, wings, poses)
+    call thin%apply_forces(fluid, wings, poses)
   end subroutine advance_thin_wings
 
   !> The markers of wing i where its deformation puts them at the end of the step.
@@ -117,7 +117,7 @@ contains
 
   !> Turns the response of wing i with its markers. Computes it again if the wing has also changed its shape since the last
   !> computation.
-  subroutine follow_shape(thin, i, wings, failure)
+  subroutine update_response(thin, i, wings, failure)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
     type(flapping_wings_t), intent(in) :: wings
@@ -135,15 +135,15 @@ contains
         return
       end if
       wing%shape = wing%work
-      call thin%renew(i, has_factor)
+      call thin%rebuild_response(i, has_factor)
       if (.not. has_factor) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that '// &
                                                'its markers touch or part, so that its motion does not determine their '// &
                                                'forces: look at its shape, and at the stiffness in [Wing]')
     end associate
-  end subroutine follow_shape
+  end subroutine update_response
 
   !> On the owner: the step of one wing in the flow that its markers have met. A wing that is held keeps its shape.
-  subroutine make_step(thin, i, pose, dt, params, is_held, solver, state, force)
+  subroutine advance_wing(thin, i, pose, dt, params, is_held, solver, state, force)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
     type(wing_pose_t), intent(in) :: pose
@@ -169,7 +169,7 @@ contains
                           state, wing%reaction)
       end if
     end associate
-  end subroutine make_step
+  end subroutine advance_wing
 
   !> The velocities of the markers in space, and the largest distance [L] of where they are from where they met the flow.
   subroutine move_markers(thin, wings, poses, distance)
@@ -195,7 +195,7 @@ contains
   end subroutine move_markers
 
   !> Gives the forces that the owner of wing i has found to all ranks, as those on the flow and as the load on the points.
-  subroutine take_forces(thin, i, pose, params, force)
+  subroutine distribute_forces(thin, i, pose, params, force)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
     type(wing_pose_t), intent(in) :: pose
@@ -213,5 +213,5 @@ contains
         thin%force(:, wing%first + m - 1) = pose%vector_to_space(wing%work(:, m))
       end do
     end associate
-  end subroutine take_forces
+  end subroutine distribute_forces
 end module fsi_thin_coupling

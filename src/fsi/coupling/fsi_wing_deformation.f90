@@ -10,12 +10,12 @@ module fsi_wing_deformation
   use solid_dynamics, only: dynamic_state_t
   implicit none
   private
-  public :: show_motion, show_end, show_forces
+  public :: set_deformation, predict_deformation, rotate_forces_to_space
 
 contains
 
   !> Sets `bent` to what `state` holds.
-  pure subroutine show_motion(state, units, is_mirrored, bent)
+  pure subroutine set_deformation(state, units, is_mirrored, bent)
     type(dynamic_state_t), intent(in) :: state
     type(unit_scales_t), intent(in) :: units
     logical, intent(in) :: is_mirrored
@@ -29,11 +29,11 @@ contains
     call mirror_vectors(bent%u)
     call mirror_vectors(bent%v)
     call mirror_vectors(bent%a)
-  end subroutine show_motion
+  end subroutine set_deformation
 
   !> Sets the displacement in `bent` to what the wing will have at the end of a step dt [T] if its velocity goes on as in
   !> the last one: to second order, and to first in the first step.
-  pure subroutine show_end(state, units, dt, is_mirrored, bent)
+  pure subroutine predict_deformation(state, units, dt, is_mirrored, bent)
     type(dynamic_state_t), intent(in) :: state
     type(unit_scales_t), intent(in) :: units
     real(rp), intent(in) :: dt
@@ -46,10 +46,10 @@ contains
     bent%u = (state%u(:, :n) + h*state%v(:, :n))/units%length
     if (state%old_step > 0) bent%u = bent%u + (h**2/(2*state%old_step*units%length))*(state%v(:, :n) - state%old_v(:, :n))
     if (is_mirrored) call mirror_vectors(bent%u)
-  end subroutine show_end
+  end subroutine predict_deformation
 
   !> Sets on_points(3, n) [rho L^4/T^2], in space, to the forces force(3, at least n) [N] of the wing whose frame is at `pose`.
-  pure subroutine show_forces(force, units, is_mirrored, pose, on_points)
+  pure subroutine rotate_forces_to_space(force, units, is_mirrored, pose, on_points)
     real(rp), intent(in) :: force(:, :)
     type(unit_scales_t), intent(in) :: units
     logical, intent(in) :: is_mirrored
@@ -61,5 +61,5 @@ contains
     do p = 1, size(on_points, 2)
       on_points(:, p) = pose%vector_to_space(on_points(:, p))
     end do
-  end subroutine show_forces
+  end subroutine rotate_forces_to_space
 end module fsi_wing_deformation

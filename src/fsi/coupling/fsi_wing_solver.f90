@@ -28,7 +28,7 @@ module fsi_wing_solver
     procedure :: init => solver_init
     procedure :: begin => solver_begin
     procedure :: solve => solver_solve
-    procedure :: share => solver_share
+    procedure :: broadcast => solver_broadcast
     procedure :: rewind => solver_rewind
     procedure :: free => solver_free
   end type wing_solver_t
@@ -85,7 +85,7 @@ contains
   end subroutine solver_solve
 
   !> Gives what `solve` has found to all ranks, or its failure. Collective.
-  subroutine solver_share(self, world, state, failure)
+  subroutine solver_broadcast(self, world, state, failure)
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(dynamic_state_t), intent(inout) :: state
@@ -100,8 +100,8 @@ contains
       call failure%raise('a wing cannot be advanced: '//reason)
       return
     end if
-    call spread_state(self, world, state)
-  end subroutine solver_share
+    call broadcast_state(self, world, state)
+  end subroutine solver_broadcast
 
   !> Takes the state back to the beginning of the step, which `solve` may have left. Collective.
   subroutine solver_rewind(self, world, state)
@@ -109,11 +109,11 @@ contains
     type(world_t), intent(in) :: world
     type(dynamic_state_t), intent(inout) :: state
     if (self%owner == world%rank) call copy_state(self%begun, state)
-    call spread_state(self, world, state)
+    call broadcast_state(self, world, state)
   end subroutine solver_rewind
 
   !> Gives the owner's state to all ranks. Collective.
-  subroutine spread_state(self, world, state)
+  subroutine broadcast_state(self, world, state)
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(dynamic_state_t), intent(inout) :: state
@@ -155,7 +155,7 @@ contains
         n = n + 3
       end do
     end subroutine move
-  end subroutine spread_state
+  end subroutine broadcast_state
 
   !> Releases everything.
   subroutine solver_free(self)

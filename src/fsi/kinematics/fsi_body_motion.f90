@@ -58,7 +58,7 @@ contains
   !> first row to its last, linear in between; of words that swing over one period; of a free flight that of its start.
   real(rp) function motion_mean_speed(self) result(speed)
     class(body_motion_t), intent(in) :: self
-    integer, parameter :: LOOKS = 2000
+    integer, parameter :: N_SAMPLES = 2000
     real(rp) :: period
     type(body_t) :: body
     integer :: i
@@ -78,9 +78,9 @@ contains
       period = 1
       if (self%word == 'buffeting') period = 1/BUFFETING
       if (self%word == 'casting') period = 1/CASTING
-      do i = 1, LOOKS
-        body = swinging_body(self, (i - 0.5_rp)*period/LOOKS)
-        speed = speed + norm2(body%velocity)/LOOKS
+      do i = 1, N_SAMPLES
+        body = swinging_body(self, (i - 0.5_rp)*period/N_SAMPLES)
+        speed = speed + norm2(body%velocity)/N_SAMPLES
       end do
     end select
   end function motion_mean_speed

@@ -9,7 +9,7 @@ module fsi_body_motion_keys
   use fsi_wing_motion_table, only: read_body_states
   use io_config, only: config_t
   use io_registry, only: registry_t
-  use io_shared_text, only: read_named_text
+  use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
   implicit none
   private

@@ -32,7 +32,7 @@ module fsi_pressure_load
     real(rp), allocatable, private :: places(:, :), values(:), velocity(:, :)
   contains
     procedure :: init => load_init
-    procedure :: mark => load_mark
+    procedure :: select_lines => load_select_lines
     procedure :: sample => load_sample
     procedure :: show => load_show
     procedure :: add_friction => load_add_friction
@@ -55,7 +55,7 @@ contains
 
   !> Sets the `lines` of the grid (ny_local, nz_local) at which `look` will look for the surface where it is now, with
   !> the same arguments; leaves the others as they are.
-  subroutine load_mark(self, surface, sampler, distance, extrapolates, lines)
+  subroutine load_select_lines(self, surface, sampler, distance, extrapolates, lines)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
     type(sampler_t), intent(in) :: sampler
@@ -64,11 +64,11 @@ contains
     logical, intent(inout) :: lines(:, :)
     if (extrapolates) then
       call surface%places_beside(2*distance, self%places)
-      call sampler%mark(self%places, lines)
+      call sampler%select_lines(self%places, lines)
     end if
     call surface%places_beside(distance, self%places)
-    call sampler%mark(self%places, lines)
-  end subroutine load_mark
+    call sampler%select_lines(self%places, lines)
+  end subroutine load_select_lines
 
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
   !> looked at from the surface. Collective.

@@ -79,7 +79,7 @@ contains
     self%lines = .false.
     do i = 1, size(self%wings)
       call wings%surfaces(i)%places_beside(self%distance, self%wings(i)%places)
-      call self%sampler%mark(self%wings(i)%places, self%lines)
+      call self%sampler%select_lines(self%wings(i)%places, self%lines)
     end do
     call fluid%pressure_field(self%field, self%lines)
     do i = 1, size(self%wings)

@@ -22,7 +22,7 @@ module fsi_flight_params
   use fsi_wing_source, only: draws_to_outline, mean_chord, read_wing_shape, register_wing_source
   use io_config, only: config_t
   use io_registry, only: registry_t
-  use io_shared_text, only: read_named_text
+  use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
   use solid_wing, only: wing_t
   use spectral_grid, only: grid_t

@@ -9,7 +9,7 @@ module fsi_planform_file
   use io_config, only: config_t
   use io_ini, only: ini_document_t
   use io_registry, only: registry_t
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   implicit none
   private
   public :: read_planform, read_planform_text

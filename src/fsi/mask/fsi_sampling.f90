@@ -21,7 +21,7 @@ module fsi_sampling
   contains
     procedure :: init => sampler_init
     procedure :: sample => sampler_sample
-    procedure :: mark => sampler_mark
+    procedure :: select_lines => sampler_select_lines
   end type sampler_t
 
 contains
@@ -75,7 +75,7 @@ contains
 
   !> Sets the `lines` (ny_local, nz_local) at which `sample` will look for these points (3, n); leaves the others as
   !> they are.
-  subroutine sampler_mark(self, points, lines)
+  subroutine sampler_select_lines(self, points, lines)
     class(sampler_t), intent(in) :: self
     real(rp), intent(in) :: points(:, :)
     logical, intent(inout) :: lines(:, :)
@@ -91,7 +91,7 @@ contains
         end do
       end do
     end do
-  end subroutine sampler_mark
+  end subroutine sampler_select_lines
 
   !> Weights of the points first - 1 .. first + 2 for the place s, in cells; their sum is 1.
   pure subroutine delta_weights(s, first, w)

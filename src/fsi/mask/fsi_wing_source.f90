@@ -15,7 +15,7 @@ module fsi_wing_source
   use fsi_wing_solids, only: make_fourier_wing
   use io_config, only: config_t
   use io_registry, only: registry_t
-  use io_shared_text, only: named_path, read_named_text
+  use io_broadcast_text, only: named_path, read_named_text
   use parallel_world, only: world_t
   use solid_wing, only: wing_t
   use solid_wing_file, only: load_wing, read_wing

@@ -36,7 +36,7 @@ module fsi_flow_reaction
     real(rp), allocatable, private :: blocks(:, :, :) !< (3, 3, n_all) stand-in for W^T M^-1 W, rho L^3
   contains
     procedure :: init => reaction_init
-    procedure :: renew => reaction_renew
+    procedure :: update_response => reaction_update_response
     procedure :: begin => reaction_begin
     procedure :: force => reaction_force
     procedure :: tangent => reaction_tangent
@@ -63,7 +63,7 @@ contains
   !> Takes over a changed response. The caller calls it after every change; before `init` it does nothing. In the
   !> preconditioner of the wing's equations the tangent is replaced by what all points feel when all have the same
   !> velocity: this is exact for the smoothest motion.
-  subroutine reaction_renew(self)
+  subroutine reaction_update_response(self)
     class(flow_reaction_t), intent(inout) :: self
     integer :: c, p
     if (.not. allocated(self%blocks)) return
@@ -81,7 +81,7 @@ contains
         if (.not. is_positive(b)) b = diagonal(maxval([b(1, 1), b(2, 2), b(3, 3), 0.0_rp]))
       end associate
     end do
-  end subroutine reaction_renew
+  end subroutine reaction_update_response
 
   !> Whether a symmetric matrix is positive definite.
   pure logical function is_positive(b)

@@ -48,9 +48,9 @@ module fsi_marker_cloud
     integer, allocatable, private :: key(:), at(:) !< (cell) of the sample that `pick` would take in it
   contains
     procedure :: init => cloud_init
-    procedure :: forget => cloud_forget
+    procedure :: clear => cloud_clear
     procedure :: add => cloud_add
-    procedure :: look_for => cloud_look_for
+    procedure :: search_for => cloud_search_for
     procedure :: pick => cloud_pick
     procedure :: relax => cloud_relax
     procedure :: project => cloud_project
@@ -214,11 +214,11 @@ contains
   end function number_of
 
   !> Forgets all markers.
-  subroutine cloud_forget(self)
+  subroutine cloud_clear(self)
     class(cloud_t), intent(inout) :: self
     self%distance = 2*self%spacing
     self%second = self%distance
-  end subroutine cloud_forget
+  end subroutine cloud_clear
 
   !> Adds a marker at `x`.
   subroutine cloud_add(self, x)
@@ -237,14 +237,14 @@ contains
             self%second(s) = max(d, self%distance(s))
             self%distance(s) = min(d, self%distance(s))
           end do
-          call look_in_cell(self, c)
+          call search_cell(self, c)
         end do
       end do
     end do
   end subroutine cloud_add
 
   !> From now on `pick` gives what `mode` says, among samples that are at least `limit` [L] from all markers.
-  subroutine cloud_look_for(self, mode, limit)
+  subroutine cloud_search_for(self, mode, limit)
     class(cloud_t), intent(inout) :: self
     integer, intent(in) :: mode
     real(rp), intent(in) :: limit
@@ -252,11 +252,11 @@ contains
     self%mode = mode
     self%limit = limit
     do i = 1, size(self%filled)
-      call look_in_cell(self, self%filled(i))
+      call search_cell(self, self%filled(i))
     end do
-  end subroutine cloud_look_for
+  end subroutine cloud_search_for
 
-  subroutine look_in_cell(self, c)
+  subroutine search_cell(self, c)
     class(cloud_t), intent(inout) :: self
     integer, intent(in) :: c
     integer :: s, key
@@ -281,7 +281,7 @@ contains
       real(rp), intent(in) :: length
       steps = floor(length/self%spacing*FINE + SHIFT)
     end function steps
-  end subroutine look_in_cell
+  end subroutine search_cell
 
   !> Takes the sample that is looked for, if there is one.
   subroutine cloud_pick(self, place, found)

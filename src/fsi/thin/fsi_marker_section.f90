@@ -11,12 +11,12 @@ module fsi_marker_section
   use fsi_marker_lines, only: line_place_t, list_links, place_on_lines
   implicit none
   private
-  public :: space_stations, station_t
+  public :: place_section_markers, station_t
 
   real(rp), parameter :: SAME = 1.0e-9_rp !< of the size of the strip, lengths that are none
   real(rp), parameter :: NEAR = 0.5_rp    !< of h, from the station, for what belongs to the line across the strip
   real(rp), parameter :: LEAST = 0.75_rp    !< of h: wanted least distance of markers, and largest gap
-  integer, parameter :: LOOKS = 16        !< places in a spacing where gaps are looked for
+  integer, parameter :: N_SAMPLES = 16        !< places in a spacing where gaps are looked for
 
   !> A marker: sum_k weights(k) points(:, nodes(k)).
   type :: station_t
@@ -39,7 +39,7 @@ contains
 
   !> Stations of a strip. `left_out` counts ends and folds, and other places, that would have been too close to others;
   !> `largest_gap` is in h. Deterministic. Allocates.
-  subroutine space_stations(points, triangles, spacing, stations, left_out, largest_gap)
+  subroutine place_section_markers(points, triangles, spacing, stations, left_out, largest_gap)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
     real(rp), intent(in) :: spacing        !< h [L]
@@ -54,13 +54,13 @@ contains
     integer :: i, k
     tolerance = SAME*maxval(maxval(points, 2) - minval(points, 2))
     call cut_middle(points, triangles, tolerance, middle, links)
-    call require(size(links, 2) > 0, 'space_stations: the sheet is no strip along y')
+    call require(size(links, 2) > 0, 'place_section_markers: the sheet is no strip along y')
     call place_on_lines(middle, links, spacing, wanted)
     keep = are_clear(positions(middle, links, wanted), spacing)
     left_out = [count(wanted%is_corner .and. .not. keep), count(.not. (wanted%is_corner .or. keep))]
     kept = pack(wanted, keep)
 
-    call place_on_lines(middle, links, spacing/LOOKS, fine)
+    call place_on_lines(middle, links, spacing/N_SAMPLES, fine)
     x = positions(middle, links, fine)
     gaps = [(huge(1.0_rp), i=1, size(fine))]
     do i = 1, size(kept)
@@ -96,7 +96,7 @@ contains
         gaps(j) = min(gaps(j), norm2(x(:, j) - here))
       end do
     end subroutine see
-  end subroutine space_stations
+  end subroutine place_section_markers
 
   !> Which of x (3, n) are at least `LEAST` spacings from all earlier ones that are.
   pure function are_clear(x, spacing)
@@ -245,7 +245,7 @@ contains
       total(side) = sum(weights(:, side))
     end do
     side = merge(1, 2, total(1) > total(2)/2)
-    call require(total(side) > 0, 'space_stations: the sheet is no strip along y')
+    call require(total(side) > 0, 'place_section_markers: the sheet is no strip along y')
     station%nodes = pack([(i, i=1, size(points, 2))], weights(:, side) > 0)
     station%weights = weights(station%nodes, side)/total(side)
   end subroutine cut_across
@@ -256,7 +256,7 @@ contains
     integer, intent(in) :: corners(3)
     logical, intent(in) :: beyond !< corners in the plane count as before it, else as beyond
     real(rp), intent(inout) :: weights(:)
-    real(rp) :: height(3), share(3, 2), ends(3, 2), aside(3), t
+    real(rp) :: height(3), fraction(3, 2), ends(3, 2), distance(3), t
     logical :: is_before(3)
     integer :: k, j, n
     height = matmul(normal, points(:, corners) - spread(x, 2, 3))
@@ -273,13 +273,13 @@ contains
       if (is_before(k) .eqv. is_before(j)) cycle
       t = height(k)/(height(k) - height(j))
       n = n + 1
-      share(:, n) = 0
-      share(k, n) = 1 - t
-      share(j, n) = t
-      ends(:, n) = matmul(points(:, corners), share(:, n))
+      fraction(:, n) = 0
+      fraction(k, n) = 1 - t
+      fraction(j, n) = t
+      ends(:, n) = matmul(points(:, corners), fraction(:, n))
     end do
-    aside = (ends(:, 1) + ends(:, 2))/2 - x
-    if (hypot(aside(1), aside(3)) > near) return
-    weights(corners) = weights(corners) + norm2(ends(:, 2) - ends(:, 1))*(share(:, 1) + share(:, 2))/2
+    distance = (ends(:, 1) + ends(:, 2))/2 - x
+    if (hypot(distance(1), distance(3)) > near) return
+    weights(corners) = weights(corners) + norm2(ends(:, 2) - ends(:, 1))*(fraction(:, 1) + fraction(:, 2))/2
   end subroutine cut_triangle
 end module fsi_marker_section

@@ -14,13 +14,13 @@ module fsi_marker_spacing
   use fsi_marker_lines, only: line_place_t, place_on_lines
   implicit none
   private
-  public :: space_markers
+  public :: place_sheet_markers
 
   real(rp), parameter :: LEAST = 0.75_rp         !< of h, least distance and largest gap
   real(rp), parameter :: SAME = 1.0e-9_rp        !< of h, differences that are none
   real(rp), parameter :: GROWTH = 0.95_rp        !< of h, distance of the growing front
   integer, parameter :: ROUNDS = 6, SWEEPS = 20  !< of Lloyd's method, at most, and in a round
-  integer, parameter :: PLAIN = 5                !< the last sweeps of a round are not sped up
+  integer, parameter :: UNACCELERATED = 5                !< the last sweeps of a round are not sped up
   real(rp), parameter :: SPEED = 1.7_rp
 
 contains
@@ -28,7 +28,7 @@ contains
   !> Markers of a sheet; the first `n_edge` lie on free edges. `left_out` counts corners and other places of the outline
   !> that would have been too close to others; `largest_gap` is that of sample points 0.1 h apart, in h. Deterministic.
   !> Allocates.
-  subroutine space_markers(points, triangles, spacing, places, n_edge, left_out, largest_gap)
+  subroutine place_sheet_markers(points, triangles, spacing, places, n_edge, left_out, largest_gap)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
     real(rp), intent(in) :: spacing        !< h [L]
@@ -47,27 +47,27 @@ contains
     keep = are_clear(outline, LEAST*spacing)
     left_out = [count(is_corner .and. .not. keep), count(.not. (is_corner .or. keep))]
     places = pack(outline, keep)
-    call cloud%forget()
+    call cloud%clear()
     do n = 1, size(places)
       call cloud%add(places(n)%x)
     end do
-    call complete(cloud, FREE_EDGE, LEAST*spacing, places)
+    call fill_gaps(cloud, FREE_EDGE, LEAST*spacing, places)
     n_edge = size(places)
-    call complete(cloud, FRONT, GROWTH*spacing, places)
+    call fill_gaps(cloud, FRONT, GROWTH*spacing, places)
     do round = 1, ROUNDS
       call relax(cloud, points, triangles, n_edge, places)
       keep = are_clear(places, LEAST*spacing)
       places = pack(places, keep)
-      call cloud%forget()
+      call cloud%clear()
       do n = 1, size(places)
         call cloud%add(places(n)%x)
       end do
       n = size(places)
-      call complete(cloud, GAP, LEAST*spacing, places)
+      call fill_gaps(cloud, GAP, LEAST*spacing, places)
       if (all(keep) .and. size(places) == n) exit
     end do
     largest_gap = maxval(cloud%distance)/spacing
-  end subroutine space_markers
+  end subroutine place_sheet_markers
 
   !> The places wanted on the free edges, those on corners first.
   subroutine place_outline(points, triangles, edges, owners, spacing, places, is_corner)
@@ -114,7 +114,7 @@ contains
   end function is_clear
 
   !> Adds what the cloud picks until there is nothing left.
-  subroutine complete(cloud, mode, limit, places)
+  subroutine fill_gaps(cloud, mode, limit, places)
     type(cloud_t), intent(inout) :: cloud
     integer, intent(in) :: mode
     real(rp), intent(in) :: limit
@@ -124,7 +124,7 @@ contains
     logical :: found
     integer :: n
     n = size(places)
-    call cloud%look_for(mode, limit)
+    call cloud%search_for(mode, limit)
     do
       call cloud%pick(place, found)
       if (.not. found) exit
@@ -138,7 +138,7 @@ contains
       call cloud%add(place%x)
     end do
     places = places(:n)
-  end subroutine complete
+  end subroutine fill_gaps
 
   !> A round of Lloyd's method for all markers but the first `n_fixed`.
   subroutine relax(cloud, points, triangles, n_fixed, places)
@@ -152,7 +152,7 @@ contains
       x(:, i) = places(i)%x
     end do
     do i = 1, SWEEPS
-      call cloud%relax(x, n_fixed, merge(SPEED, 1.0_rp, i <= SWEEPS - PLAIN))
+      call cloud%relax(x, n_fixed, merge(SPEED, 1.0_rp, i <= SWEEPS - UNACCELERATED))
     end do
     call cloud%project(points, triangles, x, n_fixed, places)
   end subroutine relax

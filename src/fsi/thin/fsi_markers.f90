@@ -9,8 +9,8 @@
 module fsi_markers
   use base_kinds, only: rp
   use fsi_marker_cloud, only: place_t
-  use fsi_marker_section, only: space_stations, station_t
-  use fsi_marker_spacing, only: space_markers
+  use fsi_marker_section, only: place_section_markers, station_t
+  use fsi_marker_spacing, only: place_sheet_markers
   implicit none
   private
   public :: markers_t
@@ -62,7 +62,7 @@ contains
     integer, intent(in) :: triangles(:, :)
     type(place_t), allocatable :: places(:)
     integer :: i, left_out(2), n_edge
-    call space_markers(points, triangles, spacing, places, n_edge, left_out, self%gap)
+    call place_sheet_markers(points, triangles, spacing, places, n_edge, left_out, self%gap)
     self%n = size(places)
     self%left_out = sum(left_out)
     self%is_edge = [(i <= n_edge, i=1, self%n)]
@@ -76,7 +76,7 @@ contains
     integer, intent(in) :: triangles(:, :)
     type(station_t), allocatable :: stations(:)
     integer :: i, k, left_out(2)
-    call space_stations(points, triangles, spacing, stations, left_out, self%gap)
+    call place_section_markers(points, triangles, spacing, stations, left_out, self%gap)
     self%n = size(stations)
     self%left_out = sum(left_out)
     self%is_edge = stations%is_edge

@@ -62,7 +62,7 @@ contains
     do i = 1, size(thin%wings)
       associate (wing => thin%wings(i))
         wing%shape = reshape(numbers(3*wing%first - 2:3*wing%last), shape(wing%shape))
-        call thin%renew(i, has_factor)
+        call thin%rebuild_response(i, has_factor)
         if (.not. has_factor) call failure%raise('the checkpoint has markers that touch each other')
       end associate
     end do

@@ -14,8 +14,8 @@
 !> Where a penalized body is around a marker, near the hinge, the flow belongs to the body: with chi of the body there, the
 !> marker asks for (1 - chi) U + chi U_body, and the share chi of its force is the body's, not the wing's.
 !>
-!> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `meet` the flow, find the forces,
-!> `push` the flow. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and again
+!> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `sample_flow`, find the forces,
+!> `apply_forces`. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and again
 !> whenever a wing has deformed, but for a rotation (fsi_rigid_fit), by a part of the spacing of its markers.
 module fsi_thin_wings
   use base_errors, only: failure_t
@@ -62,9 +62,9 @@ module fsi_thin_wings
 
   !> Wall time of this rank so far.
   type :: thin_seconds_t
-    real(rp) :: meet = 0  !< looking at the flow
-    real(rp) :: renew = 0 !< making responses
-    real(rp) :: push = 0  !< giving the forces to the flow, and looking at it again
+    real(rp) :: sampling = 0  !< interpolating the flow at the markers
+    real(rp) :: responses = 0 !< computing responses
+    real(rp) :: forces = 0    !< giving the forces to the flow, and sampling it again
   end type thin_seconds_t
 
   type :: thin_wings_t
@@ -72,7 +72,7 @@ module fsi_thin_wings
     real(rp), allocatable :: x(:, :), u(:, :)  !< (3, all markers) places [L] and velocities [L/T], in space
     real(rp), allocatable :: force(:, :)       !< (3, all markers) on the fluid, of the last step, rho L^4/T^2
     real(rp), allocatable :: flow(:, :)        !< (3, all markers) velocities of the flow there, and `shift`, L/T
-    real(rp), allocatable, private :: share(:)        !< (all markers) chi of the body there
+    real(rp), allocatable, private :: body_fraction(:) !< (all markers) chi of the body there
     real(rp), allocatable, private :: shift(:, :)     !< (3, all markers) chi (U - U_body), L/T
     real(rp), allocatable, private :: body_speed(:, :) !< (3, all markers) U_body, L/T
     real(rp), allocatable, private :: wanted(:, :)     !< (3, all markers) change of the flow, L/T^2
@@ -84,10 +84,10 @@ module fsi_thin_wings
     real(rp), private :: extent = 0            !< L largest distance of markers for which `green` holds
   contains
     procedure :: init => thin_init
-    procedure :: soften => thin_soften
-    procedure :: renew => thin_renew
-    procedure :: meet => thin_meet
-    procedure :: push => thin_push
+    procedure :: init_flexible => thin_init_flexible
+    procedure :: rebuild_response => thin_rebuild_response
+    procedure :: sample_flow => thin_sample_flow
+    procedure :: apply_forces => thin_apply_forces
     procedure :: advance_rigid => thin_advance_rigid
     procedure :: broadcast => thin_broadcast
     procedure :: memory_bytes => thin_memory_bytes
@@ -124,13 +124,13 @@ contains
         self%extent = max(self%extent, LONGER*norm2(maxval(given%points, 2) - minval(given%points, 2)))
       end associate
     end do
-    allocate (self%share(n), self%shift(3, n), self%body_speed(3, n), self%wanted(3, n), source=0.0_rp)
+    allocate (self%body_fraction(n), self%shift(3, n), self%body_speed(3, n), self%wanted(3, n), source=0.0_rp)
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
     call init_responses(self, fluid)
     do i = 1, size(self%wings)
       self%wings(i)%shape = self%wings(i)%flat
-      call self%renew(i, has_factor)
+      call self%rebuild_response(i, has_factor)
       if (.not. has_factor) call failure%raise('the markers of a wing are too close to each other, so that the motion of '// &
                                                'the wing does not determine their forces: set a larger [Insects] '// &
                                                'marker_spacing')
@@ -156,7 +156,7 @@ contains
   end subroutine init_responses
 
   !> Prepares for flexible wings that are unloaded at points(3, n_all) [m] along the axes of the wing file.
-  subroutine thin_soften(self, points, units)
+  subroutine thin_init_flexible(self, points, units)
     class(thin_wings_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :)
     type(unit_scales_t), intent(in) :: units
@@ -166,14 +166,14 @@ contains
       associate (wing => self%wings(i))
         if (wing%owner /= self%world%rank) cycle
         call wing%reaction%init(wing%markers, points, units)
-        call wing%reaction%renew()
+        call wing%reaction%update_response()
       end associate
     end do
-  end subroutine thin_soften
+  end subroutine thin_init_flexible
 
   !> Makes the response of wing i for markers at its `shape`. It has no factor, on no rank, if markers are too close, or
   !> farther from each other than they can be. Collective.
-  subroutine thin_renew(self, i, has_factor)
+  subroutine thin_rebuild_response(self, i, has_factor)
     class(thin_wings_t), intent(inout) :: self
     integer, intent(in) :: i
     logical, intent(out) :: has_factor
@@ -185,17 +185,17 @@ contains
         wing%work = wing%shape
         if (wing%is_mirrored) call mirror_vectors(wing%work)
         call wing%reaction%response%build(self%green, wing%work, has_factor)
-        if (has_factor) call wing%reaction%renew()
+        if (has_factor) call wing%reaction%update_response()
       end if
       ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
       has_factor = self%world%max_integer(merge(0, 1, has_factor)) == 0
     end associate
-    self%seconds%renew = self%seconds%renew + wall_seconds() - begun
-  end subroutine thin_renew
+    self%seconds%responses = self%seconds%responses + wall_seconds() - begun
+  end subroutine thin_rebuild_response
 
   !> Looks at the flow, as it is without the wings, where the markers `x` are: sets `flow`. Where the body is, a marker that
   !> moves with `u` then asks for the motion of the body. Collective.
-  subroutine thin_meet(self, fluid, wings)
+  subroutine thin_sample_flow(self, fluid, wings)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
@@ -204,14 +204,14 @@ contains
     call fluid%points%place(self%x)
     call fluid%velocities_at_points(self%flow)
     if (wings%has_body()) then
-      call find_shares(self, fluid, wings)
+      call find_body_fractions(self, fluid, wings)
       self%flow = self%flow + self%shift
     end if
-    self%seconds%meet = self%seconds%meet + wall_seconds() - begun
-  end subroutine thin_meet
+    self%seconds%sampling = self%seconds%sampling + wall_seconds() - begun
+  end subroutine thin_sample_flow
 
   !> What the body has of the markers at the end of the step.
-  subroutine find_shares(self, fluid, wings)
+  subroutine find_body_fractions(self, fluid, wings)
     type(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     type(flapping_wings_t), intent(in) :: wings
@@ -219,18 +219,18 @@ contains
     real(rp) :: arm(3)
     integer :: m
     body = wings%motion%at(fluid%rhs%state%time, wings%params%body)
-    do m = 1, size(self%share)
+    do m = 1, size(self%body_fraction)
       arm = self%x(:, m) - body%centre
       arm = body%rotation%to_frame(arm - fluid%transform%grid%length*anint(arm/fluid%transform%grid%length))
-      self%share(m) = wings%params%solid%mask_at(arm)
+      self%body_fraction(m) = wings%params%solid%mask_at(arm)
       self%body_speed(:, m) = body%velocity + body%rotation%to_parent(cross(body%rotation%omega, arm))
-      self%shift(:, m) = self%share(m)*(self%u(:, m) - self%body_speed(:, m))
+      self%shift(:, m) = self%body_fraction(m)*(self%u(:, m) - self%body_speed(:, m))
     end do
-  end subroutine find_shares
+  end subroutine find_body_fractions
 
   !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip`, measured where it is due, and
   !> the loads of the markers, which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
-  subroutine thin_push(self, fluid, wings, poses)
+  subroutine thin_apply_forces(self, fluid, wings, poses)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(inout) :: wings
@@ -251,15 +251,15 @@ contains
     end if
     do i = 1, size(self%wings)
       associate (a => self%wings(i)%first, z => self%wings(i)%last)
-        wings%marker_loads(i) = total_load(-spread(1 - self%share(a:z), 1, 3)*self%force(:, a:z), self%x(:, a:z), &
+        wings%marker_loads(i) = total_load(-spread(1 - self%body_fraction(a:z), 1, 3)*self%force(:, a:z), self%x(:, a:z), &
                                            self%u(:, a:z), poses(i)%hinge)
       end associate
     end do
     body = wings%motion%at(fluid%rhs%state%time, wings%params%body)
     if (wings%has_body()) wings%marker_loads(size(poses) + 1) = &
-      total_load(-spread(self%share, 1, 3)*self%force, self%x, self%body_speed, body%centre)
-    self%seconds%push = self%seconds%push + wall_seconds() - begun
-  end subroutine thin_push
+      total_load(-spread(self%body_fraction, 1, 3)*self%force, self%x, self%body_speed, body%centre)
+    self%seconds%forces = self%seconds%forces + wall_seconds() - begun
+  end subroutine thin_apply_forces
 
   !> Lets rigid wings act on the step that `fluid` has just made: its end gets their forces; `slip` and the loads of the
   !> markers, which `wings` hold, are those of this step. `wings` stay where they are. Fails if no forces are found, on all
@@ -281,9 +281,9 @@ contains
         end do
       end associate
     end do
-    call self%meet(fluid, wings)
+    call self%sample_flow(fluid, wings)
     call find_forces(self, poses, fluid%dt, failure)
-    if (.not. failure%failed) call self%push(fluid, wings, poses)
+    if (.not. failure%failed) call self%apply_forces(fluid, wings, poses)
   end subroutine thin_advance_rigid
 
   !> The forces that make the flow follow all rigid wings, the same on all ranks: sets `force`. Of several wings by conjugate

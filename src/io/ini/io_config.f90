@@ -17,7 +17,7 @@ module io_config
                     KEY_TEXT, KEY_WORD
   use io_peek, only: find_spacing, key_counts
   use io_registry, only: registry_t
-  use io_shared_text, only: add_named_files, content_note, read_text_file
+  use io_broadcast_text, only: add_named_files, content_note, read_text_file
   use io_units, only: unit_scales_t, unit_value
   use io_value, only: effective_line, read_value, value_t, value_text
   use parallel_world, only: world_t
@@ -47,6 +47,7 @@ module io_config
     procedure :: get_matrix => config_get_matrix
     procedure :: set_units => config_set_units
     procedure :: is_given => config_is_given
+    procedure :: file_name => config_file_name
     procedure :: line_of => config_line_of
     procedure :: print_effective => config_print_effective
     procedure :: asks_for_unbuilt => config_asks_for_unbuilt
@@ -164,7 +165,7 @@ contains
   integer function config_get_integer(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
-    value = self%values(slot(self, section, key, KEY_INTEGER, KEY_INTEGER))%whole
+    value = self%values(value_index(self, section, key, KEY_INTEGER, KEY_INTEGER))%whole
   end function config_get_integer
 
   !> Value of a real or length key.
@@ -172,7 +173,7 @@ contains
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     integer :: i
-    i = slot(self, section, key, KEY_REAL, KEY_LENGTH)
+    i = value_index(self, section, key, KEY_REAL, KEY_LENGTH)
     associate (found => self%values(i))
       value = found%number/found%unit
     end associate
@@ -182,7 +183,7 @@ contains
   logical function config_get_switch(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
-    value = self%values(slot(self, section, key, KEY_SWITCH, KEY_SWITCH))%switch
+    value = self%values(value_index(self, section, key, KEY_SWITCH, KEY_SWITCH))%switch
   end function config_get_switch
 
   !> Value of a word key: one of its allowed words.
@@ -190,7 +191,7 @@ contains
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     character(:), allocatable :: value
-    value = self%values(slot(self, section, key, KEY_WORD, KEY_WORD))%text
+    value = self%values(value_index(self, section, key, KEY_WORD, KEY_WORD))%text
   end function config_get_word
 
   !> Value of a text key, trimmed.
@@ -198,7 +199,7 @@ contains
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     character(:), allocatable :: value
-    value = self%values(slot(self, section, key, KEY_TEXT, KEY_TEXT))%text
+    value = self%values(value_index(self, section, key, KEY_TEXT, KEY_TEXT))%text
   end function config_get_text
 
   !> Value of a list of reals; its size is the registered length, if there is one.
@@ -207,7 +208,7 @@ contains
     character(*), intent(in) :: section, key
     real(rp), allocatable :: value(:)
     integer :: i
-    i = slot(self, section, key, KEY_REALS, KEY_REALS)
+    i = value_index(self, section, key, KEY_REALS, KEY_REALS)
     associate (found => self%values(i))
       value = found%reals/found%unit
     end associate
@@ -218,7 +219,7 @@ contains
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     real(rp), allocatable :: value(:, :)
-    value = self%values(slot(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
+    value = self%values(value_index(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
   end function config_get_matrix
 
   !> From now on the numbers of the file are understood in the other system of units of `scales`, and are
@@ -240,6 +241,13 @@ contains
     character(*), intent(in) :: section, key
     is_given = self%values(find(self, section, key))%is_given
   end function config_is_given
+
+  !> Name of the file; files that it names may stand beside it.
+  function config_file_name(self) result(name)
+    class(config_t), intent(in) :: self
+    character(:), allocatable :: name
+    name = self%name
+  end function config_file_name
 
   !> Whether `path` is the file itself, or one that it includes.
   logical function config_reads(self, path) result(reads)
@@ -377,7 +385,7 @@ contains
   end function find
 
   !> Index of a key of one of two kinds that has a value.
-  integer function slot(self, section, key, kind, or_kind) result(i)
+  integer function value_index(self, section, key, kind, or_kind) result(i)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     integer, intent(in) :: kind, or_kind
@@ -388,5 +396,5 @@ contains
     end associate
     call require(self%values(i)%is_known, 'io_config: ['//section//'] '//key// &
                  ' has no value: its default is worked out by the program, ask is_given first')
-  end function slot
+  end function value_index
 end module io_config

@@ -12,7 +12,7 @@ module io_include
   use base_text, only: BLANKS, next_word, number_text
   use io_ini, only: ini_document_t
   use io_registry, only: registry_t
-  use io_shared_text, only: read_named_text
+  use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
   implicit none
   private

@@ -4,7 +4,7 @@ module io_key_table
   use io_key, only: KEY_INERT, KEY_SWITCH, KEY_WORD, key_t, spaced_choices
   implicit none
   private
-  public :: condition_t, key_slot_t, section_t, write_key_tables
+  public :: condition_t, key_entry_t, section_t, write_key_tables
 
   !> What a section or a key depends on.
   type :: condition_t
@@ -21,10 +21,10 @@ module io_key_table
   end type section_t
 
   !> A key in a list: lists grow by moving keys instead of copying them.
-  type :: key_slot_t
+  type :: key_entry_t
     type(key_t), allocatable :: key
     type(condition_t), allocatable :: conditions(:) !< all must hold; without them the key always counts
-  end type key_slot_t
+  end type key_entry_t
 
 contains
 
@@ -32,7 +32,7 @@ contains
   subroutine write_key_tables(unit, section, keys)
     integer, intent(in) :: unit
     type(section_t), intent(in) :: section
-    type(key_slot_t), intent(in) :: keys(:)
+    type(key_entry_t), intent(in) :: keys(:)
     character(:), allocatable :: inert
     logical :: has_table
     integer :: i
@@ -61,7 +61,7 @@ contains
   subroutine write_conditions(unit, conditions, keys)
     integer, intent(in) :: unit
     type(condition_t), intent(in) :: conditions(:)
-    type(key_slot_t), intent(in) :: keys(:)
+    type(key_entry_t), intent(in) :: keys(:)
     character(:), allocatable :: text
     integer :: i
     text = ''

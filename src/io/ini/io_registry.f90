@@ -8,7 +8,7 @@ module io_registry
   use io_foreign, only: foreign_inputs_t
   use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
                     KEY_TEXT, KEY_WORD, describe, key_t, matches_pattern, set_limits, set_lower, set_upper
-  use io_key_table, only: condition_t, key_slot_t, section_t, write_key_tables
+  use io_key_table, only: condition_t, key_entry_t, section_t, write_key_tables
   use io_value, only: is_length, read_value, value_t
   implicit none
   private
@@ -23,7 +23,7 @@ module io_registry
   !> with a default that its own key would refuse, is a programmer error.
   type :: registry_t
     type(section_t), allocatable :: sections(:)
-    type(key_slot_t), allocatable :: keys(:) !< the first n_keys slots are filled
+    type(key_entry_t), allocatable :: keys(:) !< the first n_keys slots are filled
     type(alias_t), allocatable :: aliases(:)
     integer :: n_sections = 0, n_keys = 0, n_aliases = 0
     type(foreign_inputs_t) :: foreign !< what tells inputs from those of other programs
@@ -360,7 +360,7 @@ contains
   subroutine add_key(self, new)
     class(registry_t), intent(inout) :: self
     type(key_t), intent(inout) :: new
-    type(key_slot_t), allocatable :: larger(:)
+    type(key_entry_t), allocatable :: larger(:)
     integer :: i
     call require(self%find(new%section, new%name) == 0, 'io_registry: ['//new%section//'] '//new%name// &
                  ' is declared twice')

@@ -9,7 +9,7 @@ module io_lock
   use base_kinds, only: i8
   use base_process, only: date_and_clock, environment_value, host_name, process_birth, process_id
   use base_text_file, only: text_file_t
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   implicit none
   private
   public :: lock_t, LOCK_HELD, LOCK_TAKEN, LOCK_UNWRITABLE

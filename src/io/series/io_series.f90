@@ -151,19 +151,19 @@ contains
     class(series_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
     character(:), allocatable :: line
-    character(16) :: usual, wide
+    character(16) :: narrow, wide
     integer :: i, width
     if (.not. self%world%is_root .or. self%failure%failed) return
     call require(size(values) == self%n_columns, 'io_series: a record needs one value for each column')
     width = self%digits + 7
-    write (usual, '(a,i0,a,i0,a)') '(es', width, '.', self%digits, ')'
+    write (narrow, '(a,i0,a,i0,a)') '(es', width, '.', self%digits, ')'
     ! A three-digit exponent loses its letter E, and most programs cannot read it; it costs a decimal.
     write (wide, '(a,i0,a,i0,a)') '(es', width, '.', self%digits - 1, 'e3)'
     allocate (character((width + 1)*size(values) - 1) :: line)
     line = repeat(' ', len(line))
     do i = 1, size(values)
       associate (field => line((i - 1)*(width + 1) + 1:i*(width + 1) - 1), x => values(i))
-        write (field, usual) x
+        write (field, narrow) x
         if (index(field, 'E') == 0 .and. ieee_is_finite(x)) write (field, wide) x
       end associate
     end do

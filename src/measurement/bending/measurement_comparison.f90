@@ -6,7 +6,7 @@
 module measurement_comparison
   use base_kinds, only: rp
   use measurement_data, only: measurement_t, QUANTITY_ROTATION
-  use measurement_place, only: find_material_point, material_point_t
+  use measurement_material_point, only: find_material_point, material_point_t
   use measurement_sampling, only: height_gradient, sample_surface, sampled_height, surface_sample_t
   use solid_vectors, only: cross
   use solid_wing, only: wing_t
@@ -184,7 +184,7 @@ contains
       associate (gauge => self%gauges(k))
         shown = 0
         if (gauge%is_rotation) then
-          shown = turn(gauge, positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1)))
+          shown = rotation_angle(gauge, positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1)))
         else
           do c = 1, 3
             shown = shown + gauge%place%weight(c)*dot_product(gauge%axis, positions(:, gauge%place%corner(c)) - &
@@ -226,11 +226,11 @@ contains
   end subroutine comparison_derivatives
 
   !> Angle [rad] by which the line has turned about the axis.
-  pure real(rp) function turn(gauge, line)
+  pure real(rp) function rotation_angle(gauge, line)
     type(gauge_t), intent(in) :: gauge
     real(rp), intent(in) :: line(3)
     real(rp) :: before(3)
     before = gauge%line - dot_product(gauge%line, gauge%axis)*gauge%axis
-    turn = atan2(dot_product(gauge%axis, cross(before, line)), dot_product(before, line))
-  end function turn
+    rotation_angle = atan2(dot_product(gauge%axis, cross(before, line)), dot_product(before, line))
+  end function rotation_angle
 end module measurement_comparison

@@ -12,7 +12,7 @@ module measurement_experiment
   use measurement_data, only: measurement_t
   use measurement_instrument, only: instrument_t, missing_for, GRAVITY_X, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, &
                                     LOAD_SHIFT_Y, MAP_SCALE, MAP_SHIFT_X, N_INSTRUMENT
-  use measurement_place, only: find_material_point, material_point_t
+  use measurement_material_point, only: find_material_point, material_point_t
   use measurement_sampling, only: outline_edges
   use solid_effects, only: any_curves_rest, curves_rest
   use solid_loads, only: load_t
@@ -151,7 +151,7 @@ contains
   pure logical function bends_rest(params, number)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number
-    bends_rest = curves_rest(params%effects, number - params%count_usual())
+    bends_rest = curves_rest(params%effects, number - params%count_basic())
   end function bends_rest
 
   !> Number of unknowns.

@@ -36,7 +36,7 @@ module measurement_outliers
   type :: scan_t
     integer, allocatable :: number(:, :)         !< of the height; 0: none
     real(rp), allocatable :: value(:, :), sd(:, :) !< deformation and its declared sd
-    real(rp), allocatable :: off(:, :)           !< from what is around it, in sd; 0 where that is too little
+    real(rp), allocatable :: deviation(:, :)           !< from what is around it, in sd; 0 where that is too little
     real(rp), allocatable :: least(:, :)         !< by how much it has to be off, in sd
   end type scan_t
 
@@ -52,23 +52,23 @@ contains
     integer :: l, k
     call find_weights(spread(.true., 1, WIDTH**2), full)
     do l = 1, size(m%loads)
-      if (m%loads(l)%count() > 0) call lay_on_grid(m, l, full, scans(l))
+      if (m%loads(l)%count() > 0) call grid_scan(m, l, full, scans(l))
     end do
     scale = robust_scale(scans)
     do l = 1, size(m%loads)
       if (m%loads(l)%count() == 0) cycle
       outliers%n_tested = outliers%n_tested + count(scans(l)%least > 0)
-      call strike_out(m, l, full, scale, scans(l))
+      call remove_outliers(m, l, full, scale, scans(l))
       associate (node => m%loads(l)%node)
         rest = pack([(k, k=1, size(node, 2))], [(scans(l)%number(node(1, k), node(2, k)) > 0, k=1, size(node, 2))])
       end associate
       outliers%n = outliers%n + m%loads(l)%count() - size(rest)
-      call take(m%loads(l), rest)
+      call remove_heights(m%loads(l), rest)
     end do
     outliers%fraction = wilson(outliers%n, outliers%n_tested)
   end subroutine leave_out_outliers
 
-  subroutine lay_on_grid(m, l, full, scan)
+  subroutine grid_scan(m, l, full, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: l
     real(rp), intent(in) :: full(:)
@@ -77,7 +77,7 @@ contains
     associate (x => size(m%x) + REACH, y => size(m%y) + REACH)
       allocate (scan%number(1 - REACH:x, 1 - REACH:y), source=0)
       allocate (scan%value(1 - REACH:x, 1 - REACH:y), scan%sd(1 - REACH:x, 1 - REACH:y), &
-                scan%off(1 - REACH:x, 1 - REACH:y), scan%least(1 - REACH:x, 1 - REACH:y), source=0.0_rp)
+                scan%deviation(1 - REACH:x, 1 - REACH:y), scan%least(1 - REACH:x, 1 - REACH:y), source=0.0_rp)
     end associate
     do k = 1, m%loads(l)%count()
       i = m%loads(l)%node(1, k)
@@ -88,13 +88,13 @@ contains
     end do
     do j = 1, size(m%y)
       do i = 1, size(m%x)
-        call judge_height(m, i, j, full, scan)
+        call find_deviation(m, i, j, full, scan)
       end do
     end do
-  end subroutine lay_on_grid
+  end subroutine grid_scan
 
   !> How far the height at grid point (i, j) is off.
-  subroutine judge_height(m, i, j, full, scan)
+  subroutine find_deviation(m, i, j, full, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: i, j
     real(rp), intent(in) :: full(:)
@@ -102,7 +102,7 @@ contains
     real(rp) :: weights(WIDTH**2), around(WIDTH**2), sd
     logical :: is_there(WIDTH**2)
     if (i < 1 .or. i > size(m%x) .or. j < 1 .or. j > size(m%y)) return
-    scan%off(i, j) = 0
+    scan%deviation(i, j) = 0
     scan%least(i, j) = 0
     if (scan%number(i, j) == 0) return
     is_there = reshape(scan%number(i - REACH:i + REACH, j - REACH:j + REACH) > 0, [WIDTH**2])
@@ -111,9 +111,9 @@ contains
     if (.not. any(abs(weights) > 0)) return
     around = reshape(scan%value(i - REACH:i + REACH, j - REACH:j + REACH), [WIDTH**2])
     sd = norm2([scan%sd(i, j), weights*reshape(scan%sd(i - REACH:i + REACH, j - REACH:j + REACH), [WIDTH**2])])
-    scan%off(i, j) = (scan%value(i, j) - dot_product(weights, around))/sd
+    scan%deviation(i, j) = (scan%value(i, j) - dot_product(weights, around))/sd
     scan%least(i, j) = max(tiny(sd), TIP*distance(m, i, j)/sd)
-  end subroutine judge_height
+  end subroutine find_deviation
 
   !> Weights of the heights of a window that are there, without its centre, for the value at the centre; 0 if they are too few.
   subroutine find_weights(is_there, weights)
@@ -161,7 +161,7 @@ contains
   end function distance
 
   !> Takes heights from the scan, the farthest first, until none stands out. sd are `scale` times as large as declared.
-  subroutine strike_out(m, l, full, scale, scan)
+  subroutine remove_outliers(m, l, full, scale, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: l
     real(rp), intent(in) :: full(:), scale
@@ -173,7 +173,7 @@ contains
       do k = 1, m%loads(l)%count()
         associate (node => m%loads(l)%node(:, k))
           if (scan%number(node(1), node(2)) == 0) cycle
-          if (stands_out(scan, node(1), node(2), scale)) struck = reshape([struck, node], [2, size(struck, 2) + 1])
+          if (is_outlier(scan, node(1), node(2), scale)) struck = reshape([struck, node], [2, size(struck, 2) + 1])
         end associate
       end do
       if (size(struck) == 0) return
@@ -183,29 +183,29 @@ contains
       do k = 1, size(struck, 2)
         do j = struck(2, k) - REACH, struck(2, k) + REACH
           do i = struck(1, k) - REACH, struck(1, k) + REACH
-            call judge_height(m, i, j, full, scan)
+            call find_deviation(m, i, j, full, scan)
           end do
         end do
       end do
       deallocate (struck)
     end do
-  end subroutine strike_out
+  end subroutine remove_outliers
 
-  pure logical function stands_out(scan, i, j, scale)
+  pure logical function is_outlier(scan, i, j, scale)
     type(scan_t), intent(in) :: scan
     integer, intent(in) :: i, j
     real(rp), intent(in) :: scale
-    real(rp) :: alike(3, 3), off
-    off = scan%off(i, j)
-    stands_out = abs(off) > max(FAR*scale, scan%least(i, j))
-    if (stands_out) &
-      stands_out = .not. any(abs(scan%off(i - REACH:i + REACH, j - REACH:j + REACH)) > abs(off))
-    if (.not. stands_out) return
-    alike = sign(1.0_rp, off)*scan%off(i - 1:i + 1, j - 1:j + 1)
+    real(rp) :: alike(3, 3), deviation
+    deviation = scan%deviation(i, j)
+    is_outlier = abs(deviation) > max(FAR*scale, scan%least(i, j))
+    if (is_outlier) &
+      is_outlier = .not. any(abs(scan%deviation(i - REACH:i + REACH, j - REACH:j + REACH)) > abs(deviation))
+    if (.not. is_outlier) return
+    alike = sign(1.0_rp, deviation)*scan%deviation(i - 1:i + 1, j - 1:j + 1)
     alike(2, 2) = 0
     ! One in four of those around it may be an outlier too.
-    stands_out = count(alike > abs(off)/ALONE) <= max(0, (count(scan%number(i - 1:i + 1, j - 1:j + 1) > 0) - 5)/4)
-  end function stands_out
+    is_outlier = count(alike > abs(deviation)/ALONE) <= max(0, (count(scan%number(i - 1:i + 1, j - 1:j + 1) > 0) - 5)/4)
+  end function is_outlier
 
   !> sd over the declared ones, by the median of all, at least 1.
   real(rp) function robust_scale(scans) result(scale)
@@ -214,7 +214,7 @@ contains
     integer :: l
     allocate (all(0))
     do l = 1, size(scans)
-      if (allocated(scans(l)%off)) all = [all, abs(pack(scans(l)%off, scans(l)%least > 0))]
+      if (allocated(scans(l)%deviation)) all = [all, abs(pack(scans(l)%deviation, scans(l)%least > 0))]
     end do
     scale = 1
     if (size(all) == 0) return
@@ -222,13 +222,13 @@ contains
     scale = max(scale, all((size(all) + 1)/2)/MEDIAN_OF_NORMAL)
   end function robust_scale
 
-  subroutine take(load, rest)
+  subroutine remove_heights(load, rest)
     type(measured_load_t), intent(inout) :: load
     integer, intent(in) :: rest(:)
     load%node = load%node(:, rest)
     load%height = load%height(rest)
     load%sigma = load%sigma(rest)
-  end subroutine take
+  end subroutine remove_heights
 
   pure function wilson(n, of) result(fraction)
     integer, intent(in) :: n, of

@@ -38,13 +38,13 @@ module measurement_problem
     type(experiment_t), pointer :: experiment => null()
     type(evaluation_t), allocatable :: evaluations(:)  !< (loads) of the last point
     real(rp), allocatable :: shapes(:, :, :)           !< (3, n_all, loads) [m] where the solver stands
-    real(rp), allocatable :: tried(:, :, :)            !< those of the last point
+    real(rp), allocatable :: trial_shapes(:, :, :)            !< those of the last point
     logical, allocatable :: is_start(:)                !< (loads) `shapes` is the start of a warm solution
     logical :: is_cold = .false.                       !< no solution is warm
     logical, allocatable :: is_left_out(:)             !< (loads) its residuals are 0, whatever the shape
     integer :: n_factorisations = 0
     real(rp), allocatable, private :: p(:)             !< the last point
-    type(wing_problem_state_t), private :: here        !< without shapes and starts, which are above
+    type(wing_problem_state_t), private :: current        !< without shapes and starts, which are above
     type(evaluation_work_t), private :: work
   contains
     procedure :: init => problem_init
@@ -77,7 +77,7 @@ contains
       call self%evaluations(l)%init(experiment, l, .true.)
     end do
     allocate (self%shapes(3, experiment%model%n_all, n_loads), source=0.0_rp)
-    allocate (self%tried, source=self%shapes)
+    allocate (self%trial_shapes, source=self%shapes)
     allocate (self%is_start(n_loads), self%is_left_out(n_loads), source=.false.)
     call self%work%init(experiment)
   end subroutine problem_init
@@ -86,25 +86,25 @@ contains
   subroutine problem_free(self)
     class(wing_problem_t), intent(inout) :: self
     call self%work%free()
-    self%here = wing_problem_state_t()
-    if (allocated(self%evaluations)) deallocate (self%evaluations, self%shapes, self%tried, self%is_start, &
+    self%current = wing_problem_state_t()
+    if (allocated(self%evaluations)) deallocate (self%evaluations, self%shapes, self%trial_shapes, self%is_start, &
                                                  self%is_left_out)
   end subroutine problem_free
 
-  !> All loads that are not left out at p: `evaluations` and `tried`, warm from `shapes` where `is_start`.
+  !> All loads that are not left out at p: `evaluations` and `trial_shapes`, warm from `shapes` where `is_start`.
   subroutine problem_run(self, p)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
     integer :: l
     do l = 1, size(self%evaluations)
-      self%tried(:, :, l) = self%shapes(:, :, l)
+      self%trial_shapes(:, :, l) = self%shapes(:, :, l)
       if (self%is_left_out(l)) cycle
-      call evaluate(self%experiment, self%work, p, l, self%is_start(l) .and. .not. self%is_cold, self%tried(:, :, l), &
+      call evaluate(self%experiment, self%work, p, l, self%is_start(l) .and. .not. self%is_cold, self%trial_shapes(:, :, l), &
                     self%evaluations(l))
     end do
   end subroutine problem_run
 
-  !> Makes p the last point, whose `evaluations` and `tried` are then at hand.
+  !> Makes p the last point, whose `evaluations` and `trial_shapes` are then at hand.
   subroutine problem_solve(self, p)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -142,23 +142,23 @@ contains
   subroutine problem_accept(self)
     class(wing_problem_t), intent(inout) :: self
     integer :: l
-    self%shapes = self%tried
+    self%shapes = self%trial_shapes
     do l = 1, size(self%evaluations)
       self%is_start(l) = self%evaluations(l)%is_start
     end do
-    self%here%p = self%p
-    self%here%evaluations = self%evaluations
+    self%current%p = self%p
+    self%current%evaluations = self%evaluations
   end subroutine problem_accept
 
   !> See `least_squares_t`.
   subroutine problem_get_state(self, state)
     class(wing_problem_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
-    type(wing_problem_state_t), allocatable :: here
-    allocate (here, source=self%here)
-    here%shapes = self%shapes
-    here%is_start = self%is_start
-    call move_alloc(here, state)
+    type(wing_problem_state_t), allocatable :: current
+    allocate (current, source=self%current)
+    current%shapes = self%shapes
+    current%is_start = self%is_start
+    call move_alloc(current, state)
   end subroutine problem_get_state
 
   !> See `least_squares_t`.
@@ -167,9 +167,9 @@ contains
     class(solver_state_t), intent(in) :: state
     select type (state)
     type is (wing_problem_state_t)
-      if (allocated(self%here%p)) deallocate (self%here%p, self%here%evaluations)
-      if (allocated(state%p)) self%here%p = state%p
-      if (allocated(state%evaluations)) self%here%evaluations = state%evaluations
+      if (allocated(self%current%p)) deallocate (self%current%p, self%current%evaluations)
+      if (allocated(state%p)) self%current%p = state%p
+      if (allocated(state%evaluations)) self%current%evaluations = state%evaluations
       self%shapes = state%shapes
       self%is_start = state%is_start
     class default
@@ -194,8 +194,8 @@ contains
     real(rp), allocatable :: change(:), step(:)
     real(rp) :: expected
     is_jump = .false.
-    if (self%is_left_out(l) .or. .not. allocated(self%here%p)) return
-    associate (old => self%here%evaluations(l), new => self%evaluations(l), &
+    if (self%is_left_out(l) .or. .not. allocated(self%current%p)) return
+    associate (old => self%current%evaluations(l), new => self%evaluations(l), &
                sigma => self%experiment%comparisons(l)%sigma)
       ! Solved straight from there?
       if (self%is_start(l) .and. new%is_start .and. .not. (new%was_redone_cold .or. self%is_cold)) return
@@ -203,7 +203,7 @@ contains
       if (is_jump) return
       change = (new%residuals - old%residuals)/sigma
       ! Derivatives diverge in front of a fold, but not behind it.
-      step = self%p - self%here%p
+      step = self%p - self%current%p
       expected = min(norm2(matmul(old%jacobian, step)/sigma), norm2(matmul(new%jacobian, step)/sigma))
       is_jump = norm2(change) > SHORTEST_JUMP + CURVED*expected
     end associate
@@ -234,7 +234,7 @@ contains
       if (.not. self%evaluations(l)%is_solved) difference = huge(difference)
     end do
     if (difference > 0) return
-    difference = sqrt(maxval(sum((self%tried - self%shapes)**2, 1)))
+    difference = sqrt(maxval(sum((self%trial_shapes - self%shapes)**2, 1)))
   end subroutine problem_cold_difference
 
   !> Bounds of all unknowns, and normal priors about `centre` with standard deviation `decades` ln 10 for those that are

@@ -208,7 +208,7 @@ contains
     integer, intent(in) :: l, number
     real(rp), intent(out) :: column(:)
     call self%loaded%parameter_motion(number, self%motion)
-    call self%view%see(experiment, l, self%motion, column)
+    call self%view%loaded_tangent(experiment, l, self%motion, column)
     if (.not. experiment%bends_rest .and. bends_rest(self%params, number)) then
       call find_rest(self, experiment)
       if (.not. experiment%moves_rest) call self%view%observe_rest(experiment, l)
@@ -216,7 +216,7 @@ contains
       return
     end if
     call self%rest%parameter_motion(number, self%motion)
-    call self%view%see_rest(experiment, l, self%motion, column)
+    call self%view%rest_tangent(experiment, l, self%motion, column)
   end subroutine simulation_parameter_tangent
 
   !> The same with respect to the logarithm of the stiffness of hinge h of the model.
@@ -227,11 +227,11 @@ contains
     real(rp), intent(out) :: column(:)
     call hinge_direction(self%loaded%model, h, self%direction)
     call self%loaded%stiffness_motion(self%direction, self%motion)
-    call self%view%see(experiment, l, self%motion, column)
+    call self%view%loaded_tangent(experiment, l, self%motion, column)
     if (.not. experiment%bends_rest) return
     call hinge_direction(self%rest%model, h, self%direction)
     call self%rest%stiffness_motion(self%direction, self%motion)
-    call self%view%see_rest(experiment, l, self%motion, column)
+    call self%view%rest_tangent(experiment, l, self%motion, column)
   end subroutine simulation_hinge_tangent
 
   !> The same with respect to the logarithm of a damage in disc = (x, y, radius) [m] that the wing does not have.
@@ -243,11 +243,11 @@ contains
     real(rp), intent(out) :: column(:)
     call damage_direction(self%loaded%model, disc, self%direction)
     call self%loaded%stiffness_motion(self%direction, self%motion)
-    call self%view%see(experiment, l, self%motion, column)
+    call self%view%loaded_tangent(experiment, l, self%motion, column)
     if (.not. experiment%bends_rest) return
     call damage_direction(self%rest%model, disc, self%direction)
     call self%rest%stiffness_motion(self%direction, self%motion)
-    call self%view%see_rest(experiment, l, self%motion, column)
+    call self%view%rest_tangent(experiment, l, self%motion, column)
   end subroutine simulation_damage_tangent
 
   !> The same with respect to the size of a further dead load force(3, n_all) [N].
@@ -258,7 +258,7 @@ contains
     real(rp), intent(in) :: force(:, :)
     real(rp), intent(out) :: column(:)
     call self%loaded%force_motion(force, self%motion)
-    call self%view%see(experiment, l, self%motion, column)
+    call self%view%loaded_tangent(experiment, l, self%motion, column)
   end subroutine simulation_force_tangent
 
   !> The same with respect to the coordinate of parameter `number` of the instrument, sought or not. What the measurement
@@ -286,22 +286,22 @@ contains
       self%change = self%view%scale*self%change
       if (any(abs(self%change) > 0)) then
         call self%loaded%force_motion(self%change, self%motion)
-        call self%view%see(experiment, l, self%motion, column)
+        call self%view%loaded_tangent(experiment, l, self%motion, column)
         if (.not. is_weight) return
         if (.not. experiment%moves_rest) call self%view%observe_rest(experiment, l)
         call self%rest%force_motion(self%change, self%motion)
-        call self%view%see_rest(experiment, l, self%motion, column)
+        call self%view%rest_tangent(experiment, l, self%motion, column)
       else if (abs(slope(1)) > 0) then
         call bending_direction(self%loaded%model, self%direction)
         call self%loaded%stiffness_motion(self%direction, self%motion)
-        call self%view%see(experiment, l, self%motion, column)
+        call self%view%loaded_tangent(experiment, l, self%motion, column)
         column = slope(1)*column
       else if (abs(slope(2)) > 0) then
         call self%loaded%parameter_motion(PARAM_YOUNG, self%motion)
-        call self%view%see(experiment, l, self%motion, column)
+        call self%view%loaded_tangent(experiment, l, self%motion, column)
         column = slope(2)*column
       else if (experiment%comparisons(l)%n_heights > 0) then
-        call self%view%see_map(experiment, l, number, column)
+        call self%view%map_tangent(experiment, l, number, column)
         if (.not. any(abs(column) > 0)) call self%view%plane(experiment, l, number, column)
       end if
     end associate
@@ -315,12 +315,12 @@ contains
     real(rp), intent(out) :: column(:)
     self%change = self%force/self%view%scale
     call self%loaded%force_motion(self%change, self%motion)
-    call self%view%see(experiment, l, self%motion, column)
+    call self%view%loaded_tangent(experiment, l, self%motion, column)
     if (experiment%bends_rest) then
       self%change = 0
       call add_weight(self%view%instrument, experiment%masses, self%change)
       call self%rest%force_motion(self%change, self%motion)
-      call self%view%see_rest(experiment, l, self%motion, column)
+      call self%view%rest_tangent(experiment, l, self%motion, column)
     end if
     column = (column - self%outcome(:size(column))/self%view%scale)/(2*self%view%scale)
   end subroutine find_nonlinearity
@@ -344,7 +344,7 @@ contains
         end if
         self%change = self%view%scale*self%change
         call self%loaded%force_motion(self%change, self%motion)
-        call self%view%see(experiment, l, self%motion, columns(:, i))
+        call self%view%loaded_tangent(experiment, l, self%motion, columns(:, i))
       end do
       do i = 1, 3
         call self%view%plane(experiment, l, PLANE(i), columns(:, 3 + i))

@@ -4,7 +4,7 @@ module measurement_view
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t, PISTON, TILT_X
-  use measurement_map, only: plane_height, plane_slope, show_motion, show_positions, show_slope
+  use measurement_map, only: plane_height, plane_slope, map_position_derivatives, map_positions, map_parameter_derivatives
   use measurement_sampling, only: surface_sample_t
   implicit none
   private
@@ -26,9 +26,9 @@ module measurement_view
     procedure :: residuals => view_residuals
     procedure :: add_plane => view_add_plane
     procedure :: plane => view_plane
-    procedure :: see => view_see
-    procedure :: see_rest => view_see_rest
-    procedure :: see_map => view_see_map
+    procedure :: loaded_tangent => view_loaded_tangent
+    procedure :: rest_tangent => view_rest_tangent
+    procedure :: map_tangent => view_map_tangent
   end type view_t
 
 contains
@@ -73,7 +73,7 @@ contains
     associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
       self%rest_positions = model%points(:, :n)
       if (present(moved)) self%rest_positions = self%rest_positions + moved(:, :n)
-      call show_positions(self%instrument, self%rest_positions, self%rest_seen)
+      call map_positions(self%instrument, self%rest_positions, self%rest_seen)
       call comparison%heights(m%x, m%y, model%triangles, experiment%edges, self%rest_seen, self%rest_sample, &
                               self%rest_heights)
     end associate
@@ -91,7 +91,7 @@ contains
     n = experiment%model%n_points
     associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
       self%positions = model%points(:, :n) + moved(:, :n)
-      call show_positions(self%instrument, self%positions, self%seen)
+      call map_positions(self%instrument, self%positions, self%seen)
       if (.not. experiment%moves_rest) self%rest_heights(:comparison%n_heights) = comparison%unloaded
       call comparison%residuals(m%x, m%y, model%points, model%triangles, experiment%edges, self%positions, self%seen, &
                                 self%rest_heights, 1/self%scale, zeros, self%sample, residuals)
@@ -130,7 +130,7 @@ contains
   end subroutine view_plane
 
   !> column(n): what motion(3, :) [m per unit] of the loaded wing does to the residuals.
-  subroutine view_see(self, experiment, l, motion, column)
+  subroutine view_loaded_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l
@@ -138,41 +138,41 @@ contains
     real(rp), intent(out) :: column(:)
     integer :: n
     n = experiment%model%n_points
-    call show_motion(self%instrument, motion(:, :n), self%shown)
+    call map_position_derivatives(self%instrument, motion(:, :n), self%shown)
     associate (comparison => experiment%comparisons(l), m => experiment%measurement)
       call comparison%derivatives(m%x, m%y, self%positions, motion(:, :n), self%seen, self%shown, self%sample, column)
     end associate
     column = column/self%scale
-  end subroutine view_see
+  end subroutine view_loaded_tangent
 
   !> Adds what motion(3, :) of the wing without a load does; after `observe_rest`.
-  subroutine view_see_rest(self, experiment, l, motion, column)
+  subroutine view_rest_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l
     real(rp), intent(in) :: motion(:, :)
     real(rp), intent(inout) :: column(:)
-    call show_motion(self%instrument, motion(:, :experiment%model%n_points), self%shown)
+    call map_position_derivatives(self%instrument, motion(:, :experiment%model%n_points), self%shown)
     call subtract_rest(self, experiment, l, column)
-  end subroutine view_see_rest
+  end subroutine view_rest_tangent
 
   !> column(n): what parameter `number` of the map does to both; 0 if it has no part in it.
-  subroutine view_see_map(self, experiment, l, number, column)
+  subroutine view_map_tangent(self, experiment, l, number, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l, number
     real(rp), intent(out) :: column(:)
     column = 0
-    call show_slope(self%instrument, number, self%positions, self%shown)
+    call map_parameter_derivatives(self%instrument, number, self%positions, self%shown)
     if (.not. any(abs(self%shown) > 0)) return
     if (.not. experiment%moves_rest) call self%observe_rest(experiment, l)
     associate (comparison => experiment%comparisons(l), m => experiment%measurement)
       call comparison%height_slopes(m%x, m%y, self%seen, self%sample, self%shown, column)
     end associate
     column = column/self%scale
-    call show_slope(self%instrument, number, self%rest_positions, self%shown)
+    call map_parameter_derivatives(self%instrument, number, self%rest_positions, self%shown)
     call subtract_rest(self, experiment, l, column)
-  end subroutine view_see_map
+  end subroutine view_map_tangent
 
   subroutine subtract_rest(self, experiment, l, column)
     class(view_t), intent(inout) :: self

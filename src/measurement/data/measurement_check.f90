@@ -8,7 +8,7 @@ module measurement_check
   use measurement_data, only: measurement_t, measured_load_t
   use measurement_modes, only: check_modes
   use measurement_series, only: check_series
-  use measurement_place, only: find_material_point, material_point_t, NEAR
+  use measurement_material_point, only: find_material_point, material_point_t, NEAR
   use measurement_sampling, only: outline_edges, sample_surface, surface_sample_t
   use solid_wing, only: wing_t
   use solid_wing_report, only: wing_report_t

@@ -7,7 +7,7 @@ module measurement_forces
   use measurement_instrument, only: instrument_t, CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, FORCE_GAIN, &
                                     FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, GRAVITY_X, GRAVITY_Z, LOAD_SHIFT_X, &
                                     LOAD_SHIFT_Y
-  use measurement_place, only: find_material_point, material_point_t, weight_gradient
+  use measurement_material_point, only: find_material_point, material_point_t, weight_gradient
   use solid_rotation, only: rotation_derivative, rotation_matrix
   implicit none
   private

@@ -40,13 +40,13 @@ module measurement_instrument
                                            'height_scale', 'tilt_x', 'tilt_y', 'piston', 'map_shift_x', 'map_shift_y', &
                                      'map_rotation', 'map_scale', 'gravity_x', 'gravity_y', 'gravity_z', 'nonlinearity']
   !> Null, or the usual value, in the same order.
-  real(rp), parameter :: USUAL(N_INSTRUMENT) = [real(rp) :: 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, &
+  real(rp), parameter :: DEFAULTS(N_INSTRUMENT) = [real(rp) :: 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, &
                                                                                                           0, 0, 0, 1]
 
   !> The values, in the order of the names, and what sets their scales.
   type :: instrument_t
-    real(rp) :: values(N_INSTRUMENT) = USUAL
-    logical :: is_linear_usual = .false.       !< small deflections are usual: the null of `nonlinearity` is 0
+    real(rp) :: values(N_INSTRUMENT) = DEFAULTS
+    logical :: is_linear_default = .false.       !< small deflections are usual: the null of `nonlinearity` is 0
     real(rp), private :: length = 1            !< [m] of the wing
     real(rp), private :: smallest_force = 1    !< [N] that was applied
     real(rp), private :: last_order = 2, last_time = 1 !< [1], [s]
@@ -87,7 +87,7 @@ contains
     call require(i >= 1 .and. i <= N_INSTRUMENT, 'instrument_t: no such parameter')
     select case (i)
     case (FORCE_GAIN)
-      call define_effect(p, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, stated(self%gain_sd, 0.1_rp))
+      call define_effect(p, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, declared_or_default(self%gain_sd, 0.1_rp))
     case (FORCE_OFFSET)
       most = 0.9_rp*self%smallest_force
       call define_effect(p, 'force_offset', 'N', .false., -most, most, most/3)
@@ -95,7 +95,7 @@ contains
       call define_effect(p, trim(NAMES(i)), 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp)
     case (LOAD_SHIFT_X, LOAD_SHIFT_Y)
       most = 0.05_rp*self%length
-      call define_effect(p, trim(NAMES(i)), 'm', .false., -most, most, stated(self%position_sd, most/5))
+      call define_effect(p, trim(NAMES(i)), 'm', .false., -most, most, declared_or_default(self%position_sd, most/5))
     case (DRIFT, DRIFT_VEINS)
       most = 0.9_rp/(self%last_order - 1)
       call define_effect(p, trim(NAMES(i)), '1', .false., -most, most, most/3)
@@ -109,10 +109,10 @@ contains
     case (HEIGHT_SCALE)
       call define_effect(p, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp)
     case (TILT_X, TILT_Y)
-      call define_effect(p, trim(NAMES(i)), 'rad', .false., -0.2_rp, 0.2_rp, stated(self%tilt_sd, 1.0e-2_rp))
+      call define_effect(p, trim(NAMES(i)), 'rad', .false., -0.2_rp, 0.2_rp, declared_or_default(self%tilt_sd, 1.0e-2_rp))
     case (PISTON)
       most = 0.05_rp*self%length
-      call define_effect(p, 'piston', 'm', .false., -most, most, stated(self%piston_sd, most/5))
+      call define_effect(p, 'piston', 'm', .false., -most, most, declared_or_default(self%piston_sd, most/5))
     case (MAP_SHIFT_X, MAP_SHIFT_Y)
       most = 0.05_rp*self%length
       call define_effect(p, trim(NAMES(i)), 'm', .false., -most, most, most/5)
@@ -122,17 +122,17 @@ contains
       call define_effect(p, 'map_scale', '1', .true., 0.9_rp, 1.1_rp, 0.01_rp)
     case (NONLINEARITY)
       call define_effect(p, 'nonlinearity', '1', .false., 0.0_rp, 2.0_rp, 0.5_rp)
-      p%null = merge(0.0_rp, 1.0_rp, self%is_linear_usual)
+      p%null = merge(0.0_rp, 1.0_rp, self%is_linear_default)
     case default
       call define_effect(p, trim(NAMES(i)), 'm/s^2', .false., -20.0_rp, 20.0_rp, 10.0_rp)
     end select
   end function instrument_describe
 
-  pure real(rp) function stated(sd, usual)
-    real(rp), intent(in) :: sd, usual
-    stated = usual
-    if (sd > 0) stated = sd
-  end function stated
+  pure real(rp) function declared_or_default(sd, default_value)
+    real(rp), intent(in) :: sd, default_value
+    declared_or_default = default_value
+    if (sd > 0) declared_or_default = sd
+  end function declared_or_default
 
   !> Number of the parameter called `name`, 0 if there is none.
   pure integer function instrument_find(self, name) result(found)
@@ -164,7 +164,7 @@ contains
     class(instrument_t), intent(in) :: self
     integer, intent(in), optional :: first, last
     logical :: differs(N_INSTRUMENT)
-    differs = abs(self%values - USUAL) > 0
+    differs = abs(self%values - DEFAULTS) > 0
     differs(CREEP_TIME) = .false.
     if (present(first)) differs(:first - 1) = .false.
     if (present(last)) differs(last + 1:) = .false.

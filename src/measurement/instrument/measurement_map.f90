@@ -7,12 +7,12 @@ module measurement_map
                                     PISTON, TILT_X, TILT_Y
   implicit none
   private
-  public :: show_positions, show_motion, show_slope, plane_height, plane_slope
+  public :: map_positions, map_position_derivatives, map_parameter_derivatives, plane_height, plane_slope
 
 contains
 
   !> seen(3, n) [m] of positions(3, n) [m]; the same to the bit if the instrument does nothing.
-  pure subroutine show_positions(instrument, positions, seen)
+  pure subroutine map_positions(instrument, positions, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: positions(:, :)
     real(rp), intent(out) :: seen(:, :)
@@ -24,10 +24,10 @@ contains
       seen(2, :) = seen(2, :) + instrument%values(MAP_SHIFT_Y)
     end if
     seen(3, :) = instrument%values(HEIGHT_SCALE)*positions(3, :)
-  end subroutine show_positions
+  end subroutine map_positions
 
   !> The same of derivatives motion(3, n) of positions.
-  pure subroutine show_motion(instrument, motion, seen)
+  pure subroutine map_position_derivatives(instrument, motion, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: motion(:, :)
     real(rp), intent(out) :: seen(:, :)
@@ -37,11 +37,11 @@ contains
       seen(:2, :) = matmul(turning(instrument), motion(:2, :))
     end if
     seen(3, :) = instrument%values(HEIGHT_SCALE)*motion(3, :)
-  end subroutine show_motion
+  end subroutine map_position_derivatives
 
   !> motion(3, n): derivatives of what is seen of positions(3, n) with respect to the coordinate of parameter `number`,
   !> per log unit of both scales; 0 for parameters that are not of the map.
-  pure subroutine show_slope(instrument, number, positions, motion)
+  pure subroutine map_parameter_derivatives(instrument, number, positions, motion)
     type(instrument_t), intent(in) :: instrument
     integer, intent(in) :: number
     real(rp), intent(in) :: positions(:, :)
@@ -61,7 +61,7 @@ contains
     case (HEIGHT_SCALE)
       motion(3, :) = instrument%values(HEIGHT_SCALE)*positions(3, :)
     end select
-  end subroutine show_slope
+  end subroutine map_parameter_derivatives
 
   !> Scale times rotation.
   pure function turning(instrument) result(m)

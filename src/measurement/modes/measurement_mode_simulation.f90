@@ -193,7 +193,7 @@ contains
       if (self%n_modes(m) == 0) cycle
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
-      call see(self, m, .false., column)
+      call project_change(self, m, .false., column)
     end do
   end subroutine simulation_stiffness_tangent
 
@@ -209,7 +209,7 @@ contains
       call note_clusters(self, m)
       call self%parts%derivative(effects, self%density(m), number, self%mass)
       call self%modal(m)%slopes_of_mass(self%mass, self%same, self%slopes)
-      call see(self, m, .true., column)
+      call project_change(self, m, .true., column)
     end do
   end subroutine simulation_mass_tangent
 
@@ -223,7 +223,7 @@ contains
       if (self%n_modes(m) == 0) cycle
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
-      call see(self, m, .false., column)
+      call project_change(self, m, .false., column)
     end do
   end subroutine simulation_clamp_tangent
 
@@ -243,7 +243,7 @@ contains
     end do
   end subroutine note_clusters
 
-  subroutine see(self, m, is_mass, column)
+  subroutine project_change(self, m, is_mass, column)
     class(mode_simulation_t), intent(in) :: self
     integer, intent(in) :: m
     logical, intent(in) :: is_mass
@@ -256,7 +256,7 @@ contains
                        column(self%first(i):self%first(i) + t%n - 1))
       end associate
     end do
-  end subroutine see
+  end subroutine project_change
 
   !> The model with the parameters of the last evaluation, from which directions of stiffness are made.
   function simulation_model(self) result(model)

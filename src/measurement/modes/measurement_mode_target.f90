@@ -18,7 +18,7 @@ module measurement_mode_target
   use base_kinds, only: rp
   use base_lapack, only: factorise, orthogonalise, solve_factorised
   use measurement_modes, only: measured_mode_t
-  use measurement_place, only: find_material_point, material_point_t
+  use measurement_material_point, only: find_material_point, material_point_t
   use solid_model, only: solid_model_t
   implicit none
   private

@@ -10,9 +10,9 @@ module measurement_series_simulation
   use base_parameter, only: parameter_t
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR
-  use measurement_place, only: find_material_point, material_point_t
+  use measurement_material_point, only: find_material_point, material_point_t
   use measurement_series, only: measured_series_t
-  use measurement_series_looks, only: along, apply_joints, inertia_along, no_matrix, products
+  use measurement_series_projections, only: displacement_along, apply_joints, inertia_along, no_matrix, products
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t, mode_slopes_t
@@ -39,7 +39,7 @@ module measurement_series_simulation
     logical, private :: is_used(2) = .false.
     type(ringing_t), allocatable, private :: rings(:)  !< (series)
     type(material_point_t), allocatable, private :: places(:, :) !< (most traces, series)
-    type(material_point_t), allocatable, private :: pushed(:)    !< (series)
+    type(material_point_t), allocatable, private :: excited_sites(:)    !< (series)
     type(damping_effects_t), private :: damping
     type(mass_effects_t), private :: effects
     logical, allocatable, private :: same(:, :)
@@ -77,14 +77,15 @@ contains
     m = size(self%series)
     self%n_modes = min(N_MODES, 3*model%n_free)
     self%n_known = min(N_MODES + BESIDE, 3*model%n_free)
-    allocate (self%first(m), self%rings(m), self%pushed(m), self%places(maxval([(size(self%series(i)%sigma), i=1, m), 0]), m))
+    allocate (self%first(m), self%rings(m), self%excited_sites(m), &
+              self%places(maxval([(size(self%series(i)%sigma), i=1, m), 0]), m))
     self%n = 0
     do i = 1, m
       associate (s => self%series(i), ring => self%rings(i))
         self%first(i) = self%n + 1
         self%n = self%n + s%count()
         self%is_used(s%medium) = .true.
-        self%pushed(i) = place_of(s%point)
+        self%excited_sites(i) = place_of(s%point)
         do j = 1, size(s%sigma)
           self%places(j, i) = place_of(s%place(:, j))
         end do
@@ -120,8 +121,8 @@ contains
       do m = 1, 2
         call self%modal(m)%free()
       end do
-      deallocate (self%modal, self%series, self%first, self%rings, self%pushed, self%places, self%mass, self%slope, self%stiff, &
-                  self%same)
+      deallocate (self%modal, self%series, self%first, self%rings, self%excited_sites, self%places, self%mass, self%slope, &
+                  self%stiff, self%same)
       if (allocated(self%slopes%shapes)) deallocate (self%slopes%shapes)
     end if
     self%is_used = .false.
@@ -167,37 +168,37 @@ contains
     type(ringing_t), intent(inout) :: ring
     associate (s => self%series(i), modal => self%modal(self%series(i)%medium), n => self%n_modes)
       call ring%run(modal%lambda(:n), products(modal%shapes(:, :, :n), self%stiff(:, :, :, s%medium)), &
-                    look_at(self, i, modal%shapes(:, :, :n)), push_at(self, i, modal%shapes(:, :, :n)), damping, &
+                    observation_matrix(self, i, modal%shapes(:, :, :n)), forcing_vector(self, i, modal%shapes(:, :, :n)), damping, &
                     size(s%values, 1), s%base)
     end associate
   end subroutine ring_with
 
   !> What the places of record i see of shapes(3, n_all, modes).
-  pure function look_at(self, i, shapes) result(look)
+  pure function observation_matrix(self, i, shapes) result(observation)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
     real(rp), intent(in) :: shapes(:, :, :)
-    real(rp) :: look(size(self%series(i)%sigma), size(shapes, 3))
+    real(rp) :: observation(size(self%series(i)%sigma), size(shapes, 3))
     integer :: j
-    do j = 1, size(look, 1)
-      look(j, :) = along(self%places(j, i), self%series(i)%axis, shapes)
+    do j = 1, size(observation, 1)
+      observation(j, :) = displacement_along(self%places(j, i), self%series(i)%axis, shapes)
     end do
-  end function look_at
+  end function observation_matrix
 
   !> The excitation of record i, of the size that is stated, on shapes(3, n_all, modes); see ringing_t.
-  pure function push_at(self, i, shapes) result(push)
+  pure function forcing_vector(self, i, shapes) result(forcing)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
     real(rp), intent(in) :: shapes(:, :, :)
-    real(rp) :: push(size(shapes, 3))
+    real(rp) :: forcing(size(shapes, 3))
     associate (s => self%series(i))
       if (s%excitation == EXCITED_BASE) then
-        push = -inertia_along(self%mass(:, :, s%medium), s%direction, shapes)
+        forcing = -inertia_along(self%mass(:, :, s%medium), s%direction, shapes)
       else
-        push = s%size*along(self%pushed(i), s%direction, shapes)
+        forcing = s%size*displacement_along(self%excited_sites(i), s%direction, shapes)
       end if
     end associate
-  end function push_at
+  end function forcing_vector
 
   !> Puts seen(samples, traces) of record i over their sd where something was measured.
   subroutine gather(self, i, seen, column)
@@ -263,7 +264,7 @@ contains
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
-      call see_stiffness(self, m, is_joint, column)
+      call project_stiffness_change(self, m, is_joint, column)
     end do
   end subroutine simulation_stiffness_tangent
 
@@ -277,12 +278,12 @@ contains
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
-      call see_stiffness(self, m, .false., column)
+      call project_stiffness_change(self, m, .false., column)
     end do
   end subroutine simulation_clamp_tangent
 
   !> Adds what the slopes of stiffness that are held do to the records of medium m.
-  subroutine see_stiffness(self, m, is_joint, column)
+  subroutine project_stiffness_change(self, m, is_joint, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
     logical, intent(in) :: is_joint
@@ -290,8 +291,8 @@ contains
     type(ring_change_t) :: change
     change%stiffness = self%slopes%force
     change%mass = no_matrix()
-    call see(self, m, change, is_joint, column)
-  end subroutine see_stiffness
+    call project_change(self, m, change, is_joint, column)
+  end subroutine project_stiffness_change
 
   !> The same for the coordinate of effect `number` of the masses; a point mass at the place of `effects`.
   subroutine simulation_mass_tangent(self, number, effects, column)
@@ -312,12 +313,12 @@ contains
         change%mass(:, i) = -change%mass(:, i)/self%modal(m)%lambda(i)
         self%slopes%shapes(:, :, i) = self%slopes%shapes(:, :, i) + 0.5_rp*change%mass(i, i)*self%modal(m)%shapes(:, :, i)
       end do
-      call see(self, m, change, .false., column)
+      call project_change(self, m, change, .false., column)
     end do
   end subroutine simulation_mass_tangent
 
   !> The records in medium m under a change of stiffness and mass, with the slopes of the modes, which are W.
-  subroutine see(self, m, change, is_joint, column)
+  subroutine project_change(self, m, change, is_joint, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
     type(ring_change_t), intent(inout) :: change
@@ -333,15 +334,15 @@ contains
     end if
     do i = 1, size(self%series)
       if (self%series(i)%medium /= m) cycle
-      change%look = look_at(self, i, self%slopes%shapes)
-      change%push = push_at(self, i, self%slopes%shapes)
+      change%observation = observation_matrix(self, i, self%slopes%shapes)
+      change%forcing = forcing_vector(self, i, self%slopes%shapes)
       if (size(change%mass) > 0 .and. self%series(i)%excitation == EXCITED_BASE) &
-        change%push = change%push - inertia_along(self%slope, self%series(i)%direction, &
+        change%forcing = change%forcing - inertia_along(self%slope, self%series(i)%direction, &
                                                      self%modal(m)%shapes(:, :, :self%n_modes))
       call self%rings(i)%tangent(change, seen)
       call gather(self, i, seen, column)
     end do
-  end subroutine see
+  end subroutine project_change
 
   !> The same for damping effect `number`, of the relaxation with this time [s], or for the logarithm of the time of the relaxation
   !> that there is (DAMPING_TIME).
@@ -360,8 +361,8 @@ contains
     change%stiffness = no_matrix()
     change%mass = no_matrix()
     change%joints = no_matrix()
-    change%look = no_matrix()
-    allocate (change%push(0))
+    change%observation = no_matrix()
+    allocate (change%forcing(0))
     change%damping = number
     damping = self%damping
     ! Another relaxation time has states of its own; the wing has one relaxation.

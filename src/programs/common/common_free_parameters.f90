@@ -97,7 +97,7 @@ contains
       p = description(params, instrument, i)
       if (.not. matches(text(first(1):last(1)), p%name)) cycle
       is_known = .true.
-      if (n == 1) bounds = usual_bounds(params, p, i)
+      if (n == 1) bounds = default_bounds(params, p, i)
       call add(free_parameters, params, p, i, bounds, is_log, n == 4, problem)
       if (allocated(problem)) return
     end do
@@ -127,14 +127,14 @@ contains
     end if
   end function matches
 
-  function usual_bounds(params, p, i) result(bounds)
+  function default_bounds(params, p, i) result(bounds)
     type(solid_params_t), intent(in) :: params
     type(parameter_t), intent(in) :: p
     integer, intent(in) :: i
     real(rp) :: bounds(2)
     bounds = [p%lower, p%upper]
-    if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_usual()) bounds = PAPER_JOINT
-  end function usual_bounds
+    if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_basic()) bounds = PAPER_JOINT
+  end function default_bounds
 
   subroutine add(free_parameters, params, p, i, bounds, is_log, scale_is_given, problem)
     type(free_parameters_t), intent(inout) :: free_parameters

@@ -11,11 +11,11 @@ module common_run
   use base_process, only: date_and_clock
   use base_text, only: number_text
   use base_text_file, only: write_text
-  use io_aside, only: find_results, move_to_folder
+  use io_earlier_results, only: find_results, move_to_folder
   use io_config, only: config_t
   use io_identity, only: change_t, identity_t, list_changes
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   use parallel_world, only: world_t
   implicit none
   private

@@ -55,7 +55,7 @@ contains
         write (unit, '(a,a,es11.4,a)') 'joint     '//p%joint_names(i), ' ', p%joint(i), ' N m/rad'// &
           trim(merge(' (as the vein)', '              ', s%requested%joint(i) < 0))
       end do
-      do i = p%count_usual() + 1, p%count()
+      do i = p%count_basic() + 1, p%count()
         effect = p%describe(i)
         if (abs(p%get(i) - effect%null) > 0) &
           write (unit, '(a)') 'effect    '//effect%name//' '//number_text(p%get(i))//' '//effect%unit

@@ -7,7 +7,7 @@ module flusi_parameters
   use flusi_command, only: command_t, ACTION_CHECK, ACTION_DRY_RUN
   use flusi_memory, only: memory_t, estimate_memory
   use flusi_settings, only: settings_t, load_settings
-  use io_shared_text, only: read_shared_text
+  use io_broadcast_text, only: read_broadcast_text
   use parallel_world, only: world_t
   use spectral_sticks, only: kept_columns
   implicit none
@@ -31,7 +31,7 @@ contains
     code = EXIT_OK
     speaks = .true.
     if (present(world)) speaks = world%is_root
-    call read_shared_text(command%ini, text, problem, world)
+    call read_broadcast_text(command%ini, text, problem, world)
     if (allocated(problem)) then
       call errors%add(problem)
     else
@@ -62,10 +62,11 @@ contains
     if (m%possible) then
       write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &
         ' ranks: an exchange buffer would exceed 2^31 '//trim(merge('bytes  ', 'numbers', &
-                                                                    settings%fluid%transform == 'p3dfft'))
-    else if (settings%fluid%transform == 'p3dfft') then
-      write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny '// &
-        'and nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, settings%fluid%dealias)
+                                                                    settings%fluid%resolution%transform == 'p3dfft'))
+    else if (settings%fluid%resolution%transform == 'p3dfft') then
+      write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny and '// &
+        'nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, &
+                                                                              settings%fluid%resolution%dealias)
     else
      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
         'rows must divide the ranks and not exceed ny'

@@ -14,7 +14,7 @@ module diagnose_files
   use diagnose_series, only: damping_lines
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
-  use diagnosis_next, only: next_t
+  use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t
   use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
   use inference_decision, only: verdict_word
@@ -42,7 +42,7 @@ contains
     character(:), allocatable :: what
     logical :: is_removed
     integer :: i
-    call write_fragment(s, d%plain%q, 'baseline of a diagnosis', s%name//'_baseline.ini', failure)
+    call write_fragment(s, d%initial_baseline%q, 'baseline of a diagnosis', s%name//'_baseline.ini', failure)
     if (.not. d%extended%is_found) then
       call remove_file(s%name//'_extended.ini', is_removed)
       return
@@ -90,7 +90,7 @@ contains
     n = simulator%n_observations
     allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
     call d%restore_baseline(simulator)
-    call simulator%evaluate(d%plain%q, [integer ::], base, jacobian, is_valid)
+    call simulator%evaluate(d%initial_baseline%q, [integer ::], base, jacobian, is_valid)
     extended = base
     call d%restore_extended(simulator)
     if (d%extended%is_found) call simulator%evaluate(d%extended%q, [integer ::], extended, jacobian, is_valid)
@@ -134,7 +134,7 @@ contains
     if (.not. allocated(d%z)) return
     call file%make_group('/unknown', failure)
     do f = 1, size(d%design%families)
-      call d%design%families(f)%map(d%z, mean, sd)
+      call d%design%families(f)%posterior(d%z, mean, sd)
       allocate (rows(4, size(mean)))
       do k = 1, size(mean)
         rows(:, k) = [simulator%pattern_place(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
@@ -147,7 +147,7 @@ contains
   !> Writes NAME_next_measurements.csv.
   subroutine write_next(s, next, failure)
     type(diagnose_settings_t), intent(in) :: s
-    type(next_t), intent(in) :: next
+    type(next_measurement_t), intent(in) :: next
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: text
     character(160) :: line

@@ -18,14 +18,14 @@ module diagnose_job
   use diagnose_summary, only: print_verdict
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_mode_report, only: describe_modes
-  use diagnosis_next, only: next_t, rank_loads
-  use diagnosis_noise, only: judge_variance
+  use diagnosis_next_measurement, only: next_measurement_t, rank_loads
+  use diagnosis_noise, only: check_declared_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_zeros, only: compare_zeros, zeros_t
   use inference_engine, only: diagnosis_t, run_diagnosis
   use inference_residual_checks, only: residual_check_t, check_residuals
-  use io_aside, only: put_aside, ASIDE
+  use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
   use io_journal, only: journal_t
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
   use parallel_world, only: world_t
@@ -104,7 +104,7 @@ contains
   subroutine diagnose_lead(self, command)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
-    type(next_t) :: next
+    type(next_measurement_t) :: next
     type(zeros_t) :: zeros
     type(unknown_t) :: unknown
     type(draws_file_t) :: store
@@ -131,7 +131,7 @@ contains
     end if
     self%settings%noise%model = self%simulator%noise
     warning = self%settings%noise%warning
-    call judge_variance(self%settings%noise, self%diagnosis%scale)
+    call check_declared_variance(self%settings%noise, self%diagnosis%scale)
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
@@ -167,8 +167,8 @@ contains
     do i = 1, size(FINAL)
       if (is_plan .neqv. i == size(FINAL)) cycle
       path = self%settings%name//trim(FINAL(i))
-      call put_aside(path, has_moved)
-      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis is '//path//ASIDE//' now'
+      call move_earlier_file(path, has_moved)
+      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis is '//path//EARLIER_SUFFIX//' now'
     end do
     flush (error_unit)
   end subroutine prepare_files

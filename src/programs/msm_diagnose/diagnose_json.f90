@@ -13,7 +13,7 @@ module diagnose_json
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnose_unknown, only: put_unknown
   use diagnosis_discretisation, only: discretisation_error_t
-  use diagnosis_next, only: next_t
+  use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
   use diagnose_checks, only: alarm_name, put_checks
@@ -37,7 +37,7 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(discretisation_error_t), intent(in) :: discretisation
-    type(next_t), intent(in) :: next
+    type(next_measurement_t), intent(in) :: next
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
@@ -78,7 +78,7 @@ contains
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    type(next_t), intent(in) :: next
+    type(next_measurement_t), intent(in) :: next
     logical :: is_told(size(s%catalogue%effects))
     integer :: r
     call json%open_list('rivals')
@@ -183,10 +183,10 @@ contains
                   s%measurement%count_series_observations())
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
-    call json%put('chi2', d%plain%chi2)
-    call json%put('prior_chi2', d%plain%prior_chi2)
+    call json%put('chi2', d%initial_baseline%chi2)
+    call json%put('prior_chi2', d%initial_baseline%prior_chi2)
     call json%put('spread_of_starts', d%spread)
-    call put_parameters(json, s, d%plain)
+    call put_parameters(json, s, d%initial_baseline)
     call json%close()
   end subroutine put_baseline
 
@@ -325,11 +325,11 @@ contains
     type(json_t), intent(inout) :: json
     type(diagnosis_t), intent(in) :: d
     call json%open_object('validation')
-    call json%put('has_gain', d%has_gain)
-    call json%put('gain_per_location', d%gain)
-    call json%put('standard_error', d%gain_error)
-    if (allocated(d%validated%fold)) call put_folds(json, 'baseline', d%validated)
-    if (allocated(d%validated_extended%fold)) call put_folds(json, 'extended', d%validated_extended)
+    call json%put('has_gain', d%prediction%has_gain)
+    call json%put('gain_per_location', d%prediction%gain)
+    call json%put('standard_error', d%prediction%gain_error)
+    if (allocated(d%prediction%baseline%fold)) call put_folds(json, 'baseline', d%prediction%baseline)
+    if (allocated(d%prediction%extended%fold)) call put_folds(json, 'extended', d%prediction%extended)
     call json%close()
   end subroutine put_validation
 

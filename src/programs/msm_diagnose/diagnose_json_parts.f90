@@ -2,7 +2,7 @@
 !> Parts of NAME.json: the error of the mesh, the checks of the residuals, and what to measure next.
 module diagnose_json_parts
   use diagnosis_discretisation, only: discretisation_error_t
-  use diagnosis_next, only: next_t
+  use diagnosis_next_measurement, only: next_measurement_t
   use io_json, only: json_t
   use measurement_data, only: measurement_t
   implicit none
@@ -29,7 +29,7 @@ contains
   subroutine put_next(json, measurement, next)
     type(json_t), intent(inout) :: json
     type(measurement_t), intent(in) :: measurement
-    type(next_t), intent(in) :: next
+    type(next_measurement_t), intent(in) :: next
     integer :: i
     call json%open_list('next_measurements')
     do i = 1, size(next%order)

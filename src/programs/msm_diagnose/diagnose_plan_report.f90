@@ -7,7 +7,7 @@ module diagnose_plan_report
   use base_kinds, only: rp
   use base_text_file, only: write_text
   use diagnose_settings, only: diagnose_settings_t
-  use diagnosis_detectability, only: detectability_t, find_best, find_detectability, helpful_t
+  use diagnosis_detectability, only: detectability_t, most_detectable, find_detectability, best_load_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_calibration_store, only: calibration_store_t
   use inference_decision, only: LEVEL
@@ -44,35 +44,35 @@ contains
           'not testable with these data: '//s%catalogue%effects(e)%missing
       end if
     end do
-    if (found%has_loads) call print_helpful(unit, s, found%helpful)
+    if (found%has_loads) call print_best_loads(unit, s, found%best_loads)
     write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
     if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
       'Errors of heights count as independent and as correlated ones, in full: how they mix is not known before.'
     if (s%finds_discretisation) write (unit, '(a)') &
       'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
     flush (unit)
-    call write_plan(s, found%design, found%snr, found%helpful, failure)
+    call write_plan(s, found%design, found%snr, found%best_loads, failure)
   end subroutine print_plan
 
   !> For each effect the load at a new place that would lower its smallest strength most.
-  subroutine print_helpful(unit, s, helpful)
+  subroutine print_best_loads(unit, s, best_loads)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
-    type(helpful_t), intent(in) :: helpful(:) !< (effects)
+    type(best_load_t), intent(in) :: best_loads(:) !< (effects)
     character(40) :: value
     integer :: e
     write (unit, '(a)') '', &
       'effect                with one more load at x, y [m]      force [N]   found with 90 % from'
-    do e = 1, size(helpful)
-      if (.not. helpful(e)%is_found) cycle
-      associate (effect => s%catalogue%effects(e), one => helpful(e), q => s%catalogue%parameters(helpful(e)%parameter))
+    do e = 1, size(best_loads)
+      if (.not. best_loads(e)%is_found) cycle
+      associate (effect => s%catalogue%effects(e), one => best_loads(e), q => s%catalogue%parameters(best_loads(e)%parameter))
         if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, one%strength))
         if (.not. q%is_log) write (value, '(es10.3)') one%strength
         if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
         write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), one%place, one%force, trim(adjustl(value))
       end associate
     end do
-  end subroutine print_helpful
+  end subroutine print_best_loads
 
   !> The variant that shows best.
   subroutine print_detectable(unit, s, design, e, snr)
@@ -83,7 +83,7 @@ contains
     real(rp) :: strength, least
     character(40) :: value
     integer :: best(2)
-    call find_best(s, design, e, snr, best, least)
+    call most_detectable(s, design, e, snr, best, least)
     associate (effect => s%catalogue%effects(e))
       if (best(1) == 0) then
         write (unit, '(a)') effect%name//repeat(' ', max(1, 22 - len(effect%name)))//'absorbed by the baseline'
@@ -103,11 +103,11 @@ contains
   end subroutine print_detectable
 
   !> Writes NAME_plan.json (docs/formats/diagnosis.schema.json).
-  subroutine write_plan(s, design, snr, helpful, failure)
+  subroutine write_plan(s, design, snr, best_loads, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(design_t), intent(in) :: design
     real(rp), intent(in) :: snr(:)
-    type(helpful_t), intent(in) :: helpful(:)
+    type(best_load_t), intent(in) :: best_loads(:)
     type(failure_t), intent(inout) :: failure
     type(json_t) :: json
     integer :: e
@@ -122,7 +122,7 @@ contains
     call json%put('power', 0.9_rp)
     call json%open_list('effects')
     do e = 1, size(s%catalogue%effects)
-      call put_plan(json, s, design, e, snr(e), helpful(e))
+      call put_plan(json, s, design, e, snr(e), best_loads(e))
     end do
     call json%close()
     call json%close()
@@ -130,19 +130,19 @@ contains
     if (.not. ok) call failure%raise(s%name//'_plan.json: cannot be written; is the folder missing or the disk full?')
   end subroutine write_plan
 
-  subroutine put_plan(json, s, design, e, snr, helpful)
+  subroutine put_plan(json, s, design, e, snr, best_load)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
     type(design_t), intent(in) :: design
     integer, intent(in) :: e
     real(rp), intent(in) :: snr
-    type(helpful_t), intent(in) :: helpful
+    type(best_load_t), intent(in) :: best_load
     real(rp) :: least
     integer :: best(2)
     call json%open_object('')
     best = 0
     associate (effect => s%catalogue%effects(e))
-      if (effect%is_testable()) call find_best(s, design, e, snr, best, least)
+      if (effect%is_testable()) call most_detectable(s, design, e, snr, best, least)
       call json%put('name', effect%name)
       call json%put('title', effect%title)
       if (.not. effect%is_testable()) then
@@ -162,11 +162,11 @@ contains
             call json%put('variant', effect%variants(one%variant)%label)
             call json%put('retained', one%retained)
             call json%put('detectable', in_words_of(q%is_log, least*q%prior_sd))
-            if (helpful%is_found) then
+            if (best_load%is_found) then
               call json%open_object('best_new_load')
-              call json%put('place_m', helpful%place)
-              call json%put('force_n', helpful%force)
-              call json%put('detectable', in_words_of(q%is_log, helpful%strength))
+              call json%put('place_m', best_load%place)
+              call json%put('force_n', best_load%force)
+              call json%put('detectable', in_words_of(q%is_log, best_load%strength))
               call json%close()
             end if
           end associate

@@ -6,11 +6,13 @@ module diagnose_settings
   use base_kinds, only: rp
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
   use common_diagnose_keys, only: diagnose_choices_t, diagnose_keys, register_diagnose_keys
+  use common_measurement_keys, only: measurement_choices_t, read_measurement_keys
   use common_overwrite_guard, only: refuse_overwriting
+  use common_wing_keys, only: read_wing_keys, wing_choices_t
   use common_wing_settings, only: check_name
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_noise, only: estimate_noise, plan_noise
-  use diagnosis_wing_bins, only: make_bins, usual_size
+  use diagnosis_noise, only: estimate_noise, assume_noise
+  use diagnosis_wing_bins, only: make_bins, default_bin_size
   use diagnosis_wing_catalogue, only: make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
   use io_config, only: config_t
@@ -46,19 +48,23 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
     type(bending_input_t) :: input
+    type(wing_choices_t) :: wing
+    type(measurement_choices_t) :: measurement
     logical :: ok
     call register_diagnose_keys(registry)
     call load_input(path, registry, world, s%config, errors, notices, ok)
     if (.not. ok) return
     call read_options(s, refine, errors)
     input%ini = path
-    input%wing = s%config%get_text('Wing', 'file')
-    input%measurement = s%config%get_text('Measurement', 'file')
+    call read_wing_keys(s%config, wing)
+    call read_measurement_keys(s%config, measurement)
+    input%wing = wing%file
+    input%measurement = measurement%file
     input%section = 'Diagnose'
     input%may_plan = may_plan
     call load_bending_case(input, s%config, world, s, errors, notices)
     if (.not. allocated(s%free_parameters%numbers)) return
-    call check_outputs(s, errors)
+    call check_output_files(s, errors)
     if (size(s%free_parameters%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
                                                'the baseline seeks parameters of the wing only, not of the measurement')
     if (errors%count() > 0) return
@@ -86,7 +92,7 @@ contains
   end subroutine check_modes
 
   !> No result may take the place of what is read.
-  subroutine check_outputs(s, errors)
+  subroutine check_output_files(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
     character(22), parameter :: ENDINGS(6) = [character(22) :: &
@@ -100,7 +106,7 @@ contains
       call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(ENDINGS(i)), inputs, errors)
     end do
     call refuse_overwriting(s%config, 'Saving', 'draws', s%draws_path, inputs, errors)
-  end subroutine check_outputs
+  end subroutine check_output_files
 
   !> The finer wing takes the place of that of the file.
   subroutine take_finer(s)
@@ -157,11 +163,11 @@ contains
       return
     end if
     s%wing_case%model = s%experiment%model
-    call make_bins(s%experiment, usual_size(s%experiment, s%choices%observations), s%bins)
+    call make_bins(s%experiment, default_bin_size(s%experiment, s%choices%observations), s%bins)
     call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue)
     call make_patterns(s%experiment, s%wing_case%wing, s%patterns)
     if (s%measurement%is_plan) then
-      call plan_noise(s%experiment, s%noise)
+      call assume_noise(s%experiment, s%noise)
       return
     end if
     allocate (values(maxval(s%experiment%comparisons%n), size(s%experiment%comparisons)), source=0.0_rp)
@@ -169,7 +175,7 @@ contains
       values(:s%experiment%comparisons(l)%n, l) = s%experiment%comparisons(l)%measured
     end do
     call estimate_noise(s%experiment, values, s%noise)
-    s%options%noise_freedom = s%noise%freedom
+    s%options%noise_dof = s%noise%dof
     if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
   end subroutine make_all
 

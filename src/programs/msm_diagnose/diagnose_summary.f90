@@ -9,12 +9,12 @@ module diagnose_summary
   use diagnose_unknown, only: print_unknown
   use diagnose_words, only: fixed
   use diagnosis_discretisation, only: discretisation_error_t
-  use diagnosis_next, only: next_t
+  use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_unknown, only: candidate_name, unknown_t
   use diagnosis_zeros, only: zeros_t
   use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, TESTS_FRACTION, &
                                 VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
-  use inference_residual_checks, only: loudest
+  use inference_residual_checks, only: most_significant
   use inference_engine, only: diagnosis_t
   use inference_probability, only: calibrated_probability
   implicit none
@@ -29,7 +29,7 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(discretisation_error_t), intent(in) :: discretisation
-    type(next_t), intent(in) :: next
+    type(next_measurement_t), intent(in) :: next
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     integer, parameter :: MOST_CAUSES = 3
@@ -55,8 +55,8 @@ contains
       end do
     end if
     if (size(zeros%value) > 1) call print_zeros(unit, zeros)
-    if (d%has_gain) then
-      write (unit, '(a)') 'gain      of log predictive density '//fixed(d%gain, 2)//' +- '//fixed(d%gain_error, 2)// &
+    if (d%prediction%has_gain) then
+      write (unit, '(a)') 'gain      of log predictive density '//fixed(d%prediction%gain, 2)//' +- '//fixed(d%prediction%gain_error, 2)// &
         ' for a location that was left out'
     end if
     call print_modes(unit, s, d)
@@ -75,7 +75,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     integer :: n
     n = s%bins%n + s%measurement%count_mode_observations() + s%measurement%count_series_observations()
-    write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%plain%chi2, 1)//' of '//number_text(n)// &
+    write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%initial_baseline%chi2, 1)//' of '//number_text(n)// &
       ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
     write (unit, '(a)') 'misfit    chance alone does this with p = '//probability_text(d%decision%log_p_global)// &
       ' (all tests and checks together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
@@ -87,7 +87,7 @@ contains
   pure logical function hides_cause(n, d) result(hides)
     integer, intent(in) :: n
     type(diagnosis_t), intent(in) :: d
-    hides = d%decision%log_p_global < log(LEVEL) .and. d%plain%chi2 < n + 2*sqrt(2.0_rp*n)
+    hides = d%decision%log_p_global < log(LEVEL) .and. d%initial_baseline%chi2 < n + 2*sqrt(2.0_rp*n)
   end function hides_cause
 
   !> A cause with sign, size and interval, or in general if it was not fitted.
@@ -131,7 +131,7 @@ contains
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    type(next_t), intent(in) :: next
+    type(next_measurement_t), intent(in) :: next
     real(rp), parameter :: NOTHING = 1.0_rp ! [sd]
     character(:), allocatable :: what, cause, rival
     real(rp) :: after
@@ -213,14 +213,14 @@ contains
       end do
       text = text(6:)
       if (d%decision%posterior_joint > LEVEL .and. .not. d%decision%is_joint) &
-        text = text//'; a second cause beside it is not excluded ('//share_text(d%decision%posterior_joint)//' %)'
+        text = text//'; a second cause beside it is not excluded ('//percent_text(d%decision%posterior_joint)//' %)'
     case (VERDICT_SET)
       text = 'these data cannot tell apart:'
       do i = 1, size(d%decision%set)
         text = text//' '//s%catalogue%effects(d%decision%set(i))%title
         if (i < size(d%decision%set)) text = text//';'
       end do
-      text = text//'; nor from something that is not in the catalogue ('//share_text(d%decision%posterior_unknown)//' %)'
+      text = text//'; nor from something that is not in the catalogue ('//percent_text(d%decision%posterior_unknown)//' %)'
       if (d%decision%is_joint) then
         text = 'consistent with'
         do i = 1, size(d%decision%causes)
@@ -232,7 +232,7 @@ contains
                                             '; other causes are not excluded'//because(d%decision)
     case (VERDICT_UNKNOWN)
       text = 'something that is not in the catalogue'
-      if (alarm_of(d) > 0 .and. d%decision%is_by_checks) text = text//', as '//d%checks(alarm_of(d))%sentence
+      if (alarm_of(d) > 0 .and. d%decision%is_rejected_by_checks) text = text//', as '//d%checks(alarm_of(d))%sentence
     case default
       text = 'there are too few data to test anything'
       return
@@ -241,19 +241,19 @@ contains
   end function verdict_sentence
 
   !> A probability in percent.
-  function share_text(probability) result(text)
+  function percent_text(probability) result(text)
     real(rp), intent(in) :: probability
     character(:), allocatable :: text
     text = number_text(nint(100*probability))
     if (100*probability < 1) text = 'below 1'
-  end function share_text
+  end function percent_text
 
-  !> The loudest check of the residuals of the baseline, if all together speak against it; else 0.
+  !> The most_significant check of the residuals of the baseline, if all together speak against it; else 0.
   pure integer function alarm_of(d) result(at)
     type(diagnosis_t), intent(in) :: d
     at = 0
     if (.not. allocated(d%checks)) return
-    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_FRACTION))) at = loudest(d%checks)
+    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_FRACTION))) at = most_significant(d%checks)
   end function alarm_of
 
   !> Why the fit of what could have been a name speaks against it, or nothing.

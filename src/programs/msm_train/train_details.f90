@@ -34,7 +34,7 @@ contains
     if (allocated(trained%path)) then
       call put_table(file, '/outcome/path', trained%path, 'evaluations chi2 prior_chi2 stage_errors', failure)
     end if
-    if (allocated(trained%ends)) call write_ends(file, space, trained%ends, failure)
+    if (allocated(trained%local_minima)) call write_local_minima(file, space, trained%local_minima, failure)
     if (trained%has_intervals) then
       call file%make_group('/profiles', failure)
       do i = 1, size(trained%intervals)
@@ -49,19 +49,19 @@ contains
   end subroutine write_details
 
   !> Rows of chi^2 and the values, in their units, where each start of the polish ended.
-  subroutine write_ends(file, space, ends, failure)
+  subroutine write_local_minima(file, space, local_minima, failure)
     type(hdf5_file_t), intent(in) :: file
     type(search_space_t), intent(in) :: space
-    real(rp), intent(in) :: ends(:, :)
+    real(rp), intent(in) :: local_minima(:, :)
     type(failure_t), intent(inout) :: failure
-    real(rp) :: rows(size(ends, 1), size(ends, 2))
+    real(rp) :: rows(size(local_minima, 1), size(local_minima, 2))
     integer :: i
-    rows = ends
+    rows = local_minima
     do i = 1, size(space%is_log)
-      if (space%is_log(i)) rows(1 + i, :) = exp(ends(1 + i, :))
+      if (space%is_log(i)) rows(1 + i, :) = exp(local_minima(1 + i, :))
     end do
     call put_table(file, '/outcome/ends', rows, 'chi2, then the values', failure)
-  end subroutine write_ends
+  end subroutine write_local_minima
 
   !> Rows of values tried, in their units and in ascending order, and the sum of squares above its minimum.
   subroutine write_profile(file, name, interval, is_log, left_out, failure)

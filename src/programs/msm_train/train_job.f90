@@ -8,7 +8,7 @@ module train_job
   use base_text, only: number_text
   use common_run, only: run_t
   use common_wing_report, only: print_wing
-  use io_aside, only: put_aside, ASIDE
+  use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
   use io_identity, only: identity_t
   use parallel_world, only: world_t
   use train_command, only: train_command_t, TRAIN_RUN, TRAIN_SCREEN
@@ -155,8 +155,8 @@ contains
       call self%files%settle(self%failure)
       if (self%failure%failed) return
       self%search%identity = self%files%identity
-      call put_aside(s%result, has_moved)
-      if (has_moved) call self%log%say('notice: '//s%result//' of an earlier training is '//s%result//ASIDE//' now')
+      call move_earlier_file(s%result, has_moved)
+      if (has_moved) call self%log%say('notice: '//s%result//' of an earlier training is '//s%result//EARLIER_SUFFIX//' now')
     end associate
   end subroutine open_files
 

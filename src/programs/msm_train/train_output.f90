@@ -157,7 +157,7 @@ contains
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained
     type(failure_t), intent(inout) :: failure
-    real(rp), allocatable :: ends(:, :)
+    real(rp), allocatable :: rows(:, :)
     integer :: i, l
     call file%make_group('/outcome', failure)
     call put_attribute(file, '/outcome', 'values', trained%values, failure)
@@ -170,15 +170,15 @@ contains
       call put_table(file, '/outcome/covariance', trained%posterior%covariance, 'as unknowns', failure)
     end if
     if (trained%has_intervals) then
-      allocate (ends(5, size(trained%values)))
+      allocate (rows(5, size(trained%values)))
       do i = 1, size(trained%values)
         associate (one => trained%intervals(i))
-          ends(:, i) = [one%lower, one%best, one%upper, merge([1.0_rp, 1.0_rp], [0.0_rp, 0.0_rp], &
+          rows(:, i) = [one%lower, one%best, one%upper, merge([1.0_rp, 1.0_rp], [0.0_rp, 0.0_rp], &
                                                               [one%has_lower, one%has_upper])]
         end associate
-        if (space%is_log(i)) ends(:3, i) = exp(ends(:3, i))
+        if (space%is_log(i)) rows(:3, i) = exp(rows(:3, i))
       end do
-      call put_table(file, '/outcome/intervals', ends, 'lower best upper has_lower has_upper', failure)
+      call put_table(file, '/outcome/intervals', rows, 'lower best upper has_lower has_upper', failure)
     end if
     call file%make_group('/loads', failure)
     do l = 1, size(trained%evaluations)

@@ -32,7 +32,7 @@ contains
     integer :: i
     associate (requested => settings%wing_case%requested)
       call settings%experiment%init(settings%measurement, settings%wing_case%wing, requested, &
-                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, requested%count_usual())], settings%choices%solver, &
+                                    [PARAM_YOUNG, (i, i=N_COMMON + 1, requested%count_basic())], settings%choices%solver, &
                                     failure, settings%instrument, [integer ::], settings%masses())
     end associate
   end subroutine prepare_screen

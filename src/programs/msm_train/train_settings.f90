@@ -55,7 +55,7 @@ contains
     call choose_individual(s%config, number, s%n_individuals, s%individual, input%wing, input%measurement, errors)
     if (number > s%n_individuals) return
     call read_options(s, errors)
-    if (writes) call check_outputs(s, path, world, errors)
+    if (writes) call check_output_files(s, path, world, errors)
     input%section = 'Train'
     input%keeps_outliers = s%is_paper
     input%scale_is_log = s%choices%scale == 'log' .or. (s%choices%scale == 'preset' .and. .not. s%is_paper)
@@ -97,7 +97,7 @@ contains
   end subroutine read_options
 
   !> No result may take the place of an input, not even of another individual.
-  subroutine check_outputs(s, ini, world, errors)
+  subroutine check_output_files(s, ini, world, errors)
     type(train_settings_t), intent(in) :: s
     character(*), intent(in) :: ini
     type(world_t), intent(in) :: world
@@ -110,7 +110,7 @@ contains
     do i = 1, size(ENDINGS)
       call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(ENDINGS(i)), inputs, errors)
     end do
-  end subroutine check_outputs
+  end subroutine check_output_files
 
   !> A training needs bending tests.
   subroutine check_tests(s, errors)
@@ -175,13 +175,13 @@ contains
   end function key_of
 
   !> `given`, unless that leaves the choice to the preset.
-  function preset_word(s, given, usual) result(word)
+  function preset_word(s, given, fallback) result(word)
     type(train_settings_t), intent(in) :: s
-    character(*), intent(in) :: given, usual
+    character(*), intent(in) :: given, fallback
     character(:), allocatable :: word
     word = given
     if (word /= 'preset') return
-    word = usual
+    word = fallback
     if (s%is_paper) word = 'paper'
   end function preset_word
 

@@ -28,8 +28,8 @@ module solid_ringing
     real(rp), allocatable :: stiffness(:, :)  !< (r, r) Phi^T dK Phi
     real(rp), allocatable :: mass(:, :)       !< (r, r) Phi^T dM Phi
     real(rp), allocatable :: joints(:, :)     !< (r, r) dJ
-    real(rp), allocatable :: look(:, :)       !< (seen, r) dL
-    real(rp), allocatable :: push(:)          !< (r) of the excitation
+    real(rp), allocatable :: observation(:, :)       !< (seen, r) dL
+    real(rp), allocatable :: forcing(:)          !< (r) of the excitation
     integer :: damping = 0                    !< number of the damping effect that changes; 0: none
   end type ring_change_t
 
@@ -42,7 +42,7 @@ module solid_ringing
     integer :: order = 1
     real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) of unit excitation, and their derivative with time
     integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
-    real(rp), allocatable, private :: omega(:), joints(:, :), look(:, :), push(:), input(:), x(:, :), begin(:), a(:, :)
+    real(rp), allocatable, private :: omega(:), joints(:, :), observation(:, :), forcing(:), input(:), x(:, :), begin(:), a(:, :)
     type(damping_effects_t), private :: damping
     type(linear_flow_t), private :: flow, first
   contains
@@ -54,22 +54,22 @@ module solid_ringing
 
 contains
 
-  !> The motion of modes with lambda(r), J, L = look(seen, r) under unit excitation push(r): Phi^T of the force that is released, of
-  !> the impulse, or minus that of the inertia per acceleration of the base, whose record is input(:) at the interval. `samples`
-  !> of them; a driven motion starts at 0.
-  subroutine ringing_run(self, lambda, joints, look, push, damping, samples, input)
+  !> Computes `samples` samples of the motion of modes with lambda(r), J and L = observation(seen, r). forcing(r) is the unit
+  !> excitation: Phi^T times the released force, times the impulse, or times minus the inertia per acceleration of the base. The
+  !> record of that acceleration is input(:), one number in each interval; a driven motion starts from rest.
+  subroutine ringing_run(self, lambda, joints, observation, forcing, damping, samples, input)
     class(ringing_t), intent(inout) :: self
-    real(rp), intent(in) :: lambda(:), joints(:, :), look(:, :), push(:), input(:)
+    real(rp), intent(in) :: lambda(:), joints(:, :), observation(:, :), forcing(:), input(:)
     type(damping_effects_t), intent(in) :: damping
     integer, intent(in) :: samples
     integer :: f
     logical :: is_driven
     self%r = size(lambda)
-    self%m = size(look, 1)
+    self%m = size(observation, 1)
     self%omega = sqrt(lambda)
     self%joints = joints
-    self%look = look
-    self%push = push
+    self%observation = observation
+    self%forcing = forcing
     self%damping = damping
     self%input = input
     is_driven = self%excitation == EXCITED_BASE
@@ -81,11 +81,11 @@ contains
     self%begin = spread(0.0_rp, 1, self%n)
     select case (self%excitation)
     case (EXCITED_RELEASE)
-      self%begin(:self%r) = push/self%omega
+      self%begin(:self%r) = forcing/self%omega
       ! The filter has seen the wing at rest in its bent shape for long.
-      if (f > 0 .and. .not. self%sees_velocity) self%begin(3*self%r + 1:3*self%r + self%m) = matmul(look, push/lambda)
+      if (f > 0 .and. .not. self%sees_velocity) self%begin(3*self%r + 1:3*self%r + self%m) = matmul(observation, forcing/lambda)
     case (EXCITED_TAP)
-      self%begin(self%r + 1:2*self%r) = push
+      self%begin(self%r + 1:2*self%r) = forcing
     end select
     call self%first%init(self%a, self%start, is_driven)
     self%x(:, 1) = matmul(self%first%step, self%begin)
@@ -124,14 +124,14 @@ contains
             a(i, i) = -sqrt(2.0_rp)*self%cutoff
           end if
           if (self%sees_velocity) then
-            a(i, r + 1:2*r) = self%cutoff*self%look(j, :)
+            a(i, r + 1:2*r) = self%cutoff*self%observation(j, :)
           else
-            a(i, :r) = self%cutoff*self%look(j, :)/w
+            a(i, :r) = self%cutoff*self%observation(j, :)/w
           end if
         end do
       end if
       if (self%excitation == EXCITED_BASE) then
-        a(r + 1:2*r, self%n - 1) = self%push
+        a(r + 1:2*r, self%n - 1) = self%forcing
         a(self%n - 1, self%n) = 1/self%interval
       end if
     end associate
@@ -145,21 +145,21 @@ contains
     if (self%cutoff > 0) then
       seen = transpose(x(3*self%r + 1:3*self%r + self%m, :))
     else
-      seen = look_at(self, self%look, x)
+      seen = observed(self, self%observation, x)
     end if
   end function ringing_output
 
-  !> The same of an unfiltered look(seen, r).
-  function look_at(self, look, x) result(seen)
+  !> The same of an unfiltered observation(seen, r).
+  function observed(self, observation, x) result(seen)
     class(ringing_t), intent(in) :: self
-    real(rp), intent(in) :: look(:, :), x(:, :)
+    real(rp), intent(in) :: observation(:, :), x(:, :)
     real(rp), allocatable :: seen(:, :)
     if (self%sees_velocity) then
-      seen = transpose(matmul(look, x(self%r + 1:2*self%r, :)))
+      seen = transpose(matmul(observation, x(self%r + 1:2*self%r, :)))
     else
-      seen = transpose(matmul(look/spread(self%omega, 1, size(look, 1)), x(:self%r, :)))
+      seen = transpose(matmul(observation/spread(self%omega, 1, size(observation, 1)), x(:self%r, :)))
     end if
-  end function look_at
+  end function observed
 
   !> seen(samples, places): the derivative of what is seen, after `run`.
   subroutine ringing_tangent(self, change, seen)
@@ -176,7 +176,7 @@ contains
     dx(:, 1) = begin(:, 2)
     call self%flow%tangent(da, self%x, dx)
     seen = self%output(dx)
-    if (size(change%look) > 0 .and. .not. self%cutoff > 0) seen = seen + look_at(self, change%look, self%x)
+    if (size(change%observation) > 0 .and. .not. self%cutoff > 0) seen = seen + observed(self, change%observation, self%x)
   end subroutine ringing_tangent
 
   !> da(n, n): the derivative of A.
@@ -189,7 +189,7 @@ contains
     r = self%r
     da = 0
     call differentiate_damping(self, change%damping, da)
-    call differentiate_look(self, change%look, da)
+    call differentiate_observation(self, change%observation, da)
     associate (d => self%damping, w => self%omega, rows => da(r + 1:2*r, :))
       if (size(change%stiffness) > 0) then
         do k = 1, r
@@ -207,10 +207,10 @@ contains
           rows(:, 2*r + k) = rows(:, 2*r + k) + d%relaxation*change%mass(:, k)*w(k)
         end do
         rows(:, r + 1:2*r) = rows(:, r + 1:2*r) + matmul(change%mass, slow)
-        if (self%excitation == EXCITED_BASE) rows(:, self%n - 1) = rows(:, self%n - 1) - matmul(change%mass, self%push)
+        if (self%excitation == EXCITED_BASE) rows(:, self%n - 1) = rows(:, self%n - 1) - matmul(change%mass, self%forcing)
       end if
-      if (self%excitation == EXCITED_BASE .and. size(change%push) > 0) &
-        rows(:, self%n - 1) = rows(:, self%n - 1) + change%push
+      if (self%excitation == EXCITED_BASE .and. size(change%forcing) > 0) &
+        rows(:, self%n - 1) = rows(:, self%n - 1) + change%forcing
     end associate
   end subroutine differentiate
 
@@ -240,47 +240,47 @@ contains
   end subroutine differentiate_damping
 
   !> Adds that of what a filter sees.
-  subroutine differentiate_look(self, look, da)
+  subroutine differentiate_observation(self, observation, da)
     class(ringing_t), intent(in) :: self
-    real(rp), intent(in) :: look(:, :)
+    real(rp), intent(in) :: observation(:, :)
     real(rp), intent(inout) :: da(:, :)
     integer :: j, i, r
-    if (.not. self%cutoff > 0 .or. size(look) == 0) return
+    if (.not. self%cutoff > 0 .or. size(observation) == 0) return
     r = self%r
     do j = 1, self%m
       i = 3*r + j + (self%order - 1)*self%m
       if (self%sees_velocity) then
-        da(i, r + 1:2*r) = self%cutoff*look(j, :)
+        da(i, r + 1:2*r) = self%cutoff*observation(j, :)
       else
-        da(i, :r) = self%cutoff*look(j, :)/self%omega
+        da(i, :r) = self%cutoff*observation(j, :)/self%omega
       end if
     end do
-  end subroutine differentiate_look
+  end subroutine differentiate_observation
 
   !> Of the states with which a motion begins.
   subroutine differentiate_begin(self, change, begin)
     class(ringing_t), intent(in) :: self
     type(ring_change_t), intent(in) :: change
     real(rp), intent(inout) :: begin(:)
-    real(rp) :: q(self%r), push(self%r)
+    real(rp) :: q(self%r), forcing(self%r)
     integer :: r
     r = self%r
-    push = 0
-    if (size(change%push) > 0) push = change%push
+    forcing = 0
+    if (size(change%forcing) > 0) forcing = change%forcing
     select case (self%excitation)
     case (EXCITED_RELEASE)
-      q = push
-      if (size(change%stiffness) > 0) q = q - matmul(change%stiffness, self%push/self%omega**2)
+      q = forcing
+      if (size(change%stiffness) > 0) q = q - matmul(change%stiffness, self%forcing/self%omega**2)
       q = q/self%omega**2
       begin(:r) = self%omega*q
       if (self%cutoff > 0 .and. .not. self%sees_velocity) then
-        begin(3*r + 1:3*r + self%m) = matmul(self%look, q)
-        if (size(change%look) > 0) begin(3*r + 1:3*r + self%m) = begin(3*r + 1:3*r + self%m) + &
-                                                                 matmul(change%look, self%push/self%omega**2)
+        begin(3*r + 1:3*r + self%m) = matmul(self%observation, q)
+        if (size(change%observation) > 0) begin(3*r + 1:3*r + self%m) = begin(3*r + 1:3*r + self%m) + &
+                                                                 matmul(change%observation, self%forcing/self%omega**2)
       end if
     case (EXCITED_TAP)
-      begin(r + 1:2*r) = push
-      if (size(change%mass) > 0) begin(r + 1:2*r) = push - matmul(change%mass, self%push)
+      begin(r + 1:2*r) = forcing
+      if (size(change%mass) > 0) begin(r + 1:2*r) = forcing - matmul(change%mass, self%forcing)
     end select
   end subroutine differentiate_begin
 end module solid_ringing

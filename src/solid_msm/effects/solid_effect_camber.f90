@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 +
 !> k_yy y^2 + 2 k_xy x y)/2 above the plane of the wing file. Moments bend the edges of the membrane (solid_arch) and the veins
-!> (`bow_evaluate` of solid_twist); springs and the clamp are as in the flat wing.
+!> (`camber_evaluate` of solid_twist); springs and the clamp are as in the flat wing.
 module solid_effect_camber
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_SIDED_VEINS, &
@@ -37,7 +37,7 @@ contains
     type(stiffness_t), intent(inout) :: stiffness
     stiffness%has_arch = .true.
     stiffness%arch = (stiffness%plate + stiffness%edge)*matmul(site%values, site%layout%edge_bend)
-    stiffness%bow = stiffness%hinge*matmul(site%values, site%layout%hinge_turn)
+    stiffness%camber_moment = stiffness%hinge*matmul(site%values, site%layout%hinge_turn)
   end subroutine apply_camber
 
   pure subroutine derive_camber(site, stiffness, direction)
@@ -45,7 +45,7 @@ contains
     type(stiffness_t), intent(in) :: stiffness
     type(stiffness_t), intent(inout) :: direction
     direction%arch = (stiffness%plate + stiffness%edge)*site%layout%edge_bend(site%k, :)
-    direction%bow = stiffness%hinge*site%layout%hinge_turn(site%k, :)
+    direction%camber_moment = stiffness%hinge*site%layout%hinge_turn(site%k, :)
     direction%has_arch = .true.
   end subroutine derive_camber
 

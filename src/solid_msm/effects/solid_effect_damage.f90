@@ -76,7 +76,7 @@ contains
         direction%cubic(i) = k%cubic(i)*fraction_of(w)
         direction%lift(i) = k%lift(i)*fraction_of(w)
         direction%twist(i) = k%twist(i)*fraction_of(w)
-        direction%bow(i) = k%bow(i)*fraction_of(w)
+        direction%camber_moment(i) = k%camber_moment(i)*fraction_of(w)
       end do
       do i = 1, size(k%edge)
         w = (damage_weight(disc, layout%edge_place(:, 1, i)) + damage_weight(disc, layout%edge_place(:, 2, i)))/2

@@ -47,7 +47,7 @@ contains
     direction%cubic(h) = stiffness%cubic(h)
     direction%lift(h) = stiffness%lift(h)
     direction%twist(h) = stiffness%twist(h)
-    direction%bow(h) = stiffness%bow(h)
+    direction%camber_moment(h) = stiffness%camber_moment(h)
     direction%has_arch = stiffness%has_arch
     direction%has_twist = stiffness%has_twist
   end subroutine add_hinge

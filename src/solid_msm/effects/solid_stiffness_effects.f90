@@ -32,13 +32,13 @@ contains
     type(effect_site_t) :: site
     integer :: e
     call prepare(model, direction)
-    if (number <= model%params%count_usual()) then
+    if (number <= model%params%count_basic()) then
       parameter = model%params%describe(number)
       call model%stiffness_derivative(number, parameter%is_log, direction)
       return
     end if
     list = list_effects()
-    call find_effect(list, model%params%effects%n_joints, number - model%params%count_usual(), e, site%k)
+    call find_effect(list, model%params%effects%n_joints, number - model%params%count_basic(), e, site%k)
     site%values = values_of(list, e, model%params%effects)
     site%effects => model%params%effects
     site%springs => model%springs
@@ -79,7 +79,7 @@ contains
     direction%edge = model%stiffness%edge
     direction%has_edges = model%stiffness%has_edges
     direction%arch = model%stiffness%arch
-    direction%bow = model%stiffness%bow
+    direction%camber_moment = model%stiffness%camber_moment
     direction%twist = model%stiffness%twist
     direction%has_arch = model%stiffness%has_arch
     direction%has_twist = model%stiffness%has_twist

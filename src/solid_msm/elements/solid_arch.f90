@@ -6,7 +6,7 @@
 !> four points: m = (x2 - x1) x (x3 - x4) over the same in the flat wing, whose length changes little. Beside the
 !> plate's own energy and a constant that is -arch q.m with the moment arch = D q0, a cubic polynomial of the positions
 !> that is invariant under rotations (as in Garg, Grinspun, Wardetzky and Zorin 2007, doi:10.2312/SCA/SCA07/091-098).
-!> Veins are bent likewise, by the curvature along them over the length that bends (`bow_evaluate`). Springs and the clamp
+!> Veins are bent likewise, by the curvature along them over the length that bends (`camber_evaluate`). Springs and the clamp
 !> are as in the flat wing, so that the unloaded wing takes a shape that hardly stretches it.
 module solid_arch
   use base_kinds, only: rp

@@ -20,7 +20,7 @@ module solid_element_stiffness
     logical :: has_edges = .false.        !< any of them is not 0
     real(rp), allocatable :: tension(:)   !< (springs) [N] of springs that have their length of the unloaded wing
     real(rp), allocatable :: arch(:)      !< (edges) [N m] moment that bends edges: see solid_arch
-    real(rp), allocatable :: bow(:)       !< (hinges) [N m] moment that bends them upward
+    real(rp), allocatable :: camber_moment(:)       !< (hinges) [N m] moment that bends them upward
     real(rp), allocatable :: twist(:)     !< (hinges) [N m/rad] see solid_twist
     logical :: has_tension = .false., has_arch = .false., has_twist = .false. !< any of them is not 0
   end type stiffness_t
@@ -35,7 +35,7 @@ contains
     type(stiffness_t), intent(out) :: self
     allocate (self%extension(springs%n), self%hinge(size(plans)), self%hardening(size(plans)), self%cubic(size(plans)), &
               self%lift(size(plans)), self%edge(n_edges), self%tension(springs%n), self%arch(n_edges), &
-              self%twist(size(plans)), self%bow(size(plans)), source=0.0_rp)
+              self%twist(size(plans)), self%camber_moment(size(plans)), source=0.0_rp)
   end subroutine allocate_stiffness
 
   !> All stiffness 0.
@@ -51,7 +51,7 @@ contains
     self%has_edges = .false.
     self%tension = 0
     self%arch = 0
-    self%bow = 0
+    self%camber_moment = 0
     self%twist = 0
     self%has_tension = .false.
     self%has_arch = .false.

@@ -21,9 +21,9 @@ module solid_model
   use solid_params, only: solid_params_t
   use solid_pattern, only: pattern_t
   use solid_plate, only: edges_energy, plate_t, plate_energy, plate_gradient
-  use solid_stiffness, only: stiffness_t, allocate_stiffness, evaluate_stiffness, differentiate_usual, &
+  use solid_stiffness, only: stiffness_t, allocate_stiffness, evaluate_stiffness, differentiate_basic, &
                              bending_stiffness
-  use solid_twist, only: bow_evaluate, make_twists, twist_evaluate, twist_t
+  use solid_twist, only: camber_evaluate, make_twists, twist_evaluate, twist_t
   use solid_wing, only: wing_t
   implicit none
   private
@@ -228,10 +228,10 @@ contains
     integer, intent(in) :: number
     logical, intent(in) :: per_log
     type(stiffness_t), intent(inout) :: derivative
-    call require(number <= self%params%count_usual(), 'solid_model_t: no parameter of the usual model')
+    call require(number <= self%params%count_basic(), 'solid_model_t: no parameter of the usual model')
     if (.not. allocated(derivative%hinge)) &
       call allocate_stiffness(self%springs, self%plans, self%plate%n, derivative)
-    call differentiate_usual(self%params, self%springs, self%plans, self%layout, number, per_log, derivative)
+    call differentiate_basic(self%params, self%springs, self%plans, self%layout, number, per_log, derivative)
   end subroutine model_stiffness_derivative
 
   !> Elastic energy [J] at displacements u(3, n_all), or its parts: extension, hinges, plate.
@@ -252,7 +252,7 @@ contains
       call hinge_evaluate(self%hinges(h), self%stiffness%hinge(h), local, one, cubic=self%stiffness%cubic(h), &
                           lift=self%stiffness%lift(h))
       e(2) = e(2) + one
-      if (.not. abs(self%stiffness%twist(h)) + abs(self%stiffness%bow(h)) > 0) cycle
+      if (.not. abs(self%stiffness%twist(h)) + abs(self%stiffness%camber_moment(h)) > 0) cycle
       do i = 1, self%twists(h)%n_nodes
         local(:, i) = u(:, self%twists(h)%nodes(i))
       end do
@@ -261,7 +261,7 @@ contains
         e(2) = e(2) + one
       end if
       if (self%twists(h)%n_nodes == 0) cycle
-      call bow_evaluate(self%twists(h), self%stiffness%bow(h), local, one)
+      call camber_evaluate(self%twists(h), self%stiffness%camber_moment(h), local, one)
       e(2) = e(2) + one
     end do
     e(3) = self%stiffness%plate*plate_energy(self%plate, u)
@@ -323,11 +323,11 @@ contains
     if (stiffness%has_tension) call tension_gradient(self%springs, stiffness%tension, u, g)
     if (.not. (stiffness%has_twist .or. stiffness%has_arch)) return
     do h = 1, size(self%twists)
-      if (.not. abs(stiffness%twist(h)) + abs(stiffness%bow(h)) > 0 .or. self%twists(h)%n_nodes == 0) cycle
+      if (.not. abs(stiffness%twist(h)) + abs(stiffness%camber_moment(h)) > 0 .or. self%twists(h)%n_nodes == 0) cycle
       do i = 1, self%twists(h)%n_nodes
         local(:, i) = u(:, self%twists(h)%nodes(i))
       end do
-      call bow_evaluate(self%twists(h), stiffness%bow(h), local, energy, bent)
+      call camber_evaluate(self%twists(h), stiffness%camber_moment(h), local, energy, bent)
       pull = 0
       if (self%twists(h)%is_twistable) call twist_evaluate(self%twists(h), stiffness%twist(h), local, energy, pull)
       do i = 1, self%twists(h)%n_nodes

@@ -51,7 +51,7 @@ module solid_params
     real(rp) :: bending_factor = 1           !< on all bending stiffness, as after drying; no parameter of the wing
   contains
     procedure :: count => params_count
-    procedure :: count_usual => params_count_usual
+    procedure :: count_basic => params_count_basic
     procedure :: describe => params_describe
     procedure :: find => params_find
     procedure :: get => params_get
@@ -90,14 +90,14 @@ contains
   !> Number of parameters.
   pure integer function params_count(self) result(n)
     class(solid_params_t), intent(in) :: self
-    n = self%count_usual() + self%effects%count()
+    n = self%count_basic() + self%effects%count()
   end function params_count
 
   !> Number of parameters of the usual model; the effects follow.
-  pure integer function params_count_usual(self) result(n)
+  pure integer function params_count_basic(self) result(n)
     class(solid_params_t), intent(in) :: self
     n = N_COMMON + size(self%vein_factor) + size(self%joint)
-  end function params_count_usual
+  end function params_count_basic
 
   !> Name, unit, scale and bounds of parameter i: the eight common ones, the veins, the joints, the effects.
   function params_describe(self, i) result(p)
@@ -125,8 +125,8 @@ contains
     case (PARAM_K_CROSS)
       call define(p, 'k_cross', 'N/m', .true., 1.0e1_rp, 1.0e6_rp)
     case default
-      if (i > self%count_usual()) then
-        p = describe_effect(i - self%count_usual(), self%joint_names)
+      if (i > self%count_basic()) then
+        p = describe_effect(i - self%count_basic(), self%joint_names)
       else if (i <= N_COMMON + n_veins) then
         call define(p, 'E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
       else
@@ -209,8 +209,8 @@ contains
     case (PARAM_K_CROSS)
       value = self%k_cross
     case default
-      if (i > self%count_usual()) then
-        value = self%effects%get(i - self%count_usual())
+      if (i > self%count_basic()) then
+        value = self%effects%get(i - self%count_basic())
       else if (i <= N_COMMON + size(self%vein_factor)) then
         value = self%vein_factor(i - N_COMMON)
       else
@@ -243,8 +243,8 @@ contains
     case (PARAM_K_CROSS)
       self%k_cross = value
     case default
-      if (i > self%count_usual()) then
-        call self%effects%set(i - self%count_usual(), value)
+      if (i > self%count_basic()) then
+        call self%effects%set(i - self%count_basic(), value)
       else if (i <= N_COMMON + size(self%vein_factor)) then
         self%vein_factor(i - N_COMMON) = value
       else

@@ -21,7 +21,7 @@ module solid_stiffness
                           PARAM_EXPONENT, PARAM_K_VEIN, PARAM_K_MEMBRANE, PARAM_K_CROSS
   implicit none
   private
-  public :: stiffness_t, allocate_stiffness, clear_stiffness, evaluate_stiffness, differentiate_usual, &
+  public :: stiffness_t, allocate_stiffness, clear_stiffness, evaluate_stiffness, differentiate_basic, &
             bending_stiffness, has_own_stiffness, apply_effects
 
 contains
@@ -71,7 +71,7 @@ contains
     self%edge = 0
     self%has_edges = .false.
     self%arch = 0
-    self%bow = 0
+    self%camber_moment = 0
     self%twist = 0
     self%has_arch = .false.
     self%has_twist = .false.
@@ -86,7 +86,7 @@ contains
     self%plate = params%bending_factor*self%plate
     self%edge = params%bending_factor*self%edge
     self%arch = params%bending_factor*self%arch
-    self%bow = params%bending_factor*self%bow
+    self%camber_moment = params%bending_factor*self%camber_moment
     self%twist = params%bending_factor*self%twist
   end subroutine apply_effects
 
@@ -116,7 +116,7 @@ contains
 
   !> Derivatives of all stiffnesses with respect to parameter `number` of the usual model, per unit of the parameter
   !> or, with `per_log`, per unit of its logarithm.
-  subroutine differentiate_usual(params, springs, plans, layout, number, per_log, self)
+  subroutine differentiate_basic(params, springs, plans, layout, number, per_log, self)
     type(solid_params_t), intent(in) :: params
     type(extensions_t), intent(in) :: springs
     type(hinge_plan_t), intent(in) :: plans(:)
@@ -170,7 +170,7 @@ contains
       self%plate = self%plate*k
     end if
     call apply_effects(params, springs, plans, layout, self)
-  end subroutine differentiate_usual
+  end subroutine differentiate_basic
 
   !> Whether a joint overrides the stiffness of the hinge.
   pure logical function has_own_stiffness(params, plan) result(has)

@@ -3,7 +3,7 @@
 module solid_tangent
   use base_kinds, only: rp
   use solid_arch, only: arch_tangent
-  use solid_twist, only: bow_evaluate, twist_evaluate
+  use solid_twist, only: camber_evaluate, twist_evaluate
   use solid_extension, only: extension_tangent
   use solid_hinge, only: hinge_evaluate, HINGE_NODES
   use solid_model, only: solid_model_t
@@ -60,7 +60,7 @@ contains
           call add_blocks(twist%n_nodes, twist%blocks, h, blocks)
         end if
         if (semidefinite) cycle
-        call bow_evaluate(twist, model%stiffness%bow(n), local, energy, h=h)
+        call camber_evaluate(twist, model%stiffness%camber_moment(n), local, energy, h=h)
         call add_blocks(twist%n_nodes, twist%blocks, h, blocks)
       end associate
     end do

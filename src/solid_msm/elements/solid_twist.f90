@@ -18,7 +18,7 @@ module solid_twist
   use solid_vectors, only: cross, outer, skew
   implicit none
   private
-  public :: twist_t, make_twists, twist_evaluate, bow_evaluate
+  public :: twist_t, make_twists, twist_evaluate, camber_evaluate
 
   integer, parameter, public :: TWIST_NODES = 7 !< most nodes: a, b, c and four apexes
 
@@ -140,7 +140,7 @@ contains
   end subroutine twist_evaluate
 
   !> The same for the energy -moment c of a bow: `moment` = k beta [N m]. The Hessian is indefinite.
-  pure subroutine bow_evaluate(self, moment, u, energy, g, h)
+  pure subroutine camber_evaluate(self, moment, u, energy, g, h)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: moment, u(3, TWIST_NODES)
     real(rp), intent(out) :: energy
@@ -170,7 +170,7 @@ contains
       end do
     end do
     call add_curvature(self, -moment, spread(bend, 2, 2)*spread(self%areas, 1, 3)/self%area, h)
-  end subroutine bow_evaluate
+  end subroutine camber_evaluate
 
   !> Adds what the area vectors, quadratic in the positions, have of second derivatives.
   pure subroutine add_curvature(self, factor, pull, h)

@@ -219,7 +219,7 @@ contains
     integer, intent(in) :: number
     real(rp), intent(out) :: motion(:, :)
     integer :: k
-    k = clamp_axis(self%model%params%effects, number - self%model%params%count_usual())
+    k = clamp_axis(self%model%params%effects, number - self%model%params%count_basic())
     if (k > 0) then
       motion = 0
       if (.not. self%is_compliant) call find_turning(self)

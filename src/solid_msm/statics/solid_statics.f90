@@ -7,6 +7,7 @@
 module solid_statics
   use base_kinds, only: rp
   use base_text, only: number_text
+  use base_visitor, only: visited_t, visitor_t
   use solid_descent, only: descend
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
@@ -17,13 +18,15 @@ module solid_statics
   public :: solve_static, static_options_t, static_report_t
 
   !> Choices of the algorithm.
-  type :: static_options_t
+  type, extends(visited_t) :: static_options_t
     real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
     real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
     integer :: factorisation_limit = 900  !< of one path; a shape may take a warm, a cold and a repeated one
     !> a warm start that fails, snaps, or does not go straight to its end is repeated from the
     !> unloaded state
     logical :: redo_cold = .true.
+  contains
+    procedure :: visit => options_visit
   end type static_options_t
 
   !> What happened.
@@ -47,6 +50,16 @@ module solid_statics
   real(rp), parameter :: COLD_STEP = 0.05_rp, SMALLEST = 0.01_rp !< of the load
 
 contains
+
+  !> Shows to the visitor what decides which shape is found for a load.
+  subroutine options_visit(self, visitor)
+    class(static_options_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('tolerance', self%tolerance)
+    call visitor%visit('step_limit', self%step_limit)
+    call visitor%visit('factorisation_limit', self%factorisation_limit)
+    call visitor%leave_out('redo_cold')
+  end subroutine options_visit
 
   !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result: a
   !> cold start begins at zero whatever u is, a warm start at u, the solution for the same load with

@@ -6,7 +6,7 @@
 !> on (0, 0.9): 0.9 x 0.618^7/2 = 0.016.
 program test_noise_fraction
   use base_kinds, only: i8, rp
-  use diagnosis_noise, only: judge_variance, noise_estimate_t
+  use diagnosis_noise, only: check_declared_variance, noise_estimate_t
   use inference_noise_fraction, only: find_noise_fraction
   use noise_scans, only: make_scans, scans_t
   use testkit, only: testkit_t
@@ -63,18 +63,18 @@ contains
     estimate%warning = ''
     estimate%model%length = 1
     estimate%model%factor = 0.5_rp
-    call judge_variance(estimate, 2.0_rp)
+    call check_declared_variance(estimate, 2.0_rp)
     call t%check('right errors are not warned of', estimate%warning == '')
-    call judge_variance(estimate, 3.0_rp)
+    call check_declared_variance(estimate, 3.0_rp)
     call t%check('nor are those that are declared too small', estimate%warning == '')
-    call judge_variance(estimate, 0.5_rp)
+    call check_declared_variance(estimate, 0.5_rp)
     call t%check('errors declared twice as large are', index(estimate%warning, 'too large') > 0)
     estimate%warning = 'neighbours have told'
-    call judge_variance(estimate, 0.5_rp)
+    call check_declared_variance(estimate, 0.5_rp)
     call t%check('once', estimate%warning == 'neighbours have told')
     estimate%warning = ''
     estimate%model%length = 0
-    call judge_variance(estimate, 0.5_rp)
+    call check_declared_variance(estimate, 0.5_rp)
     call t%check('and not where neighbours share nothing', estimate%warning == '')
   end subroutine judge
 end program test_noise_fraction

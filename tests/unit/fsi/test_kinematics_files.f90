@@ -11,7 +11,7 @@ program test_kinematics_files
   use fsi_wing_motion, only: wing_motion_t
   use fsi_wing_motion_file, only: read_motion_file
   use fsi_wing_motion_table, only: read_motion_table
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   use io_config, only: config_t
   use io_registry, only: registry_t
   use testkit, only: testkit_t

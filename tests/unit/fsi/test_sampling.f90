@@ -57,7 +57,7 @@ contains
     call sampler%init(world, grid, block)
     call sampler%sample(points, field, all_lines)
     allocate (lines(block%count(2), block%count(3)), source=.false.)
-    call sampler%mark(points, lines)
+    call sampler%select_lines(points, lines)
     do z = 1, block%count(3)
       do y = 1, block%count(2)
         if (.not. lines(y, z)) field(:, y, z) = huge(1.0_rp)

@@ -90,7 +90,7 @@ contains
     call beam%evaluate(q0, [integer ::], residuals, jacobian, is_valid)
     call design%compress(residuals, q0(:N_BASE), z, rest)
     call find_statistics(design, N_EFFECTS, calibration%is_scale_known, z, rest, statistics)
-    if (.not. calibration%is_scale_known) z = z/sqrt(rest/design%n_rest)
+    if (.not. calibration%is_scale_known) z = z/sqrt(rest/design%residual_dof)
     call hypotheses%init(design, N_EFFECTS, z)
     call decide(design, calibration, statistics, hypotheses, z, 7_i8, decision)
     if (.not. is_coherent(decision)) incoherent = incoherent + 1
@@ -280,7 +280,7 @@ contains
     call check(is_coherent(d%decision), 'with the probability that the odds after all fits give it')
     call check(d%intervals(1)%lower < q(P_ONE_WAY) .and. q(P_ONE_WAY) < d%intervals(1)%upper, &
                'its interval holds the truth')
-    call check(d%has_gain .and. d%gain > d%gain_error, 'it predicts locations that the fit did not see')
+    call check(d%prediction%has_gain .and. d%prediction%gain > d%prediction%gain_error, 'it predicts locations that the fit did not see')
     ! Deflections to one side are too large: that is the plain question about the sign.
     call check_fit(beam, d%design, d%baseline, 1.0_rp, 0, checks)
     do i = 1, size(checks)

@@ -8,7 +8,7 @@ program test_fit_checks
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, make_beam, N_BASE
   use inference_declared_errors, only: SIZE_WORDS
-  use inference_residual_checks, only: combined_log_p, loudest, residual_check_t
+  use inference_residual_checks, only: combined_log_p, most_significant, residual_check_t
   use inference_fit_checks, only: check_fit
   use inference_decision, only: LEVEL, TESTS_FRACTION, VERDICT_ADEQUATE, VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
@@ -99,13 +99,13 @@ contains
     do s = 1, 25
       call ask(RATIO, 1.0_rp, 2000 + s, SCATTER, checks)
       associate (one => checks(size_at(checks)))
-        if (one%log_p < log(1.0e-6_rp) .and. size_at(checks) == loudest(checks)) seen = seen + 1
+        if (one%log_p < log(1.0e-6_rp) .and. size_at(checks) == most_significant(checks)) seen = seen + 1
         if (one%interval(1) < RATIO .and. RATIO < one%interval(2)) inside = inside + 1
       end associate
       call ask(1.25_rp, 1.0_rp, 3000 + s, SCATTER, checks)
       if (checks(size_at(checks))%log_p < log(0.01_rp)) alarms = alarms + 1
     end do
-    call test%check('tilts that are larger than declared are the loudest question', seen >= 24)
+    call test%check('tilts that are larger than declared are the most_significant question', seen >= 24)
     call test%check('and 90 % intervals hold their size', inside >= 18)
     call test%check('sd that are a little wrong are no alarm', alarms <= 2)
   end subroutine test_tilts
@@ -131,7 +131,7 @@ contains
     options%validates = .false.
     options%finds_intervals = .false.
     options%most_refits = 1
-    options%noise_freedom = SCATTER
+    options%noise_dof = SCATTER
     adequate = 0
     by_checks = 0
     do s = 1, 4
@@ -140,7 +140,7 @@ contains
       beam%tilt_sd = TILT_SD
       call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
       if (d%decision%verdict == VERDICT_ADEQUATE) adequate = adequate + 1
-      if (d%decision%is_by_checks .and. d%decision%verdict == VERDICT_UNKNOWN .and. &
+      if (d%decision%is_rejected_by_checks .and. d%decision%verdict == VERDICT_UNKNOWN .and. &
           d%decision%probability > 0.99_rp) by_checks = by_checks + 1
       call test%check('the global p is no larger than that of the checks', &
                       d%decision%log_p_global <= combined_log_p(d%checks) - log(1 - TESTS_FRACTION) + 1.0e-9_rp)

@@ -82,7 +82,7 @@ contains
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, d, failure)
     call t%check('there is a diagnosis',.not. failure%failed)
     ! Both are sums of squares about 700; the fit ends where steps gain less than 1e-5 of it.
-    call t%check_close('what the baseline leaves is what the design sees', sum(d%z**2)*d%scale + d%rest, &
+    call t%check_close('what the baseline leaves is what the design sees', sum(d%z**2)*d%scale + d%residual_square, &
                        d%baseline%cost(), atol=0.1_rp)
   end subroutine test_fickle_error
 

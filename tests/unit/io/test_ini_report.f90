@@ -4,7 +4,7 @@
 program test_ini_report
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   use io_config, only: config_t
   use io_registry, only: registry_t
   use test_ini_sample, only: register_sample, sample_text

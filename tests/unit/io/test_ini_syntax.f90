@@ -3,7 +3,7 @@
 program test_ini_syntax
   use base_errors, only: message_list_t
   use io_ini, only: ini_document_t
-  use io_shared_text, only: read_text_file
+  use io_broadcast_text, only: read_text_file
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10), TAB = achar(9), CR = achar(13)

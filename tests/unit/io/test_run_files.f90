@@ -7,7 +7,7 @@ program test_run_files
   use base_process, only: host_name, process_birth, process_id
   use base_text, only: number_text
   use base_text_file, only: write_text
-  use io_aside, only: find_results, put_aside
+  use io_earlier_results, only: find_results, move_earlier_file
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_identity, only: change_t, identity_t, list_changes
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN, LOCK_UNWRITABLE
@@ -94,9 +94,9 @@ contains
     call find_results(patterns, inputs, found)
     call t%check('files are found but for those that are read', found%count() == 1)
     if (found%count() == 1) call t%check('by their names', found%text(1) == 'aside_1.h5')
-    call put_aside('aside_1.h5', has_moved)
+    call move_earlier_file('aside_1.h5', has_moved)
     call t%check('one moves', has_moved .and. file_exists('aside_1.h5.earlier') .and. .not. file_exists('aside_1.h5'))
-    call put_aside('aside_1.h5', has_moved)
+    call move_earlier_file('aside_1.h5', has_moved)
     call t%check('once', .not. has_moved)
     call list_folder('no/such/folder', names)
     call t%check('a folder that is not there holds nothing', names%count() == 0)

@@ -8,7 +8,7 @@ program test_start_agreement
   use testkit, only: testkit_t
   use train_output, only: free_note, outcome_lines
   use train_settings, only: train_settings_t
-  use training_agreement, only: agreement_lines, END_LENGTH
+  use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_history, only: train_history_t
   use training_objective, only: candidate_costs_t
   use training_polish, only: interval_sentence, trained_t
@@ -196,14 +196,14 @@ contains
   end subroutine test_unfinished
 
   subroutine test_alone()
-    character(END_LENGTH), allocatable :: lines(:)
+    character(AGREEMENT_LENGTH), allocatable :: lines(:)
     lines = agreement_lines(NAMES, BEST, CHI2, SD, reshape([CHI2, BEST], [3, 1]))
     call t%check('about a single start nothing is said', size(lines) == 0)
   end subroutine test_alone
 
   !> Distances count in sd of each parameter: 0.4 and 0.45 of them are the same end.
   subroutine test_equal()
-    character(END_LENGTH), allocatable :: lines(:)
+    character(AGREEMENT_LENGTH), allocatable :: lines(:)
     lines = agreement_lines(NAMES, BEST, CHI2, SD, &
                       reshape([CHI2, BEST, CHI2 + 50, 23.04_rp, -9.0_rp, CHI2, 23.0_rp, -9.9_rp], [3, 3]))
     call t%check('equal ends are counted, and nothing else is said', size(lines) == 1 .and. &
@@ -212,7 +212,7 @@ contains
 
   !> The threshold of chi^2 is 2.7; 0.06 is 0.6 sd of the first parameter, 3 are 1.5 sd of the second.
   subroutine test_others()
-    character(END_LENGTH), allocatable :: lines(:)
+    character(AGREEMENT_LENGTH), allocatable :: lines(:)
     lines = agreement_lines(NAMES, BEST, CHI2, SD, &
                       reshape([CHI2, BEST, CHI2 + 2.6_rp, 23.06_rp, -12.0_rp, CHI2 + 2.8_rp, 23.06_rp, -9.0_rp, &
                                CHI2, BEST], [3, 4]))

@@ -20,7 +20,7 @@ program test_solid_effects
   use solid_params, only: default_params, solid_params_t
   use solid_plate, only: plate_energy
   use solid_tangent, only: assemble_tangent
-  use solid_twist, only: bow_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
+  use solid_twist, only: camber_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
   use solid_wing, only: wing_t
   use solid_wording, only: wording_t
   use testkit, only: testkit_t
@@ -97,7 +97,7 @@ contains
     params%joint(3) = -1
     call bare%init(wing, params, failure)
     n = 0
-    do i = params%count_usual() + 1, params%count()
+    do i = params%count_basic() + 1, params%count()
       p = params%describe(i)
       n = n + merge(1, 0, p%is_effect .and. abs(params%get(i) - p%null) <= 0 .and. p%prior_sd > 0 .and. &
                     p%lower <= p%null .and. p%upper > p%null)
@@ -292,7 +292,7 @@ contains
     do i = 3, 7
       if (twists(1)%x0(1, i) > 0) u(:, i) = [cos(ANGLE) - 1, 0.0_rp, sin(ANGLE)]
     end do
-    call bow_evaluate(twists(1), K, u, energy)
+    call camber_evaluate(twists(1), K, u, energy)
     call t%check_close('a bow pushes by the change of slope along the mean normal', energy, -K*sin(ANGLE), &
                        rtol=1.0e-13_rp)
   end subroutine test_torsion

@@ -199,7 +199,7 @@ contains
     do i = 1, model%params%count()
       p = model%params%describe(i)
       call t%check('parameter '//p%name//' is found by its name', model%params%find(p%name) == i)
-      if (i > model%params%count_usual()) cycle
+      if (i > model%params%count_basic()) cycle
       call model%stiffness_derivative(i, .false., dk)
       call model%gradient(u, g, dk)
       fd = 0*u

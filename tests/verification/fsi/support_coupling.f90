@@ -106,7 +106,7 @@ contains
                            self%wings)
     if (.not. self%is_thin) return
     call self%thin%init(world, self%wings, self%fluid, self%failure)
-    call self%thin%soften(self%params%model%points, self%params%units)
+    call self%thin%init_flexible(self%params%model%points, self%params%units)
   end subroutine flight_start
 
   !> Steps up to time `t_end` [T], or to the first failure. Collective.

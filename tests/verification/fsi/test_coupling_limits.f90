@@ -237,7 +237,7 @@ contains
     call history%extrapolate(0.1_rp, load, later)
     call t%check('the first step has nothing to extrapolate', all(abs(later - 5) <= 0))
     history%force = load
-    call history%keep(0.1_rp, later)
+    call history%record_step(0.1_rp, later)
     call history%extrapolate(0.3_rp, load + 2*0.1_rp, later)
     call t%check_below('a linear load over steps of different length', maxval(abs(later - (5 + 2*0.4_rp))), 1.0e-14_rp)
   end subroutine steps

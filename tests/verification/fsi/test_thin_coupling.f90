@@ -6,7 +6,7 @@ program test_thin_coupling
   use base_kinds, only: rp
   use fluid_requests, only: request_t
   use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
-  use fsi_wing_deformation, only: show_forces
+  use fsi_wing_deformation, only: rotate_forces_to_space
   use fsi_wing_frame, only: flapping_motion_t
   use solid_dynamics, only: dynamic_state_t, dynamics_t, step_report_t
   use support_coupling, only: flight_t, PERIOD
@@ -170,7 +170,7 @@ contains
         errors(1) = max(errors(1), maxval(abs((after - before)*f%fluid%transform%grid%volume()/f%fluid%dt + load%force)) &
                         /norm2(load%force))
         call f%wings%place(f%fluid%rhs%state%time, f%fluid%rhs%penalty, f%failure)
-        call show_forces(f%coupler%history%applied(:, :, 1), f%params%units, .false., f%wings%poses(1), on_points)
+        call rotate_forces_to_space(f%coupler%history%applied(:, :, 1), f%params%units, .false., f%wings%poses(1), on_points)
         errors(2) = max(errors(2), norm2(sum(on_points, 2) - load%force)/norm2(load%force))
         lost = lost + load%power
         received = received + f%thin%slip%received

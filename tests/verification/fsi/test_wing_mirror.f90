@@ -76,7 +76,7 @@ contains
   !> Each effect alone, at a strength that is usual for it.
   subroutine every_effect()
     type(solid_params_t) :: params
-    do i = plain%count_usual() + 1, plain%count()
+    do i = plain%count_basic() + 1, plain%count()
       effect = plain%describe(i)
       params = plain
       call params%set(i, strength())

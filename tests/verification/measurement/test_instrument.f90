@@ -269,7 +269,7 @@ contains
     character(*), intent(in) :: where
     integer, intent(in) :: l
     real(rp), intent(in) :: x(:)
-    real(rp), parameter :: ASIDE(2) = [2.5e-5_rp, -4.0e-5_rp]
+    real(rp), parameter :: EARLIER_SUFFIX(2) = [2.5e-5_rp, -4.0e-5_rp]
     type(evaluation_t) :: at, moved, shifted
     real(rp), allocatable :: u(:, :)
     real(rp) :: y(size(x))
@@ -279,11 +279,11 @@ contains
     call shifted%init(experiment, l, .false.)
     u = spread([0.0_rp, 0.0_rp, 0.0_rp], 2, experiment%model%n_all)
     call evaluate(experiment, work, x, l, .false., u, at)
-    call evaluate(experiment, work, x, l, .false., u, moved, ASIDE)
+    call evaluate(experiment, work, x, l, .false., u, moved, EARLIER_SUFFIX)
     y = x
     do i = 1, size(x)
       k = findloc(['load_shift_x', 'load_shift_y'], experiment_name(i), dim=1)
-      if (k > 0) y(i) = y(i) + ASIDE(k)
+      if (k > 0) y(i) = y(i) + EARLIER_SUFFIX(k)
     end do
     call evaluate(experiment, work, y, l, .false., u, shifted)
     call t%check('all shapes beside are found '//where, moved%is_feasible() .and. shifted%is_feasible())

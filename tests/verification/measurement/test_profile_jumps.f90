@@ -145,7 +145,7 @@ contains
     call problem%init(experiment)
     problem%is_cold = .true.
     unknowns = wing_unknowns(experiment, truth, 1.0_rp)
-    call stand_at_truth(problem, unknowns, .false., all_loads)
+    call evaluate_at_truth(problem, unknowns, .false., all_loads)
     along = all_loads%covariance(:, 1)/all_loads%covariance(1, 1)
     edge = truth
     truth = edge + along*all_loads%sd(1)/3
@@ -155,11 +155,11 @@ contains
     jump = norm2(deformations(JUMPING, edge + 0.03_rp*(truth - edge)) - &
                  deformations(JUMPING, edge - 0.03_rp*(truth - edge)))/SIGMA
     call t%check('the profile crosses the jump', jump > 2*sqrt(THRESHOLD_90))
-    call stand_at_truth(problem, unknowns, .true., others)
+    call evaluate_at_truth(problem, unknowns, .true., others)
     do i = 1, 2
       parameter = experiment%describe(i)
       name = trim(parameter%name)
-      call stand_at_truth(problem, unknowns, .false., all_loads)
+      call evaluate_at_truth(problem, unknowns, .false., all_loads)
       call profile_interval(problem, unknowns, truth, i, all_loads%sd(i), THRESHOLD_90, options, interval)
       call t%check(name//': the interval has two ends, none of them a jump', interval%is_complete .and. &
                    interval%has_lower .and. interval%has_upper .and. .not. any(interval%is_jump))
@@ -173,7 +173,7 @@ contains
                            2*sqrt(THRESHOLD_90)*others%sd(1), rtol=ACCURACY)
         call t%check('  it is wider for that', others%sd(1) > (1 + 2*ACCURACY)*all_loads%sd(1))
       end if
-      call stand_at_truth(problem, unknowns, is_without, others)
+      call evaluate_at_truth(problem, unknowns, is_without, others)
       problem%is_left_out(JUMPING) = is_without
       problem%is_cold = .false.
       call profile_interval(problem, unknowns, truth, i, others%sd(i), THRESHOLD_90, options, reference)
@@ -187,7 +187,7 @@ contains
 
   !> The solver stands at the truth, where nothing can be fitted better, and all loads count; the covariances are those
   !> with or without the load that jumps.
-  subroutine stand_at_truth(problem, unknowns, is_without, posterior)
+  subroutine evaluate_at_truth(problem, unknowns, is_without, posterior)
     type(wing_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     logical, intent(in) :: is_without
@@ -200,5 +200,5 @@ contains
     call fit(problem, unknowns, truth, options, report)
     posterior = find_posterior(unknowns, report)
     problem%is_left_out = .false.
-  end subroutine stand_at_truth
+  end subroutine evaluate_at_truth
 end program test_profile_jumps

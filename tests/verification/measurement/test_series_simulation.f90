@@ -158,7 +158,7 @@ contains
     call modal%free()
   end subroutine test_time_integration
 
-  !> A release in air seen through a filter, a tap in a vacuum seen as a velocity, a moving base; nothing was measured: values are 0.
+  !> Three records: a release in air behind a filter, the velocity after a tap in a vacuum, a moving base. All values are 0.
   subroutine measure()
     integer, parameter :: N = 25, EXCITATIONS(3) = [EXCITED_RELEASE, EXCITED_TAP, EXCITED_BASE]
     real(rp), parameter :: SIZES(3) = [1.0e-5_rp, 1.0e-8_rp, 1.0_rp]

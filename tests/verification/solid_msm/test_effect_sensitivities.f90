@@ -70,7 +70,7 @@ contains
     call model%init(wing, params, failure)
     call t%check('the wing is valid',.not. failure%failed)
     call work%init(model)
-    first = params%count_usual() + 1
+    first = params%count_basic() + 1
     allocate (u(3, model%n_all), difference(3, model%n_all), d(3, model%n_all, first:params%count()), source=0.0_rp)
     do l = 1, N_LOADS
       call load_at(model, PLACES(l), FORCES(l), load)

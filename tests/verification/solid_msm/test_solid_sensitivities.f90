@@ -39,7 +39,7 @@ program test_solid_sensitivities
   call model%init(wing, params, failure)
   call t%check('the wing is valid',.not. failure%failed)
   call t%check('it has the ten joints of the paper', size(wing%joints) == 10)
-  n_parameters = model%params%count_usual() ! effects: test_effect_sensitivities
+  n_parameters = model%params%count_basic() ! effects: test_effect_sensitivities
   call work%init(model)
   allocate (u(3, model%n_all), d(3, model%n_all, n_parameters), source=0.0_rp)
   do l = 1, N_LOADS

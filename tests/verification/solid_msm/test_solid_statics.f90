@@ -92,7 +92,7 @@ contains
     call make_model(cross_springs, model)
     call work%init(model)
     allocate (u(3, model%n_all), fine(3, model%n_all), warm(3, model%n_all), source=0.0_rp)
-    n = model%params%count_usual()
+    n = model%params%count_basic()
     plate = model%params%find('D')
     thickness = model%params%find('thickness')
     factors = [(exp(0.1_rp*sin(7.3_rp*p**2)), p=1, n)]
@@ -176,13 +176,13 @@ contains
     call make_model(.true., model)
     call work%init(model)
     options%tolerance = 3.0e-9_rp
-    allocate (u(3, model%n_all), fd(3, model%n_all), d(3, model%n_all, model%params%count_usual()), source=0.0_rp)
+    allocate (u(3, model%n_all), fd(3, model%n_all), d(3, model%n_all, model%params%count_basic()), source=0.0_rp)
     do i = 1, size(PLACES, 2)
       call make_load(model, i, 0.5e-3_rp, load)
       call solve_static(work, model, load, .false., options, u, report)
-      call shape_sensitivities(work, model, u, [(p, p=1, model%params%count_usual())], d)
+      call shape_sensitivities(work, model, u, [(p, p=1, model%params%count_basic())], d)
       scale = maxval(abs(d(:, :, model%params%find('E'))))
-      do p = 1, model%params%count_usual()
+      do p = 1, model%params%count_basic()
         parameter = model%params%describe(p)
         value = model%params%get(p)
         unit = 1 ! of a step that matters
@@ -204,7 +204,7 @@ contains
                            max(maxval(abs(d(:, :, p))), 1.0e-3_rp*scale), 1.0e-6_rp)
       end do
     end do
-    values = singular_values(reshape(d, [3*model%n_all, model%params%count_usual()]))
+    values = singular_values(reshape(d, [3*model%n_all, model%params%count_basic()]))
     call t%check_close('singular values keep the Frobenius norm', norm2(values), norm2(d), rtol=1.0e-12_rp)
     call t%check_below('thickness and D are one parameter', values(size(values))/values(1), 1.0e-9_rp)
     call work%free()

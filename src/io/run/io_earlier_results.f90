@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Results of an earlier run that are in the way: they are moved, never removed.
-module io_aside
+module io_earlier_results
   use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists, folder_of, join_path, make_folder, name_of, real_path, rename_file
   use base_listing, only: list_folder, matches_name
   use base_text, only: number_text
   implicit none
   private
-  public :: find_results, move_to_folder, put_aside
+  public :: find_results, move_to_folder, move_earlier_file
 
-  character(*), parameter, public :: ASIDE = '.earlier' !< what is added to the name of a file
+  character(*), parameter, public :: EARLIER_SUFFIX = '.earlier' !< what is added to the name of a file
 
 contains
 
@@ -67,11 +67,11 @@ contains
     end do
   end subroutine move_to_folder
 
-  !> Renames the file `path`, if there is one, to its name with ASIDE; `has_moved` tells. One of that name is replaced.
-  subroutine put_aside(path, has_moved)
+  !> Renames the file `path`, if there is one, to its name with EARLIER_SUFFIX; `has_moved` tells. One of that name is replaced.
+  subroutine move_earlier_file(path, has_moved)
     character(*), intent(in) :: path
     logical, intent(out) :: has_moved
     has_moved = file_exists(path)
-    if (has_moved) call rename_file(path, path//ASIDE, has_moved)
-  end subroutine put_aside
-end module io_aside
+    if (has_moved) call rename_file(path, path//EARLIER_SUFFIX, has_moved)
+  end subroutine move_earlier_file
+end module io_earlier_results

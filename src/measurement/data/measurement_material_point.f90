@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Finds a place (x, y) on the unloaded wing: the triangle that holds it or, without triangles, the nearest point.
-module measurement_place
+module measurement_material_point
   use base_kinds, only: rp
   implicit none
   private
@@ -66,4 +66,4 @@ contains
     real(rp), intent(in) :: a(2), b(2), c(2)
     area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
   end function twice_area
-end module measurement_place
+end module measurement_material_point

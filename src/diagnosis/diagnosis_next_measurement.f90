@@ -7,48 +7,48 @@
 !> cause, at the strength that its score has, is its separation from this rival: the square root of a sum of squares, to which
 !> a load that is repeated adds its share once more, and a load at a new place what it says about all of them. A load is as
 !> good as it separates the rival that is then the nearest. Tangents are those at the baseline.
-module diagnosis_next
+module diagnosis_next_measurement
   use base_kinds, only: rp
   use base_sort, only: key_of_real, sorting_order
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, shared_columns, trial_t
+  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, trial_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_engine, only: diagnosis_t
   implicit none
   private
-  public :: next_t, rank_loads
+  public :: next_measurement_t, rank_loads
 
   integer, parameter :: MOST_SITES = 10
 
   !> The ranking; empty without a cause and rivals.
-  type :: next_t
+  type :: next_measurement_t
     integer :: cause = 0                     !< the candidate
     integer, allocatable :: rivals(:)        !< candidates, the nearest first
     real(rp), allocatable :: now(:)          !< sd between the cause and each of these
     real(rp), allocatable :: after(:)        !< (loads) sd to the nearest with this load once more
     integer, allocatable :: order(:)         !< loads, the best first
     type(new_load_t), allocatable :: sites(:)  !< loads at new places, the best first
-  end type next_t
+  end type next_measurement_t
 
   type :: site_list_t
     integer, allocatable :: list(:)
   end type site_list_t
 
   !> What normal matrices say about a cause and its rivals.
-  type :: duel_t
+  type :: discrimination_t
     integer, allocatable :: columns(:)       !< parameters of the baseline, what all loads share, of the cause, of rivals
-    integer :: n_shared = 0, n_cause = 0
+    integer :: n_common = 0, n_cause = 0
     type(site_list_t), allocatable :: sites(:) !< of each rival in `columns`, without what it shares with the cause
     real(rp), allocatable :: strength(:)     !< of the cause
     real(rp), allocatable :: normal(:, :)    !< of the loads that have been applied
     real(rp), allocatable :: white(:, :)     !< (observations, columns) their whitened tangents
     real(rp), allocatable :: now(:)          !< separation from each rival
   contains
-    procedure :: init => duel_init
-    procedure :: block => duel_block
-    procedure :: needed => duel_needed
-    procedure :: separation => duel_separation
-  end type duel_t
+    procedure :: init => discrimination_init
+    procedure :: block => discrimination_block
+    procedure :: needed => discrimination_needed
+    procedure :: separation => discrimination_separation
+  end type discrimination_t
 
 contains
 
@@ -57,8 +57,8 @@ contains
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
-    type(next_t), intent(out) :: next
-    type(duel_t) :: duel
+    type(next_measurement_t), intent(out) :: next
+    type(discrimination_t) :: discrimination
     integer, allocatable :: order(:), rows(:)
     integer :: c, l
     logical :: ok
@@ -68,45 +68,45 @@ contains
     associate (candidates => d%design%candidates)
       next%rivals = pack([(c, c=1, size(candidates))], candidates%effect /= candidates(next%cause)%effect)
     end associate
-    call duel%init(s, simulator, d, next, ok)
+    call discrimination%init(s, simulator, d, next, ok)
     if (.not. ok) next%rivals = [integer ::]
     if (size(next%rivals) == 0) return
     do l = 1, size(simulator%labels%fold)
       rows = pack([(c, c=1, simulator%n_observations)], simulator%labels%surface == l)
-      associate (white => duel%white(rows, :))
-        next%after = [next%after, duel%separation([(c, c=1, size(next%rivals))], matmul(transpose(white), white))]
+      associate (white => discrimination%white(rows, :))
+        next%after = [next%after, discrimination%separation([(c, c=1, size(next%rivals))], matmul(transpose(white), white))]
       end associate
     end do
     next%order = sorting_order(key_of_real(-next%after))
-    call rank_sites(s, simulator, d, duel, next)
-    order = sorting_order(key_of_real(duel%now))
+    call rank_sites(s, simulator, d, discrimination, next)
+    order = sorting_order(key_of_real(discrimination%now))
     next%rivals = next%rivals(order)
-    next%now = duel%now(order)
+    next%now = discrimination%now(order)
   end subroutine rank_loads
 
   !> Rivals at all of their places are hundreds: all loads are tried against each effect where it comes nearest now, which
   !> is an upper bound, and those with the largest bounds against all, until none that is left can be better or
   !> 3 MOST_SITES have been tried.
-  subroutine rank_sites(s, simulator, d, duel, next)
+  subroutine rank_sites(s, simulator, d, discrimination, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
     type(diagnosis_t), intent(in) :: d
-    type(duel_t), intent(in) :: duel
-    type(next_t), intent(inout) :: next
+    type(discrimination_t), intent(in) :: discrimination
+    type(next_measurement_t), intent(inout) :: next
     type(trial_t) :: trial
     type(new_load_t) :: one
     integer, allocatable :: few(:), numbers(:), order(:)
     real(rp), allocatable :: bounds(:)
     integer :: l, i, tried
     logical :: ok
-    few = nearest_of_each(d%design%candidates(next%rivals)%effect, duel%now)
+    few = nearest_of_each(d%design%candidates(next%rivals)%effect, discrimination%now)
     allocate (numbers(0), bounds(0))
     call trial%begin(s, d%baseline%q)
     do l = 1, trial%n
-      call trial%apply(simulator, l, duel%columns(duel%needed(few)), one, ok)
+      call trial%apply(simulator, l, discrimination%columns(discrimination%needed(few)), one, ok)
       if (.not. ok) cycle
       numbers = [numbers, l]
-      bounds = [bounds, duel%separation(few, one%normal)]
+      bounds = [bounds, discrimination%separation(few, one%normal)]
     end do
     order = sorting_order(key_of_real(-bounds))
     tried = 0
@@ -114,10 +114,10 @@ contains
       if (tried >= MOST_SITES) then
         if (maxval(next%sites%after) >= bounds(order(i)) .or. tried >= 3*MOST_SITES) exit
       end if
-      call trial%apply(simulator, numbers(order(i)), duel%columns, one, ok)
+      call trial%apply(simulator, numbers(order(i)), discrimination%columns, one, ok)
       tried = tried + 1
       if (.not. ok) cycle
-      one%after = duel%separation([(l, l=1, size(next%rivals))], one%normal)
+      one%after = discrimination%separation([(l, l=1, size(next%rivals))], one%normal)
       next%sites = [next%sites, one]
     end do
     call trial%end()
@@ -136,20 +136,20 @@ contains
   end function nearest_of_each
 
   !> All rivals against the cause, with the loads that have been applied.
-  subroutine duel_init(self, s, simulator, d, next, ok)
-    class(duel_t), intent(inout) :: self
+  subroutine discrimination_init(self, s, simulator, d, next, ok)
+    class(discrimination_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
-    type(next_t), intent(in) :: next
+    type(next_measurement_t), intent(in) :: next
     logical, intent(out) :: ok
     integer, allocatable :: shared(:)
-    real(rp), allocatable :: shared_sd(:)
+    real(rp), allocatable :: common_sd(:)
     integer :: r, i
-    call shared_columns(s, shared, shared_sd)
+    call common_columns(s, shared, common_sd)
     associate (candidates => d%design%candidates, cause => d%design%candidates(next%cause)%columns)
       self%columns = [d%baseline%active, shared, cause]
-      self%n_shared = size(d%baseline%active) + size(shared)
+      self%n_common = size(d%baseline%active) + size(shared)
       self%n_cause = size(cause)
       allocate (self%sites(size(next%rivals)), self%now(size(next%rivals)))
       do r = 1, size(next%rivals)
@@ -157,34 +157,34 @@ contains
         associate (parameters => candidates(next%rivals(r))%columns)
           do i = 1, size(parameters)
             if (any(cause == parameters(i))) cycle
-            if (all(self%columns(self%n_shared + 1:) /= parameters(i))) self%columns = [self%columns, parameters(i)]
+            if (all(self%columns(self%n_common + 1:) /= parameters(i))) self%columns = [self%columns, parameters(i)]
             self%sites(r)%list = [self%sites(r)%list, &
-                                  self%n_shared + findloc(self%columns(self%n_shared + 1:), parameters(i), 1)]
+                                  self%n_common + findloc(self%columns(self%n_common + 1:), parameters(i), 1)]
           end do
         end associate
       end do
       self%strength = -matmul(candidates(next%cause)%solve, matmul(d%z, candidates(next%cause)%basis))
     end associate
     allocate (self%normal(size(self%columns), size(self%columns)))
-    call normal_matrix(simulator, d%baseline%q, self%columns, shared_sd, self%normal, ok, self%white)
+    call normal_matrix(simulator, d%baseline%q, self%columns, common_sd, self%normal, ok, self%white)
     if (.not. ok) return
     do r = 1, size(next%rivals)
       self%now(r) = separation(self%normal(self%block(r), self%block(r)), self%strength)
     end do
-  end subroutine duel_init
+  end subroutine discrimination_init
 
   !> Places in `columns` of what is fitted beside the cause where rival r is in its stead, then those of the cause.
-  pure function duel_block(self, r) result(block)
-    class(duel_t), intent(in) :: self
+  pure function discrimination_block(self, r) result(block)
+    class(discrimination_t), intent(in) :: self
     integer, intent(in) :: r
     integer, allocatable :: block(:)
     integer :: i
-    block = [[(i, i=1, self%n_shared)], self%sites(r)%list, [(i, i=self%n_shared + 1, self%n_shared + self%n_cause)]]
-  end function duel_block
+    block = [[(i, i=1, self%n_common)], self%sites(r)%list, [(i, i=self%n_common + 1, self%n_common + self%n_cause)]]
+  end function discrimination_block
 
   !> Places in `columns` that these rivals need.
-  pure function duel_needed(self, rivals) result(needed)
-    class(duel_t), intent(in) :: self
+  pure function discrimination_needed(self, rivals) result(needed)
+    class(discrimination_t), intent(in) :: self
     integer, intent(in) :: rivals(:)
     integer, allocatable :: needed(:)
     logical :: is_needed(size(self%columns))
@@ -194,12 +194,12 @@ contains
       is_needed(self%block(rivals(r))) = .true.
     end do
     needed = pack([(r, r=1, size(is_needed))], is_needed)
-  end function duel_needed
+  end function discrimination_needed
 
   !> Least separation of these rivals with a further load, of which `normal` is the normal matrix of the columns that they
   !> need.
-  real(rp) function duel_separation(self, rivals, normal) result(least)
-    class(duel_t), intent(in) :: self
+  real(rp) function discrimination_separation(self, rivals, normal) result(least)
+    class(discrimination_t), intent(in) :: self
     integer, intent(in) :: rivals(:)
     real(rp), intent(in) :: normal(:, :)
     integer :: place(size(self%columns)), i, r
@@ -212,5 +212,5 @@ contains
         least = min(least, separation(self%normal(block, block) + normal(place(block), place(block)), self%strength))
       end associate
     end do
-  end function duel_separation
-end module diagnosis_next
+  end function discrimination_separation
+end module diagnosis_next_measurement

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Files that a parameter file names: found here or beside it, read by root, the same on all ranks.
-program test_shared_text
-  use io_shared_text, only: named_path, read_named_text, read_shared_text
+program test_broadcast_text
+  use io_broadcast_text, only: named_path, read_named_text, read_broadcast_text
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = new_line('a')
@@ -18,13 +18,13 @@ program test_shared_text
     call write_file(folder//'/beside.txt', 'beside')
   end if
   call t%world%barrier()
-  call read_shared_text('here.txt', text, problem, t%world)
+  call read_broadcast_text('here.txt', text, problem, t%world)
   call t%check('a file is read',.not. allocated(problem) .and. same(text, 'here'//NL))
-  call read_shared_text('nowhere.txt', text, problem, t%world)
+  call read_broadcast_text('nowhere.txt', text, problem, t%world)
   call t%check('a missing file is a problem on all ranks, with empty text', allocated(problem) .and. same(text, ''))
   if (allocated(problem)) call t%check('which names it', index(problem, 'nowhere.txt') > 0)
   text = 'here'//NL
-  if (t%world%is_root) call read_shared_text('here.txt', text, problem)
+  if (t%world%is_root) call read_broadcast_text('here.txt', text, problem)
   call t%check('without a world one rank reads alone', same(text, 'here'//NL))
 
   call named('beside.txt', folder//'/run.ini', folder//'/beside.txt', 'beside')
@@ -71,4 +71,4 @@ contains
     call get_command_argument(1, argument)
     folder = trim(argument)
   end subroutine get_folder
-end program test_shared_text
+end program test_broadcast_text

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Small text files that every rank needs, read from the disk once.
-module io_shared_text
+module io_broadcast_text
   use, intrinsic :: iso_fortran_env, only: int64
   use base_checksum, only: checksum_add, checksum_text
   use base_errors, only: message_list_t
@@ -10,7 +10,7 @@ module io_shared_text
   use parallel_world, only: world_t
   implicit none
   private
-  public :: read_text_file, read_shared_text, read_named_text, named_path, add_named_files, content_note
+  public :: read_text_file, read_broadcast_text, read_named_text, named_path, add_named_files, content_note
 
   integer(int64), parameter :: MAX_BYTES = 64*1024_int64**2
 
@@ -47,7 +47,7 @@ contains
 
   !> The content of the file at `path`. With `world` root reads it and all ranks get it; collective then. If
   !> it cannot be read, `problem` says why on all ranks, and `text` is empty.
-  subroutine read_shared_text(path, text, problem, world)
+  subroutine read_broadcast_text(path, text, problem, world)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: text, problem
     type(world_t), intent(in), optional :: world
@@ -68,9 +68,9 @@ contains
     end if
     if (allocated(problem)) deallocate (problem)
     if (found /= '') problem = found
-  end subroutine read_shared_text
+  end subroutine read_broadcast_text
 
-  !> `read_shared_text` of a file that the parameter file `ini` names: looked for here, then beside `ini`.
+  !> `read_broadcast_text` of a file that the parameter file `ini` names: looked for here, then beside `ini`.
   !> `path` is the name under which it was found.
   subroutine read_named_text(name, ini, path, text, problem, world)
     character(*), intent(in) :: name, ini
@@ -81,7 +81,7 @@ contains
       text = ''
       problem = quoted(name)//' does not exist, neither here nor beside '//ini
     else
-      call read_shared_text(path, text, problem, world)
+      call read_broadcast_text(path, text, problem, world)
     end if
   end subroutine read_named_text
 
@@ -144,4 +144,4 @@ contains
     write (digits, '(z16.16)') total
     note = ' {content '//digits//'}'
   end function content_note
-end module io_shared_text
+end module io_broadcast_text

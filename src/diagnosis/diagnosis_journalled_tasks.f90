@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What a farm has answered, kept in a journal: a diagnosis that was killed and starts again asks the same questions in the
 !> same order, gets the same answers, and is soon where it was. This is all that it needs, as ranks remember nothing.
-module diagnosis_answers
+module diagnosis_journalled_tasks
   use base_checksum, only: checksum_add, checksum_reals
   use base_kinds, only: i8, rp
   use diagnosis_wing_task, only: wing_runner_t
@@ -9,13 +9,13 @@ module diagnosis_answers
   use parallel_farm, only: farm_t
   implicit none
   private
-  public :: ask_farm
+  public :: run_journalled_tasks
 
 contains
 
   !> One batch of tasks inputs(:, n) about wings in these `shapes`: results(:, n), 0 unless all tasks have one (`is_valid`).
   !> Without a journal the farm does them all. On rank 0; the others serve.
-  subroutine ask_farm(farm, runner, journal, shapes, inputs, results, is_valid)
+  subroutine run_journalled_tasks(farm, runner, journal, shapes, inputs, results, is_valid)
     type(farm_t), intent(inout) :: farm
     type(wing_runner_t), intent(inout) :: runner
     type(journal_t), pointer, intent(in) :: journal
@@ -41,5 +41,5 @@ contains
     is_valid = all(statuses == 0)
     if (.not. is_valid) results = 0
     if (associated(journal)) call journal%record(key, results, is_valid)
-  end subroutine ask_farm
-end module diagnosis_answers
+  end subroutine run_journalled_tasks
+end module diagnosis_journalled_tasks

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What places, forces, masses and joints make of the modes of a wing: products with their shapes(3, n_all, modes).
-module measurement_series_looks
+module measurement_series_projections
   use base_kinds, only: rp
-  use measurement_place, only: material_point_t
+  use measurement_material_point, only: material_point_t
   use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
   use solid_stiffness, only: stiffness_t
@@ -10,7 +10,7 @@ module measurement_series_looks
   use solid_tangent, only: assemble_tangent
   implicit none
   private
-  public :: along, apply_joints, inertia_along, no_matrix, products
+  public :: displacement_along, apply_joints, inertia_along, no_matrix, products
 
 contains
 
@@ -50,7 +50,7 @@ contains
   end function products
 
   !> Displacements of a place along an axis.
-  pure function along(place, axis, shapes) result(values)
+  pure function displacement_along(place, axis, shapes) result(values)
     type(material_point_t), intent(in) :: place
     real(rp), intent(in) :: axis(3), shapes(:, :, :)
     real(rp) :: values(size(shapes, 3))
@@ -59,7 +59,7 @@ contains
     do c = 1, 3
       values = values + place%weight(c)*matmul(axis, shapes(:, place%corner(c), :))
     end do
-  end function along
+  end function displacement_along
 
   !> Products of the masses(3, n_all) that move along a direction.
   pure function inertia_along(mass, direction, shapes) result(values)
@@ -74,4 +74,4 @@ contains
     real(rp), allocatable :: matrix(:, :)
     allocate (matrix(0, 0))
   end function no_matrix
-end module measurement_series_looks
+end module measurement_series_projections
