@@ -79,7 +79,8 @@ contains
     call refit_top_candidates(simulator, options, d)
     call d%restore_baseline(simulator)
     if (options%validates) &
-      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, d%prediction%baseline)
+      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, &
+                    d%prediction%baseline)
     call relinearise(simulator, options, d, is_new, model_error)
     if (is_new) then
       call test_hypotheses(simulator, options, is_scale_known, d, failure)
