@@ -4,9 +4,11 @@ module flusi_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
   use flusi_memory, only: memory_t, estimate_memory
+  use flusi_opening, only: opening_t
   use flusi_plans, only: expected_steps
   use flusi_report, only: print_scales
   use flusi_output_params, only: output_params_t
+  use flusi_series, only: run_series_t
   use flusi_settings, only: settings_t
   use parallel_world, only: world_t
   implicit none
@@ -77,20 +79,9 @@ contains
       if (o%averages%is_on .and. o%averages%kinetic_energy) call add('ekinavg', 1)
       if (o%averages%is_on .and. o%averages%enstrophy) call add('zavg', 1)
       write (unit, '(a)') 'files that would be written'
-      write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
-      if (o%spectra) write (unit, '(a)') '            spectrum_tot.t spectrum_x.t spectrum_y.t spectrum_z.t spectrum_k.t'
-      if (p%solids%is_on) write (unit, '(a)') '            mask_volume.t u_residual.t'
-      if ((p%solids%is_on .or. p%solids%is_moving) .and. p%solids%compute_forces) write (unit, '(a)') &
-        '            forces.t forces_part*.t'
-      if (p%solids%is_moving .and. settings%flight%thin%is_thin) write (unit, '(a)') '            slip.t'
-      if (p%solids%is_moving) then
-        write (unit, '(a)') '            kinematics.t aero_power.t'//of_sides(settings, 'wing', '.t')
-        if (settings%flexible) write (unit, '(a)') '           '//of_sides(settings, 'bending', '.t')// &
-          of_sides(settings, 'coupling', '.t')
-        if (settings%flight%flyer%is_free) write (unit, '(a)') '            rigidsolidsolver.t free_flight.t'
-        write (unit, '(a)') '  at the end summary.txt'
-        write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing', '')
-      end if
+      call print_series(unit, settings)
+      if (p%solids%is_moving) write (unit, '(a)') '  at the end summary.txt'
+      if (p%solids%is_moving) write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing')
       if (n > 0) then
         ! One save at the start, one at the end, and one at each multiple between.
         times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%fields%first, 0.0_rp))/o%fields%interval - 1.0e-9_rp)) + 1
@@ -113,15 +104,37 @@ contains
     end subroutine add
   end subroutine print_files
 
-  !> The names of such files of all wings, each after a blank.
-  function of_sides(settings, name, ending) result(names)
+  !> The names of all series, as many in a line as there is room for.
+  subroutine print_series(unit, settings)
+    integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
-    character(*), intent(in) :: name, ending
+    integer, parameter :: WIDTH = 80
+    type(opening_t) :: opening
+    type(run_series_t) :: series
+    character(:), allocatable :: line
+    integer :: i
+    opening%is_listing = .true.
+    call series%open(opening, settings)
+    line = '  series   '
+    do i = 1, opening%series%count()
+      if (len(line) + 1 + len(opening%series%text(i)) > WIDTH) then
+        write (unit, '(a)') line
+        line = repeat(' ', 11)
+      end if
+      line = line//' '//opening%series%text(i)
+    end do
+    write (unit, '(a)') line
+  end subroutine print_series
+
+  !> The names of such files of all wings, each after a blank.
+  function of_sides(settings, name) result(names)
+    type(settings_t), intent(in) :: settings
+    character(*), intent(in) :: name
     character(:), allocatable :: names
     integer :: i
     names = ''
     do i = 1, size(settings%flight%wings)
-      names = names//' '//name//'_'//trim(settings%flight%wings(i)%side)//ending
+      names = names//' '//name//'_'//trim(settings%flight%wings(i)%side)
     end do
   end function of_sides
 end module flusi_dry_run
