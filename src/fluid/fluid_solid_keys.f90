@@ -22,6 +22,7 @@ module fluid_solid_keys
     real(rp) :: dt_fraction = 1           !< of the largest step of the explicit penalization that solids which react allow
     real(rp) :: us_fixed(3) = 0, omega = 0
     real(rp) :: centre(3) = 0, size = 0, alpha = 0, r1 = 1, r2 = 1
+    logical :: has_centre(3) = .false.    !< the user says where
     logical :: compute_forces = .true., periodic_torque = .false.
     logical :: unsteady_corrections = .false., has_corrections = .false. !< the latter: the user says which
   contains
@@ -48,22 +49,20 @@ contains
     real(rp), intent(inout) :: length(3)
     type(solids_t), intent(inout) :: s
     real(rp), parameter :: BOX = 6.283185307179586_rp
-    logical :: given(3)
-    given = .false.
     call keys%section('Geometry', 'the periodic box and the generic body')
     call keys%real('xl', length(1), BOX, 'length of the box in x', unit='L', above=0.0_rp)
     call keys%real('yl', length(2), BOX, 'length of the box in y', unit='L', above=0.0_rp)
     call keys%real('zl', length(3), BOX, 'length of the box in z', unit='L', above=0.0_rp)
-    call keys%length('x0', s%centre(1), 'xl/2', 'centre of body or vortex, x', unit='L', given=given(1))
-    call keys%length('y0', s%centre(2), 'yl/2', 'centre of body or vortex, y', unit='L', given=given(2))
-    call keys%length('z0', s%centre(3), 'zl/2', 'centre of body or vortex, z', unit='L', given=given(3))
+    call keys%length('x0', s%centre(1), 'xl/2', 'centre of body or vortex, x', unit='L', given=s%has_centre(1))
+    call keys%length('y0', s%centre(2), 'yl/2', 'centre of body or vortex, y', unit='L', given=s%has_centre(2))
+    call keys%length('z0', s%centre(3), 'zl/2', 'centre of body or vortex, z', unit='L', given=s%has_centre(3))
     call keys%length('Size', s%size, '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                      unit='L', min=0.0_rp)
     call keys%real('alpha', s%alpha, 0.0_rp, 'turning of the plate about the z axis', unit='degree')
     call keys%real('r1', s%r1, 1.0_rp, 'inner radius of the couette body', unit='L', above=0.0_rp)
     call keys%real('r2', s%r2, 1.0681415_rp, 'outer radius of the couette body', unit='L', above=0.0_rp)
     call keys%inert('r3', 'used by a FLUSI body that does not exist here')
-    where (.not. given) s%centre = length/2
+    where (.not. s%has_centre) s%centre = length/2
   end subroutine geometry_keys
 
   !> [Penalization].

@@ -7,8 +7,9 @@ module flusi_dry_run
   use flusi_opening, only: opening_t
   use flusi_plans, only: expected_steps
   use flusi_report, only: print_scales
+  use flusi_output_params, only: output_params_t
   use flusi_series, only: run_series_t
-  use flusi_settings, only: settings_t, output_params_t
+  use flusi_settings, only: settings_t
   use parallel_world, only: world_t
   implicit none
   private
@@ -36,7 +37,8 @@ contains
       end do
       call expected_steps(settings, dt, speed, steps)
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
-  if (p%time%t_max < 1.0e8_rp .or. p%time%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
+      if (p%time%t_max < 1.0e8_rp .or. p%time%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', &
+        ceiling(min(steps, 2.0e9_rp))
       call print_files(unit, settings, min(p%time%t_max, p%time%nt*dt))
     end associate
     flush (output_unit)
@@ -66,13 +68,13 @@ contains
     associate (o => settings%output, p => settings%fluid)
       prefixes = ''
       n = 0
-      if (o%velocity) call add('ux uy uz', 3)
-      if (o%vorticity) call add('vorx vory vorz', 3)
-      if (o%vorticity_magnitude) call add('vorabs', 1)
-      if (o%q_criterion) call add('Q', 1)
-      if (o%pressure) call add('p', 1)
-      if (o%mask) call add('mask', 1)
-      if (o%solid_velocity) call add('usx usy usz', 3)
+      if (o%fields%velocity) call add('ux uy uz', 3)
+      if (o%fields%vorticity) call add('vorx vory vorz', 3)
+      if (o%fields%vorticity_magnitude) call add('vorabs', 1)
+      if (o%fields%q_criterion) call add('Q', 1)
+      if (o%fields%pressure) call add('p', 1)
+      if (o%fields%mask) call add('mask', 1)
+      if (o%fields%solid_velocity) call add('usx usy usz', 3)
       if (o%averages%is_on .and. o%averages%velocity) call add('uavgx uavgy uavgz', 3)
       if (o%averages%is_on .and. o%averages%kinetic_energy) call add('ekinavg', 1)
       if (o%averages%is_on .and. o%averages%enstrophy) call add('zavg', 1)
@@ -82,13 +84,13 @@ contains
       if (p%solids%is_moving) write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing')
       if (n > 0) then
         ! One save at the start, one at the end, and one at each multiple between.
-        times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1
-        bytes = n*times*product(real(p%grid%n, rp)/o%stride)*merge(4, 8, o%single_precision)
-       write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
+        times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%fields%first, 0.0_rp))/o%fields%interval - 1.0e-9_rp)) + 1
+        bytes = n*times*product(real(p%grid%n, rp)/o%fields%stride)*merge(4, 8, o%fields%single_precision)
+        write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
           bytes/1.0e9_rp, ' GB, and one .xmf index'
       end if
-      if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'//trim(merge(' slice_times.t', '              ', &
-                                                                                     o%stack > 1))
+      if (o%slices%is_on) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'// &
+        trim(merge(' slice_times.t', '              ', o%slices%stack > 1))
       if (o%backup) write (unit, '(a)') '  backups   runtime_backup0.h5 runtime_backup1.h5'
     end associate
 

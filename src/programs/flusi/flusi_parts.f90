@@ -75,7 +75,7 @@ contains
     if (settings%flight%flyer%is_free) call begin_flight(world, self%wings, self%fluid, failure, self%coupler)
     associate (o => settings%output)
       if (settings%fluid%time%intelligent_dt) self%fluid%rhs%intervals = &
-        [o%t_save, o%t_integral, merge(o%t_slice, 0.0_rp, o%slices), 0.0_rp]
+        [o%fields%interval, o%t_integral, merge(o%slices%interval, 0.0_rp, o%slices%is_on), 0.0_rp]
     end associate
   end subroutine parts_settle_in
 end module flusi_parts

@@ -383,8 +383,8 @@ contains
     if (writing%failed) then
       self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
     else
-   self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before '// &
-                            'this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
+      self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before this '// &
+                            'step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
     end if
   end subroutine back_up_failed
 

@@ -12,7 +12,7 @@ module flusi_output
   use flusi_averages, only: averages_t, MOST_AVERAGES
   use flusi_flight_output, only: flight_output_t
   use flusi_opening, only: opening_t
-  use flusi_settings, only: output_params_t
+  use flusi_output_params, only: output_params_t
   use flusi_slices, only: slices_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
@@ -67,11 +67,11 @@ contains
     self%note = opening%note
     self%saves_wings = present(wings)
     if (present(wings)) call self%wings%init(opening, wings)
-    if (present(wings) .and. params%wing_sides) call self%sides%init(opening%world, fluid, wings)
+    if (present(wings) .and. params%fields%wing_sides) call self%sides%init(opening%world, fluid, wings)
     if (params%needs_scratch()) call allocate_fields(self%scratch, fluid%transform%block, 1, 'a field to be written')
-    if (params%slices .and. params%stack > 1) then
+    if (params%slices%is_on .and. params%slices%stack > 1) then
       allocate (self%stack)
-      call self%stack%init(opening, fluid%transform%block, params%slice, params%stack)
+      call self%stack%init(opening, fluid%transform%block, params%slices%plane, params%slices%stack)
     end if
     if (.not. allocated(self%scratch)) return
     call self%index%open(opening%world, opening%name//'.xmf', opening%failure, opening%restart_time)
@@ -88,18 +88,18 @@ contains
     associate (p => self%params, t => fluid%rhs%state%time, dt => fluid%rhs%state%dt_old, &
                step => fluid%rhs%state%step)
       self%last = is_last
-      self%fields_due = (is_due(t, dt, p%t_save) .or. is_last) .and. t >= p%t_save_first .and. &
+      self%fields_due = (is_due(t, dt, p%fields%interval) .or. is_last) .and. t >= p%fields%first .and. &
                         (allocated(self%scratch) .or. self%saves_wings)
-      self%slices_due = p%slices .and. t >= p%t_slice_first .and. &
-                        (is_due(t, dt, p%t_slice) .or. mod(step, p%it_slice) == 0)
+      self%slices_due = p%slices%is_on .and. t >= p%slices%first .and. &
+                        (is_due(t, dt, p%slices%interval) .or. mod(step, p%slices%every) == 0)
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
       request%integrals = self%integrals_due
       request%fields = self%slices_due
       request%flow = self%fields_due .and. p%needs_flow()
       if (present(averages)) request%fields = request%fields .or. averages%wants(t)
-      request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
+      request%pressure = self%fields_due .and. (p%fields%pressure .or. p%fields%wing_sides)
     end associate
-    if (self%fields_due .and. self%params%q_criterion) &
+    if (self%fields_due .and. self%params%fields%q_criterion) &
       call q_criterion(fluid%transform, fluid%rhs%state%u, self%scratch(:, :, :, 1))
   end subroutine output_request_fields
 
@@ -117,11 +117,11 @@ contains
     call begin_saving(self, fluid, saving)
     associate (p => self%params, form => saving%form)
       step = fluid%rhs%state%step - merge(0, 1, self%last)
-      saving%form%label = label_of(p, fluid%sums_time, step, p%t_save)
+      saving%form%label = label_of(p, fluid%sums_time, step, p%fields%interval)
       if (self%fields_due) then
         call save_fields(self, fluid, saving, failure)
         if (present(averages)) call save_averages(self, fluid, averages, saving, failure)
-        if (present(wings) .and. p%wing_sides) then
+        if (present(wings) .and. p%fields%wing_sides) then
           call self%sides%sample(fluid, wings)
           call self%wings%write(wings, form%label, self%note, failure, coupler, self%sides)
         else if (present(wings)) then
@@ -130,7 +130,7 @@ contains
         if (saving%n > 0) call self%index%add(saving%prefixes(:saving%n), saving%meta, saving%form, failure)
       end if
       if (.not. self%slices_due) return
-      saving%form%label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))
+      saving%form%label = label_of(p, fluid%sums_time, step, min(p%fields%interval, p%slices%interval))
       call save_slices(self, fluid, saving, failure)
     end associate
   end subroutine output_write
@@ -144,7 +144,7 @@ contains
     if (self%note /= '') saving%meta%units = self%note
     saving%form%directory = '.'
     saving%form%precision = precision_of(self%params)
-    saving%form%stride = self%params%stride
+    saving%form%stride = self%params%fields%stride
   end subroutine begin_saving
 
   !> All fields of this time that the user wants.
@@ -155,24 +155,24 @@ contains
     type(failure_t), intent(inout) :: failure
     integer :: c
     associate (p => self%params, penalty => fluid%rhs%penalty)
-      if (p%q_criterion) call save('Q') ! before the scratch is used for others
+      if (p%fields%q_criterion) call save('Q') ! before the scratch is used for others
       do c = 1, 3
-        if (p%velocity) call save_flow('u'//AXES(c:c), c)
+        if (p%fields%velocity) call save_flow('u'//AXES(c:c), c)
       end do
       do c = 1, 3
-        if (p%vorticity) call save_flow('vor'//AXES(c:c), 3 + c)
+        if (p%fields%vorticity) call save_flow('vor'//AXES(c:c), 3 + c)
       end do
-      if (p%vorticity_magnitude) call save_flow('vorabs', VORTICITY_MAGNITUDE)
-      if (p%pressure) then
+      if (p%fields%vorticity_magnitude) call save_flow('vorabs', VORTICITY_MAGNITUDE)
+      if (p%fields%pressure) then
         call fluid%pressure_field(self%scratch)
         call save('p')
       end if
-      if (p%mask) then
+      if (p%fields%mask) then
         call mask_field(penalty, self%scratch(:, :, :, 1))
         call save('mask')
       end if
       do c = 1, 3
-        if (.not. p%solid_velocity) cycle
+        if (.not. p%fields%solid_velocity) cycle
         call solid_velocity_field(penalty, c, self%scratch(:, :, :, 1))
         call save('us'//AXES(c:c))
       end do
@@ -240,7 +240,7 @@ contains
       call self%stack%add(fluid, saving%meta, saving%form%precision, failure)
       return
     end if
-    associate (place => self%params%slice, rhs => fluid%rhs)
+    associate (place => self%params%slices%plane, rhs => fluid%rhs)
       do i = 1, size(place)
         if (place(i) < 0) cycle
         do c = 1, 3
@@ -275,7 +275,7 @@ contains
       call allocate_fields(u, b, 3, 'the velocity to be written')
       call fluid%transform%backward(state%u, u)
       form%directory = '.'
-      form%label = label_of(self%params, state%time, state%step, self%params%t_save)
+      form%label = label_of(self%params, state%time, state%step, self%params%fields%interval)
       do c = 1, 3
         call write_field(fluid%rhs%world, 'failed-u'//AXES(c:c), b, u(:, :, :, c), meta_of(fluid, state%time), form, writing)
       end do
@@ -303,12 +303,12 @@ contains
     real(rp) :: shown
     shown = time
     ! A whole number of periods is 0 whatever its round-off.
-    if (p%one_period) shown = max(0.0_rp, time - p%period*aint(time/p%period + 1.0e-9_rp))
-    label = field_label(shown, int(step, i8), finest_naming(p%naming, interval))
+    if (p%fields%one_period) shown = max(0.0_rp, time - p%fields%period*aint(time/p%fields%period + 1.0e-9_rp))
+    label = field_label(shown, int(step, i8), finest_naming(p%fields%naming, interval))
   end function label_of
 
   pure integer function precision_of(p) result(precision)
     type(output_params_t), intent(in) :: p
-    precision = merge(PRECISION_SINGLE, PRECISION_DOUBLE, p%single_precision)
+    precision = merge(PRECISION_SINGLE, PRECISION_DOUBLE, p%fields%single_precision)
   end function precision_of
 end module flusi_output
