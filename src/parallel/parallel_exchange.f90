@@ -18,31 +18,21 @@ module parallel_exchange
 
 contains
 
-  !> Sends near(q) numbers of each of `n_fields` fields to each rank q and receives far(q) of each from it if `outward`;
-  !> otherwise the two lists change roles, which is the way back. Blocks lie in rank order, with room for `room` fields
-  !> each, and are full from the first field on. Adds what it cost to `traffic`. Collective over `comm`.
-  subroutine exchange(comm, send, near, receive, far, n_fields, room, outward, traffic)
+  !> Sends given(q) numbers of each of `n_fields` fields to each rank q and receives taken(q) of each from it. Blocks lie in rank
+  !> order, with room for `room` fields each, and are full from the first field on. Adds what it cost to `traffic`. Collective
+  !> over `comm`.
+  subroutine exchange(comm, send, given, receive, taken, n_fields, room, traffic)
     type(MPI_Comm), intent(in) :: comm
     complex(rp), contiguous, intent(in) :: send(:)
     complex(rp), contiguous, intent(inout) :: receive(:)
-    integer, intent(in) :: near(0:), far(0:), n_fields, room
-    logical, intent(in) :: outward
+    integer, intent(in) :: given(0:), taken(0:), n_fields, room
     type(traffic_t), intent(inout) :: traffic
     real(rp) :: begun
     begun = MPI_Wtime()
-    if (outward) then
-      call MPI_Alltoallv(send, n_fields*near, room*displacements(near), MPI_DOUBLE_COMPLEX, receive, n_fields*far, &
-                         room*displacements(far), MPI_DOUBLE_COMPLEX, comm)
-    else
-      call MPI_Alltoallv(send, n_fields*far, room*displacements(far), MPI_DOUBLE_COMPLEX, receive, n_fields*near, &
-                         room*displacements(near), MPI_DOUBLE_COMPLEX, comm)
-    end if
+    call MPI_Alltoallv(send, n_fields*given, room*displacements(given), MPI_DOUBLE_COMPLEX, receive, n_fields*taken, &
+                       room*displacements(taken), MPI_DOUBLE_COMPLEX, comm)
     traffic%seconds = traffic%seconds + MPI_Wtime() - begun
-    if (outward) then
-      call count_sent(comm, n_fields*near, traffic)
-    else
-      call count_sent(comm, n_fields*far, traffic)
-    end if
+    call count_sent(comm, n_fields*given, traffic)
   end subroutine exchange
 
   !> Adds the blocks of `counts` numbers that went to other ranks.

@@ -361,7 +361,8 @@ contains
       stick_side(q) = self%sticks%n*self%stages%z_count(q)
       plane_side(q) = (self%sticks%part_start(q + 1) - self%sticks%part_start(q))*self%n_planes
     end do
-    call exchange(self%column_comm, send, stick_side, receive, plane_side, n_fields, self%n_fields, to_planes, self%traffic)
+    call exchange(self%column_comm, send, merge(stick_side, plane_side, to_planes), receive, &
+                  merge(plane_side, stick_side, to_planes), n_fields, self%n_fields, self%traffic)
   end subroutine column_exchange
 
   !> Planes to lines (`to_lines`) or back. Collective over the row.
@@ -374,7 +375,8 @@ contains
     integer :: plane_side(0:self%rows - 1), line_side(0:self%rows - 1)
     plane_side = self%stages%n_kx*self%stages%y_count*self%n_planes
     line_side = self%stages%kx_count*self%block%count(2)*self%n_planes
-    call exchange(self%row_comm, send, plane_side, receive, line_side, n_fields, self%n_fields, to_lines, self%traffic)
+    call exchange(self%row_comm, send, merge(plane_side, line_side, to_lines), receive, &
+                  merge(line_side, plane_side, to_lines), n_fields, self%n_fields, self%traffic)
   end subroutine row_exchange
 
   !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.

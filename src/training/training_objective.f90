@@ -10,7 +10,7 @@ module training_objective
   use base_sort, only: sorting_order
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
-  use training_pool, only: worker_pool_t
+  use training_pool, only: batch_t, worker_pool_t
   use training_task, only: full_size, task_input, COST_CHI2, COST_FACTORISATIONS, COST_MEAN_SQUARE, COST_REDONE, COST_SIZE, &
                            COST_VIOLATION
   implicit none
@@ -86,41 +86,40 @@ contains
     class(train_objective_t), intent(inout) :: self
     real(rp), intent(in) :: coordinates(:, :)
     type(candidate_costs_t), intent(out) :: costs
-    real(rp), allocatable :: inputs(:, :), outputs(:, :), seconds(:)
-    integer, allocatable :: statuses(:)
+    type(batch_t) :: batch
     integer :: k, l, n_loads, lambda, task
     lambda = size(coordinates, 2)
     n_loads = size(self%expected)
-    allocate (inputs(size(task_input(coordinates(:, 1), 1, .true., .false.)), lambda*n_loads))
-    allocate (outputs(COST_SIZE, lambda*n_loads), seconds(lambda*n_loads), statuses(lambda*n_loads))
+    call batch%init(lambda*n_loads, size(task_input(coordinates(:, 1), 1, .true., .false.)), COST_SIZE)
     do k = 1, lambda
       do l = 1, n_loads
-        inputs(:, (k - 1)*n_loads + l) = task_input(coordinates(:, k), l, self%is_start(l), .false.)
+        batch%inputs(:, (k - 1)*n_loads + l) = task_input(coordinates(:, k), l, self%is_start(l), .false.)
       end do
     end do
-    call self%pool%run_costs(reshape(self%shapes, [size(self%shapes)]), longest_first(self, coordinates), inputs, &
-                             outputs, statuses, seconds)
+    batch%starts = reshape(self%shapes, [size(self%shapes)])
+    batch%order = longest_first(self, coordinates)
+    call self%pool%run_costs(batch)
     allocate (costs%f(lambda), costs%violation(lambda), source=0.0_rp)
     allocate (costs%has_failed(lambda), source=.false.)
     if (self%pool%is_stopped) return
     do k = 1, lambda
       do l = 1, n_loads
         task = (k - 1)*n_loads + l
-        if (statuses(task) /= 0) then
+        if (batch%statuses(task) /= 0) then
           costs%has_failed(k) = .true.
           self%n_unsolved = self%n_unsolved + 1
         end if
-        costs%violation(k) = costs%violation(k) + sum(outputs(COST_VIOLATION:COST_VIOLATION + 1, task))
-        costs%f(k) = costs%f(k) + outputs(merge(COST_CHI2, COST_MEAN_SQUARE, self%use_chi2), task)
-        self%n_factorisations = self%n_factorisations + nint(outputs(COST_FACTORISATIONS, task))
-        self%n_redone = self%n_redone + nint(outputs(COST_REDONE, task))
+        costs%violation(k) = costs%violation(k) + sum(batch%outputs(COST_VIOLATION:COST_VIOLATION + 1, task))
+        costs%f(k) = costs%f(k) + batch%outputs(merge(COST_CHI2, COST_MEAN_SQUARE, self%use_chi2), task)
+        self%n_factorisations = self%n_factorisations + nint(batch%outputs(COST_FACTORISATIONS, task))
+        self%n_redone = self%n_redone + nint(batch%outputs(COST_REDONE, task))
       end do
     end do
     if (.not. self%use_chi2) costs%f = sqrt(costs%f)
     self%n_warm = self%n_warm + lambda*count(self%is_start)
     self%n_cold = self%n_cold + lambda*count(.not. self%is_start)
     do l = 1, n_loads
-      self%expected(l) = sum(seconds(l::n_loads))
+      self%expected(l) = sum(batch%seconds(l::n_loads))
     end do
   end subroutine objective_evaluate
 
@@ -159,33 +158,33 @@ contains
     logical, intent(in), optional :: is_left_out(:)
     type(evaluation_t), allocatable, intent(out) :: evaluations(:)
     real(rp), allocatable, intent(out) :: shapes(:, :, :)
-    real(rp), allocatable :: inputs(:, :), outputs(:, :), seconds(:)
-    integer, allocatable :: statuses(:), loads(:)
+    type(batch_t) :: batch
+    integer, allocatable :: loads(:)
     type(failure_t) :: failure
     integer :: k, l, m, n, n_loads
     n_loads = size(is_start)
     loads = [(l, l=1, n_loads)]
     if (present(is_left_out)) loads = pack(loads,.not. is_left_out)
     n = size(loads)
-    allocate (inputs(size(task_input(coordinates, 1, .true., .true.)), n))
-    allocate (outputs(full_size(experiment), n), seconds(n), statuses(n))
+    call batch%init(n, size(task_input(coordinates, 1, .true., .true.)), full_size(experiment))
     allocate (evaluations(n_loads))
     shapes = starts
     do l = 1, n_loads
       call evaluations(l)%init(experiment, l, .true.)
     end do
     do k = 1, size(loads)
-      inputs(:, k) = task_input(coordinates, loads(k), is_start(loads(k)), .true.)
+      batch%inputs(:, k) = task_input(coordinates, loads(k), is_start(loads(k)), .true.)
     end do
-    call pool%run_full(reshape(starts, [size(starts)]), [(k, k=1, n)], inputs, outputs, statuses, seconds)
+    batch%starts = reshape(starts, [size(starts)])
+    call pool%run_full(batch)
     n = size(shapes, 1)*size(shapes, 2)
     do k = 1, size(loads)
       l = loads(k)
       m = count_packed(evaluations(l))
-      call unpack_value(outputs(:m, k), evaluations(l), failure)
+      call unpack_value(batch%outputs(:m, k), evaluations(l), failure)
       if (failure%failed) call require(.false., 'training_objective: '//failure%reason)
-      evaluations(l)%is_solved = evaluations(l)%is_solved .and. statuses(k) == 0
-      shapes(:, :, l) = reshape(outputs(m + 1:m + n, k), shape(shapes(:, :, l)))
+      evaluations(l)%is_solved = evaluations(l)%is_solved .and. batch%statuses(k) == 0
+      shapes(:, :, l) = reshape(batch%outputs(m + 1:m + n, k), shape(shapes(:, :, l)))
     end do
   end subroutine full_results
 end module training_objective

@@ -16,9 +16,21 @@ module training_pool
   use training_task, only: full_size, input_size, train_runner_t, COST_SIZE
   implicit none
   private
-  public :: worker_pool_t
+  public :: batch_t, worker_pool_t
 
   integer, parameter :: SHUT_DOWN = 0, COSTS = 1, FULL = 2, POLL = 3 ! commands to the other ranks
+
+  !> Tasks and what came of them.
+  type :: batch_t
+    real(rp), allocatable :: starts(:)     !< what warm solutions start from, (3, n_all, loads) flat
+    integer, allocatable :: order(:)       !< numbers of the tasks, the first to be begun first
+    real(rp), allocatable :: inputs(:, :)  !< (numbers, tasks)
+    real(rp), allocatable :: outputs(:, :) !< (numbers, tasks)
+    integer, allocatable :: statuses(:)    !< (tasks) negative: not done
+    real(rp), allocatable :: seconds(:)    !< (tasks) that they took
+  contains
+    procedure :: init => batch_init
+  end type batch_t
 
   type :: worker_pool_t
     type(world_t) :: world
@@ -39,6 +51,15 @@ module training_pool
 
 contains
 
+  !> Room for n tasks, in the order of their numbers, with inputs and outputs of these sizes.
+  subroutine batch_init(self, n, n_in, n_out)
+    class(batch_t), intent(out) :: self
+    integer, intent(in) :: n, n_in, n_out
+    integer :: k
+    self%order = [(k, k=1, n)]
+    allocate (self%inputs(n_in, n), self%outputs(n_out, n), self%statuses(n), self%seconds(n))
+  end subroutine batch_init
+
   !> The runner, made for the experiment, must live as long as the pool, which it asks for the time. Collective.
   subroutine pool_init(self, world, experiment, runner, limits)
     class(worker_pool_t), intent(inout), target :: self
@@ -54,42 +75,32 @@ contains
     runner%stop_rules => self%stop_rules
   end subroutine pool_init
 
-  !> Tasks for costs, with `starts` (flat) as what warm solutions start from. On rank 0. If `is_stopped` is set
-  !> afterwards results are missing.
-  subroutine pool_run_costs(self, starts, order, inputs, outputs, statuses, seconds)
+  !> Tasks for costs. On rank 0. If `is_stopped` is set afterwards results are missing.
+  subroutine pool_run_costs(self, batch)
     class(worker_pool_t), intent(inout) :: self
-    real(rp), intent(in) :: starts(:), inputs(:, :)
-    integer, intent(in) :: order(:)
-    real(rp), intent(out) :: outputs(:, :), seconds(:)
-    integer, intent(out) :: statuses(:)
-    call run_batch(self, COSTS, self%cost_farm, starts, order, inputs, outputs, statuses, seconds)
+    type(batch_t), intent(inout) :: batch
+    call run_batch(self, COSTS, self%cost_farm, batch)
   end subroutine pool_run_costs
 
   !> The same for tasks with everything.
-  subroutine pool_run_full(self, starts, order, inputs, outputs, statuses, seconds)
+  subroutine pool_run_full(self, batch)
     class(worker_pool_t), intent(inout) :: self
-    real(rp), intent(in) :: starts(:), inputs(:, :)
-    integer, intent(in) :: order(:)
-    real(rp), intent(out) :: outputs(:, :), seconds(:)
-    integer, intent(out) :: statuses(:)
-    call run_batch(self, FULL, self%full_farm, starts, order, inputs, outputs, statuses, seconds)
+    type(batch_t), intent(inout) :: batch
+    call run_batch(self, FULL, self%full_farm, batch)
   end subroutine pool_run_full
 
-  subroutine run_batch(self, command, farm, starts, order, inputs, outputs, statuses, seconds)
+  subroutine run_batch(self, command, farm, batch)
     class(worker_pool_t), intent(inout) :: self
     integer, intent(in) :: command
     type(farm_t), intent(inout) :: farm
-    real(rp), intent(in) :: starts(:), inputs(:, :)
-    integer, intent(in) :: order(:)
-    real(rp), intent(out) :: outputs(:, :), seconds(:)
-    integer, intent(out) :: statuses(:)
+    type(batch_t), intent(inout) :: batch
     call send(self, command)
-    call farm%broadcast(self%runner, starts)
-    call farm%run(self%runner, order, inputs, outputs, statuses, seconds)
+    call farm%broadcast(self%runner, batch%starts)
+    call farm%run(self%runner, batch%order, batch%inputs, batch%outputs, batch%statuses, batch%seconds)
     call farm%shut_down()
-    self%n_tasks = self%n_tasks + count(statuses >= 0)
-    self%busy_seconds = self%busy_seconds + sum(seconds)
-    if (any(statuses < 0)) self%is_stopped = .true.
+    self%n_tasks = self%n_tasks + count(batch%statuses >= 0)
+    self%busy_seconds = self%busy_seconds + sum(batch%seconds)
+    if (any(batch%statuses < 0)) self%is_stopped = .true.
   end subroutine run_batch
 
   !> Looks whether to stop: sets `is_stopped` and stop_rules%reason. On rank 0.

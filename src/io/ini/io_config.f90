@@ -9,7 +9,7 @@ module io_config
   use base_files, only: real_path
   use base_kinds, only: rp
   use base_text, only: number_text
-  use io_entries, only: read_section
+  use io_entries, only: read_section, reading_t
   use io_lookup, only: report_unbuilt_sections
   use io_ini, only: ini_document_t
   use io_include, only: add_included, INCLUDE_SECTION
@@ -90,12 +90,10 @@ contains
     logical, intent(in), optional :: flusi_compat
     type(world_t), intent(in), optional :: world
     type(ini_document_t) :: document
-    character(:), allocatable :: inert
-    logical :: first_wins, is_all
+    type(reading_t) :: reading
+    logical :: is_all
     integer :: i, j
 
-    first_wins = .false.
-    if (present(flusi_compat)) first_wins = flusi_compat
     call start(self, name, registry)
     call document%parse(text, name, errors)
     self%sources = message_list_t()
@@ -112,11 +110,13 @@ contains
     do i = 1, registry%n_keys
       if (registry%keys(i)%key%kind == KEY_LENGTH) call set_default(self, i)
     end do
-    inert = ''
+    call reading%begin(self%spacing, errors, notices, flusi_compat)
     j = 1
     do i = 1, document%n_sections
-      call read_section(registry, self%spacing, document, i, j, first_wins, self%values, errors, notices, inert)
+      call read_section(registry, document, i, j, reading, self%values)
     end do
+    errors = reading%errors
+    notices = reading%notices
     do i = 1, registry%n_keys
       associate (key => self%registry%keys(i)%key)
         if (key%is_required .and. key_counts(registry, document, i) .and. &
@@ -124,7 +124,7 @@ contains
           call self%complain(errors, key%section, key%name, 'is missing; valid: '//key%choices_text())
       end associate
     end do
-    if (len(inert) > 0) call notices%add(name//': accepted, but without effect here: '//inert(3:))
+    if (len(reading%inert) > 0) call notices%add(name//': accepted, but without effect here: '//reading%inert(3:))
   end subroutine config_load_text
 
   !> All keys at their defaults.

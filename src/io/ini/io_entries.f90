@@ -12,23 +12,42 @@ module io_entries
   use io_value, only: read_value, value_t
   implicit none
   private
-  public :: read_section
+  public :: read_section, reading_t
+
+  !> How entries are read, and what there was to say of them.
+  type :: reading_t
+    real(rp) :: spacing = 0                   !< what dx means, 0 if unknown
+    logical :: first_wins = .false.           !< the first of equal keys counts, with a notice, instead of being a mistake
+    type(message_list_t) :: errors, notices
+    character(:), allocatable :: inert        !< the keys that have no effect
+  contains
+    procedure :: begin => reading_begin
+  end type reading_t
 
 contains
 
-  !> Reads section i of the document, whose entries begin at index e, into `values`, of the keys with the same indices in the
-  !> registry; e moves to the entries of the next one. `spacing`: what dx means, 0 if unknown. With `first_wins` the first of
-  !> equal keys counts, with a notice, instead of being a mistake. Keys that have no effect are added to `inert`.
-  subroutine read_section(registry, spacing, document, i, e, first_wins, values, errors, notices, inert)
-    type(registry_t), intent(in) :: registry
+  !> Goes on with the messages that there are.
+  subroutine reading_begin(self, spacing, errors, notices, first_wins)
+    class(reading_t), intent(out) :: self
     real(rp), intent(in) :: spacing
+    type(message_list_t), intent(in) :: errors, notices
+    logical, intent(in), optional :: first_wins
+    self%spacing = spacing
+    self%errors = errors
+    self%notices = notices
+    self%inert = ''
+    if (present(first_wins)) self%first_wins = first_wins
+  end subroutine reading_begin
+
+  !> Reads section i of the document, whose entries begin at index e, into `values`, of the keys with the same indices in the
+  !> registry; e moves to the entries of the next one.
+  subroutine read_section(registry, document, i, e, reading, values)
+    type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
     integer, intent(in) :: i
     integer, intent(inout) :: e
-    logical, intent(in) :: first_wins
+    type(reading_t), intent(inout) :: reading
     type(value_t), intent(inout) :: values(:)
-    type(message_list_t), intent(inout) :: errors, notices
-    character(:), allocatable, intent(inout) :: inert
     character(:), allocatable :: name, meant
     integer :: s, k
     logical :: is_inert, counts
@@ -38,7 +57,7 @@ contains
     meant = name
     if (s == 0 .and. len(name) > 0) &
       call report_unknown_section(registry, document%sections(i)%file, document%sections(i)%line, name, &
-                                  meant, errors)
+                                  meant, reading%errors)
     is_inert = .false.
     counts = .true.
     if (s > 0) then
@@ -52,65 +71,71 @@ contains
         if (len(meant) == 0) cycle ! the header was broken or unknown, which is mistake enough
         k = registry%find(meant, entry%key)
         if (k > 0 .and. counts) then
-          call read_entry(registry, spacing, entry, k, key_counts(registry, document, k), first_wins, values, errors, &
-                          notices, inert)
+          call read_entry(registry, entry, k, key_counts(registry, document, k), reading, values)
         else if (k > 0) then
-          call note_inert(inert, '['//printable(name, 60)//']', '')
-          call read_quietly(registry, spacing, entry, k, values)
+          call note_inert(reading%inert, '['//printable(name, 60)//']', '')
+          call read_quietly(registry, reading%spacing, entry, k, values)
         else if (is_inert .or. .not. counts) then
-          call note_inert(inert, '['//printable(name, 60)//']', '')
+          call note_inert(reading%inert, '['//printable(name, 60)//']', '')
         else
-          call report_unknown_key(registry, entry%file, entry%line, meant, entry%key, k, errors)
+          call report_unknown_key(registry, entry%file, entry%line, meant, entry%key, k, reading%errors)
           if (k > 0) values(k)%is_excused = .true.
         end if
       end associate
     end do
   end subroutine read_section
 
-  subroutine read_entry(registry, spacing, entry, k, counts, first_wins, values, errors, notices, inert)
+  !> Reads the value of key k; where it does not count, mistakes do not.
+  subroutine read_entry(registry, entry, k, counts, reading, values)
     type(registry_t), intent(in) :: registry
-    real(rp), intent(in) :: spacing
     type(ini_entry_t), intent(in) :: entry
     integer, intent(in) :: k
-    logical, intent(in) :: counts, first_wins
+    logical, intent(in) :: counts
+    type(reading_t), intent(inout) :: reading
     type(value_t), intent(inout) :: values(:)
-    type(message_list_t), intent(inout) :: errors, notices
-    character(:), allocatable, intent(inout) :: inert
-    character(:), allocatable :: problem, place
+    character(:), allocatable :: problem, place, here
     associate (key => registry%keys(k)%key, value => values(k))
+      here = ' (line '//number_text(entry%line)//')'
       if (key%kind == KEY_INERT) then
-        call note_inert(inert, '['//key%section//'] '//printable(entry%key, 60), &
-                        ' (line '//number_text(entry%line)//')')
+        call note_inert(reading%inert, '['//key%section//'] '//printable(entry%key, 60), here)
         return
       end if
       place = entry%file//':'//number_text(entry%line)//': ['//key%section//'] '//entry%key//': '
       if (value%line > 0) then
-        if (entry%depth > value%depth) return ! a file has the last word on what it includes
-        problem = 'is given twice, first in '//line_text(value, entry%file)
-        if (value%spelling /= entry%key) problem = problem//' under the name '//value%spelling
-        if (first_wins) then
-          call notices%add(place//problem//'; the first one counts')
-        else
-          call errors%add(place//problem)
-        end if
-        return
+        if (entry%depth <= value%depth) call report_twice(entry, value, place, reading)
+        return ! a file has the last word on what it includes
       end if
       value%line = entry%line
       value%file = entry%file
       value%depth = entry%depth
       value%spelling = entry%key
       if (len(entry%value) == 0 .and. .not. entry%is_matrix) return ! "key=;" asks for the default
-      call read_value(key, entry%value, entry%is_matrix, entry%line, spacing, value, problem)
+      call read_value(key, entry%value, entry%is_matrix, entry%line, reading%spacing, value, problem)
       value%is_unbuilt = value%is_unbuilt .and. counts
       value%is_given = .not. allocated(problem)
       value%is_excused = .not. value%is_given
       value%is_known = value%is_known .or. value%is_given
       if (.not. allocated(problem)) return
-      if (counts) call errors%add(place//problem)
-      if (.not. counts) call note_inert(inert, '['//key%section//'] '//printable(entry%key, 60), &
-                                        ' (line '//number_text(entry%line)//')')
+      if (counts) call reading%errors%add(place//problem)
+      if (.not. counts) call note_inert(reading%inert, '['//key%section//'] '//printable(entry%key, 60), here)
     end associate
   end subroutine read_entry
+
+  !> Says that a key is given once more.
+  subroutine report_twice(entry, value, place, reading)
+    type(ini_entry_t), intent(in) :: entry
+    type(value_t), intent(in) :: value
+    character(*), intent(in) :: place
+    type(reading_t), intent(inout) :: reading
+    character(:), allocatable :: problem
+    problem = 'is given twice, first in '//line_text(value, entry%file)
+    if (value%spelling /= entry%key) problem = problem//' under the name '//value%spelling
+    if (reading%first_wins) then
+      call reading%notices%add(place//problem//'; the first one counts')
+    else
+      call reading%errors%add(place//problem)
+    end if
+  end subroutine report_twice
 
   !> Where a value stands, as seen from `file`.
   function line_text(value, file) result(text)
@@ -128,9 +153,9 @@ contains
     type(ini_entry_t), intent(in) :: entry
     integer, intent(in) :: k
     type(value_t), intent(inout) :: values(:)
-    type(message_list_t) :: errors, notices
-    character(:), allocatable :: inert
-    inert = ''
-    call read_entry(registry, spacing, entry, k, .false., .true., values, errors, notices, inert)
+    type(message_list_t) :: none
+    type(reading_t) :: reading
+    call reading%begin(spacing, none, none, first_wins=.true.)
+    call read_entry(registry, entry, k, .false., reading, values)
   end subroutine read_quietly
 end module io_entries
