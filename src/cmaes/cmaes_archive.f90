@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Named plain arrays: what a checkpoint of an optimiser consists of.
+!> Stores named plain arrays. A checkpoint of an optimiser consists of them.
 !>
 !> One procedure visits all components of a state, and the archive's direction decides whether they are
 !> copied out or in; writing and reading cannot get out of step. The owner of the file stores each field

@@ -90,7 +90,7 @@ contains
       n(i) = c%get_integer('Resolution', KEYS(i))
       if (i == 1 .and. n(i) == 1) cycle
       if (mod(n(i), 2) /= 0) call c%complain(errors, 'Resolution', KEYS(i), 'the number of points must be even')
-      if (n(i) < 4) call c%complain(errors, 'Resolution', KEYS(i), 'at least 4 points, or nx = 1 for a 2-D flow')
+      if (n(i) < 4) call c%complain(errors, 'Resolution', KEYS(i), 'needs at least 4 points, or nx = 1 for a two-dimensional flow')
     end do
     p%grid = make_grid(max(n, 1), [c%get_real('Geometry', 'xl'), c%get_real('Geometry', 'yl'), &
                                    c%get_real('Geometry', 'zl')])

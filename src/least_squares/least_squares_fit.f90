@@ -71,7 +71,7 @@ contains
     if (options%is_smooth) report%has_jumped = problem%has_jumped()
     is_valid = is_valid .and. .not. report%has_jumped
     report%n_evaluations = 1
-    report%reason = 'the start is not valid'
+    report%reason = 'the model cannot be computed at the start'
     allocate (report%is_at_bound(n), source=.false.)
     allocate (report%path(3, 0:-1))
     if (.not. is_valid) return

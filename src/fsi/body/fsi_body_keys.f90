@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The body beside the wings: keys of [Insects] that say what it looks like, with FLUSI's names.
+!> Reads the keys of [Insects] that describe the body beside the wings, with FLUSI's names.
 module fsi_body_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -144,7 +144,7 @@ contains
     call read_place(config, 'x_eye_r', file_unit, numbers%eyes(:, 2), errors)
     numbers%span = config%get_real(SECTION, 'L_span')
     if (config%get_word(SECTION, 'BodyType') == 'platicle' .and. numbers%span <= 0) &
-      call config%complain(errors, SECTION, 'L_span', 'is 0: platicle has this length')
+      call config%complain(errors, SECTION, 'L_span', 'is 0: platicle needs a positive length')
     numbers%thickness = 4*grid%max_spacing()
     if (config%is_given(SECTION, 'WingThickness')) numbers%thickness = config%get_real(SECTION, 'WingThickness')
     numbers%eta = config%get_real(SECTION, 'eta0')*PI/180

@@ -20,8 +20,8 @@ contains
     type(registry_t), intent(inout) :: r
     call r%add_reals('Wing', 'damage_disc', [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and radius of the disc in which the '// &
                      'parameter damage multiplies all stiffness; radius 0: none', unit='m', length=3)
-    call r%add_text('Wing', 'soft_place', '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the '// &
-                    'hinge at the point inside this vein that is nearest to this share (0 to 1) of its length')
+    call r%add_text('Wing', 'soft_place', '', 'VEIN FRACTION: the parameter soft multiplies the stiffness of the '// &
+                    'hinge at the point inside this vein that is nearest to this fraction (0 to 1) of its length')
     call r%add_switch('Wing', 'sided_joints', .false., &
                       'joints can tell up from down, for the parameters one_way:NAME')
     call r%add_switch('Wing', 'sided_veins', .false., &
@@ -52,14 +52,15 @@ contains
       n = n + 1
     end do
     if (n /= 2) then
-      call c%complain(errors, 'Wing', 'soft_place', quoted(text)//' is no VEIN SHARE')
+      call c%complain(errors, 'Wing', 'soft_place', quoted(text)//' is not VEIN FRACTION: the name of a vein '// &
+                      'and a number from 0 to 1')
       return
     end if
     call parse_real(text(first(2):last(2)), params%effects%soft_fraction, problem)
     if (allocated(problem)) then
       call c%complain(errors, 'Wing', 'soft_place', problem)
     else if (.not. (params%effects%soft_fraction > 0 .and. params%effects%soft_fraction < 1)) then
-      call c%complain(errors, 'Wing', 'soft_place', 'the share of the length lies between 0 and 1')
+      call c%complain(errors, 'Wing', 'soft_place', 'the fraction of the length must lie between 0 and 1')
     end if
     associate (name => text(first(1):last(1)))
       if (all(params%vein_names /= name)) then

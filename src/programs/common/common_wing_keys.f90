@@ -40,7 +40,7 @@ call r%add_real('Wing', 'length', 0.0_rp, 'the wing is made so large, with all i
                     'springs between the apexes of neighbouring triangles; their effect depends on the mesh')
     call r%add_real('Wing', 'D', 2.0e-7_rp, 'bending stiffness of the membrane: regularises, is not measured', &
                     unit='N m', above=0.0_rp)
-call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the share of their stiffness that its '// &
+call r%add_real('Wing', 'slack', 1.0_rp, 'another membrane, a tension field: the fraction of their stiffness that its '// &
                     'springs keep where they are shorter than at rest; 1: all of it', above=0.0_rp, max=1.0_rp)
     call r%add_real('Wing', 'slack_width', 1.0e-7_rp, 'how much shorter a spring is when it has lost the rest', &
                     unit='m', above=0.0_rp)

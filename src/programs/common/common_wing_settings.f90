@@ -107,16 +107,16 @@ contains
     stated = config%get_text('Wing', 'fingerprint')
     if (stated == s%fingerprint) return
     if (len(stated) /= FINGERPRINT_LENGTH .or. verify(stated, '0123456789ABCDEF') > 0) then
-      call config%complain(errors, 'Wing', 'fingerprint', quoted(stated)//' is none: valid are the '// &
+      call config%complain(errors, 'Wing', 'fingerprint', quoted(stated)//' is no fingerprint: valid are the '// &
                            number_text(FINGERPRINT_LENGTH)//' digits that msm_train and msm_diagnose write')
       return
     end if
     text = 'these values were found for another wing than '//s%path//', whose fingerprint is '//s%fingerprint
     if (config%get_switch('Wing', 'allow_other_wing')) then
-      call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes takes them all the same')
+      call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes accepts them nevertheless')
     else
       call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file that they belong to, '// &
-                           'or take them all the same with [Wing] allow_other_wing = yes')
+                           'or accept them with [Wing] allow_other_wing = yes')
     end if
   end subroutine check_fingerprint
 
@@ -158,7 +158,8 @@ contains
       p%slack_width = c%get_real('Wing', 'slack_width')
       joint = c%get_real('Wing', 'joint_stiffness')
       if (.not. joint > 0 .and. abs(joint + 1) > 0) &
-        call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1: as the vein without the joint')
+        call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1 for the stiffness of the '// &
+                        'vein without the joint')
       p%joint = joint
       call read_effect_sites(c, p, errors)
       call read_parameters(c, p, errors)
@@ -237,7 +238,7 @@ contains
     call next_word(text, BLANKS, position, first_value, last_value, has_value)
     call next_word(text, BLANKS, position, behind, end_behind, has_more)
     if (.not. has_value .or. has_more) then
-      problem = quoted(trim(adjustl(text)))//' is no pair of a name and a value'
+      problem = quoted(trim(adjustl(text)))//' is not a pair NAME VALUE'
       return
     end if
     associate (name => text(first:last))
@@ -258,7 +259,7 @@ contains
       else if (effect_without_site(params, number) /= '') then
         problem = quoted(name)//' '//effect_without_site(params, number)
       else if (known%is_effect .and. .not. (value >= known%lower .and. value <= known%upper)) then
-        problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)
+        problem = quoted(name)//' must lie between '//number_text(known%lower)//' and '//number_text(known%upper)
       else
         call params%set(number, value)
       end if

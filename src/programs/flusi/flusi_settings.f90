@@ -192,7 +192,7 @@ contains
                                    c%get_switch('Saving', 'iSaveSolidVelocity'))) &
         call notices%add('iPenalization = 0: there is no mask to save')
       if (c%get_switch('Saving', 'iSaveWingSides') .and. .not. p%moving) &
-        call notices%add('[Saving] iSaveWingSides: there are no wings')
+        call notices%add('[Saving] iSaveWingSides has no effect: there are no wings')
       if (p%penalized .and. any(p%mask == ['none ', 'empty']) .and. p%channel == 'no' .and. .not. p%cavity) &
         call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')
     end associate

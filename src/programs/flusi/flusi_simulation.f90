@@ -2,10 +2,11 @@
 !> One run: the fluid, its output, its checkpoints, and the rules to stop.
 module flusi_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use base_constants, only: EXIT_OK, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE
   use base_errors, only: failure_t, message_list_t
   use base_files, only: stem_of
   use base_kinds, only: i8, rp
+  use base_outcome, only: outcome_t, OUTCOME_COLLISION, OUTCOME_DIVERGED, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, &
+                          OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_timers, only: timers_t
   use common_progress, only: progress_t
   use common_run, only: run_t
@@ -38,9 +39,6 @@ module flusi_simulation
   character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
-  !> The velocity is no longer one; wings touch or leave the box; flexible wings could not be advanced.
-  integer, parameter :: OUTCOME_SOUND = 0, OUTCOME_DIVERGED = 1, OUTCOME_COLLISION = 2, OUTCOME_STUCK_WINGS = 3
-
   type :: simulation_t
     type(world_t) :: world
     type(settings_t) :: settings
@@ -59,9 +57,7 @@ module flusi_simulation
     type(timers_t), private :: timers
     integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_wings = 0, t_output = 0, t_backup = 0
     character(:), allocatable, private :: name
-    type(failure_t) :: failure
-    integer, private :: outcome = OUTCOME_SOUND  !< says what kind of numerical failure `failure` is
-    integer :: exit_code = EXIT_OK
+    type(outcome_t) :: outcome
   contains
     procedure :: init => simulation_init
     procedure :: run => simulation_run
@@ -71,7 +67,7 @@ module flusi_simulation
 
 contains
 
-  !> Builds everything, and starts or restarts. On failure `exit_code` is not 0 and the reason has been printed. Collective.
+  !> Builds everything, and starts or restarts. On failure `outcome` says why, and the reason has been printed. Collective.
   subroutine simulation_init(self, world, settings, command)
     class(simulation_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -95,18 +91,19 @@ contains
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
     restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
-    call self%files%begin(world, 'flusi', BASE_NAME, command%ini, settings%config, self%failure)
-    if (restarts .and. command%overwrite) call self%failure%raise('--overwrite contradicts inicond = backup')
+    call self%files%begin(world, 'flusi', BASE_NAME, command%ini, settings%config, self%outcome)
+    if (restarts .and. command%overwrite) call self%outcome%fail(OUTCOME_MISTAKE, &
+      '--overwrite begins a new run and inicond = backup goes on with an old one: leave out one of them')
     call result_names(patterns)
-    if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%failure)
-    if (self%failure%failed) then
-      call self%fail(merge(EXIT_USER, self%files%code, self%files%code == EXIT_OK))
+    if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%outcome)
+    if (self%outcome%failure%failed) then
+      call print_reason(self)
       return
     end if
     self%is_built = .true.
     call self%stop_rules%init(settings%output%limits)
     call plan_run(world, self%settings, WISDOM_NAME, restarts, plans)
-    call self%fluid%init(world, self%settings%fluid, settings%needs_fields(), self%failure, settings%needs_pressure(), &
+    call self%fluid%init(world, self%settings%fluid, settings%needs_fields(), self%outcome%failure, settings%needs_pressure(), &
                          settings%needs_trials())
     if (settings%output%averages%is_on) allocate (self%averages)
     if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
@@ -114,7 +111,7 @@ contains
     if (allocated(self%wings)) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (allocated(self%wings) .and. settings%flight%thin%is_thin) then
       allocate (self%thin)
-      call self%thin%init(world, self%wings, self%fluid, self%failure)
+      call self%thin%init(world, self%wings, self%fluid, self%outcome%failure)
     end if
     if (settings%flexible) then
       allocate (self%coupler)
@@ -124,38 +121,38 @@ contains
     end if
     if (settings%flight%flyer%is_free) call prepare_flight(self%wings)
     if (restarts) call self%slots%scan(world, '.', BACKUP_NAME)
-    if (restarts .and. .not. self%failure%failed) then
+    if (restarts .and. .not. self%outcome%failure%failed) then
       call self%restart(command, remarks)
       restart_time = self%fluid%rhs%state%time
-    else if (.not. self%failure%failed) then
-      call self%fluid%start(self%failure)
+    else if (.not. self%outcome%failure%failed) then
+      call self%fluid%start(self%outcome%failure)
       ! A field from a file brings its time with it.
       if (allocated(self%coupler)) self%coupler%states%time = self%fluid%rhs%state%time*settings%coupler%units%time
     end if
-    if (allocated(self%wings) .and. .not. self%failure%failed) &
-      call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%failure)
-    if (settings%flight%flyer%is_free) call begin_flight(world, self%wings, self%fluid, self%failure, self%coupler)
-    if (self%failure%failed) then
-      call self%fail(EXIT_USER)
+    if (allocated(self%wings) .and. .not. self%outcome%failure%failed) &
+      call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%outcome%failure)
+    if (settings%flight%flyer%is_free) call begin_flight(world, self%wings, self%fluid, self%outcome%failure, self%coupler)
+    if (self%outcome%failure%failed) then
+      call self%fail(OUTCOME_MISTAKE)
       return
     end if
     if (settings%fluid%intelligent_dt) self%fluid%rhs%intervals = &
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                  settings%output%slices), 0.0_rp]
-    call self%files%settle(self%failure)
-    if (self%failure%failed) then
-      call self%fail(self%files%code)
+    call self%files%settle(self%outcome)
+    if (self%outcome%failure%failed) then
+      call print_reason(self)
       return
     end if
     if (.not. restarts) call self%slots%scan(world, '.', BACKUP_NAME) ! an early stop always writes a backup
     call self%slots%identify(self%files%identity)
     call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, settings%units%note(), self%failure, settings%output%spectra, &
+    call self%series%open(world, self%fluid, settings%units%note(), self%outcome%failure, settings%output%spectra, &
                           self%wings, settings%flexible, restart_time)
     call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), &
-                          self%failure, self%wings, restart_time)
-    if (self%failure%failed) then
-      call self%fail(EXIT_UNWRITABLE)
+                          self%outcome%failure, self%wings, restart_time)
+    if (self%outcome%failure%failed) then
+      call self%fail(OUTCOME_UNWRITABLE)
       return
     end if
     if (world%is_root) then
@@ -171,56 +168,50 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t) :: request
     real(rp) :: seconds
-    if (self%exit_code /= EXIT_OK) return
+    if (self%outcome%kind /= OUTCOME_DONE) return
     if (self%settings%output%mask_only) then
-      call draw_masks(self%settings, self%fluid, self%output, self%failure, self%wings)
-      if (self%failure%failed) call self%fail(EXIT_UNWRITABLE)
+      call draw_masks(self%settings, self%fluid, self%output, self%outcome%failure, self%wings)
+      if (self%outcome%failure%failed) call self%fail(OUTCOME_UNWRITABLE)
       return
     end if
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
         call self%request_fields(.false., request)
         call self%timers%start(self%t_step)
-        call fluid%step(request, self%failure, self%wings)
+        call fluid%step(request, self%outcome%failure, self%wings)
         call self%timers%stop(self%t_step)
-        if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
-        if (self%failure%failed) exit
+        call self%outcome%classify(OUTCOME_DIVERGED)
+        if (self%outcome%failure%failed) exit
         if (allocated(self%coupler)) call sample_loads(self)
-        if (.not. self%failure%failed) call write_all(self)
-        if (self%failure%failed) exit
+        if (.not. self%outcome%failure%failed) call write_all(self)
+        if (self%outcome%failure%failed) exit
         if (allocated(self%averages)) call self%averages%add(fluid)
         call self%move_wings()
-        if (self%failure%failed) exit
+        if (self%outcome%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
                                      self%settings%fluid%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
         call self%stop_rules%poll(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
-        if (self%stop_rules%must_stop .or. self%failure%failed) exit
+        if (self%stop_rules%must_stop .or. self%outcome%failure%failed) exit
       end do
       call self%progress%finish()
-      if (.not. self%failure%failed) then
+      if (.not. self%outcome%failure%failed) then
         if (self%is_done()) then
           call self%write_end(request)
         else
-          self%exit_code = EXIT_STOPPED
+          call self%outcome%end_as(OUTCOME_STOPPED)
           call self%back_up()
-          if (self%world%is_root .and. .not. self%failure%failed) write (output_unit, '(a)') 'stopped early: '// &
+          if (self%world%is_root .and. .not. self%outcome%failure%failed) write (output_unit, '(a)') 'stopped early: '// &
             trim(self%stop_rules%reason)//'; the backup is written, go on with --restart'
         end if
       end if
-      select case (self%outcome)
-      case (OUTCOME_STUCK_WINGS) ! other parameters may bring them on; a collision would be the same
-        call self%back_up_failed()
-        call self%fail(EXIT_NUMERICAL)
-      case (OUTCOME_COLLISION)
-        call self%fail(EXIT_NUMERICAL)
-      case (OUTCOME_DIVERGED)
-        call self%output%write_failed(fluid, self%failure)
-        call self%fail(EXIT_NUMERICAL)
-      case default
-        if (self%failure%failed) call self%fail(EXIT_UNWRITABLE)
-      end select
+      if (.not. self%outcome%failure%failed) return
+      call self%outcome%classify(OUTCOME_UNWRITABLE)
+      ! Other parameters may bring flexible wings on, but a collision would be the same.
+      if (self%outcome%kind == OUTCOME_NOT_CONVERGED) call self%back_up_failed()
+      if (self%outcome%kind == OUTCOME_DIVERGED) call self%output%write_failed(fluid, self%outcome%failure)
+      call print_reason(self)
     end associate
   end subroutine simulation_run
 
@@ -229,12 +220,12 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
     call self%request_fields(.true., request)
-    call self%fluid%evaluate(request, self%failure, self%wings)
-    if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
-    if (self%failure%failed) return
+    call self%fluid%evaluate(request, self%outcome%failure, self%wings)
+    call self%outcome%classify(OUTCOME_DIVERGED)
+    if (self%outcome%failure%failed) return
     if (allocated(self%coupler)) call sample_loads(self)
-    if (.not. self%failure%failed) call write_all(self)
-    call self%output%flush(self%fluid, self%failure)
+    if (.not. self%outcome%failure%failed) call write_all(self)
+    call self%output%flush(self%fluid, self%outcome%failure)
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
@@ -253,10 +244,10 @@ contains
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%sample_load(self%fluid, self%wings)
-    call check_flight(self%wings, self%settings%fluid%grid, self%failure)
+    call check_flight(self%wings, self%settings%fluid%grid, self%outcome%failure)
     call self%series%record(self%wings, self%coupler, self%fluid)
     call self%timers%stop(self%t_wings)
-    if (self%failure%failed) self%outcome = OUTCOME_COLLISION
+    call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine sample_loads
 
   !> Takes wings, and the body that flies freely, over the step that the fluid has made.
@@ -277,15 +268,15 @@ contains
   !> Takes the flexible wings over the step that the fluid has made.
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
-    call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
-    if (self%failure%failed) self%outcome = merge(OUTCOME_DIVERGED, OUTCOME_STUCK_WINGS, self%fluid%rhs%failure%failed)
+    call self%coupler%advance(self%fluid%dt, self%wings, self%outcome%failure, self%fluid, self%thin)
+    call self%outcome%classify(merge(OUTCOME_DIVERGED, OUTCOME_NOT_CONVERGED, self%fluid%rhs%failure%failed))
   end subroutine bend
 
   !> Lets rigid wings without thickness act on the step that the fluid has made.
   subroutine push(self)
     class(simulation_t), intent(inout) :: self
-    call self%thin%advance_rigid(self%fluid, self%wings, self%failure)
-    if (self%failure%failed) self%outcome = OUTCOME_COLLISION
+    call self%thin%advance_rigid(self%fluid, self%wings, self%outcome%failure)
+    call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine push
 
   !> Closes files, prints where the time went, releases everything. Collective.
@@ -295,11 +286,11 @@ contains
       call self%files%finish()
       return
     end if
-    if (self%exit_code /= EXIT_USER) then
-      call self%series%close(self%failure)
-      if (self%exit_code == EXIT_OK .and. allocated(self%wings) .and. self%world%is_root .and. &
-          self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%failure)
-      if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_UNWRITABLE)
+    if (self%outcome%kind /= OUTCOME_MISTAKE) then
+      call self%series%close(self%outcome%failure)
+      if (self%outcome%kind == OUTCOME_DONE .and. allocated(self%wings) .and. self%world%is_root .and. &
+          self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%outcome%failure)
+      if (self%outcome%kind == OUTCOME_DONE .and. self%outcome%failure%failed) call self%fail(OUTCOME_UNWRITABLE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
       if (self%world%is_root .and. allocated(self%coupler)) call print_coupling(output_unit, self%coupler)
@@ -321,11 +312,11 @@ contains
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
     if (self%output%integrals_due) then
-      call self%series%write_integrals(self%fluid, self%failure, self%wings)
+      call self%series%write_integrals(self%fluid, self%outcome%failure, self%wings)
       if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
     end if
     call self%series%write_flight(self%wings)
-    call self%output%write(self%fluid, self%failure, self%wings, self%coupler, self%averages)
+    call self%output%write(self%fluid, self%outcome%failure, self%wings, self%coupler, self%averages)
     call self%timers%stop(self%t_output)
   end subroutine write_all
 
@@ -339,9 +330,9 @@ contains
     ! --restart goes on from the newest backup, also where the run once began from a named one.
     if (.not. command%restart .and. index(self%settings%fluid%inicond, 'backup::') == 1) &
       path = self%settings%fluid%inicond(9:)
-    if (path == '') call self%slots%must_find(path, self%failure)
-    if (self%failure%failed) return
-    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%failure, &
+    if (path == '') call self%slots%must_find(path, self%outcome%failure)
+    if (self%outcome%failure%failed) return
+    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%outcome%failure, &
                        self%wings, self%coupler, self%thin, self%averages)
     call self%slots%came_from(path)
   end subroutine restart
@@ -352,15 +343,15 @@ contains
     type(checkpoint_writer_t) :: writer
     type(request_t) :: nothing
     logical :: written
-    if (self%failure%failed .or. self%fluid%rhs%state%step == 0) return
+    if (self%outcome%failure%failed .or. self%fluid%rhs%state%step == 0) return
     call self%timers%start(self%t_backup)
-    call self%fluid%evaluate(nothing, self%failure, self%wings)
-    if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
-    call self%output%flush(self%fluid, self%failure)
-    if (self%outcome /= OUTCOME_DIVERGED) then
-      call self%slots%begin(writer, self%failure)
+    call self%fluid%evaluate(nothing, self%outcome%failure, self%wings)
+    call self%outcome%classify(OUTCOME_DIVERGED)
+    call self%output%flush(self%fluid, self%outcome%failure)
+    if (self%outcome%kind /= OUTCOME_DIVERGED) then
+      call self%slots%begin(writer, self%outcome%failure)
       call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin, self%averages)
-      call self%slots%commit(writer, self%failure)
+      call self%slots%commit(writer, self%outcome%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
     end if
@@ -381,19 +372,27 @@ contains
     call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, averages=self%averages)
     call writer%commit(writing)
     if (writing%failed) then
-      self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
+      self%outcome%failure%reason = self%outcome%failure%reason//'; moreover: '//writing%reason
     else
-   self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before '// &
-                            'this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
+      self%outcome%failure%reason = self%outcome%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were '// &
+                                    'before this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
     end if
   end subroutine back_up_failed
 
-  !> Prints the reason on root and remembers the exit code.
-  subroutine fail(self, code)
+  !> Gives the failure its kind, unless it has one, and prints the reason.
+  subroutine fail(self, kind)
     class(simulation_t), intent(inout) :: self
-    integer, intent(in) :: code
-    self%exit_code = code
-    if (self%world%is_root) call print_failure(self%failure%reason, self%outcome == OUTCOME_DIVERGED, code == EXIT_NUMERICAL .and. &
-                                               self%slots%newest_generation() > 0)
+    integer, intent(in) :: kind
+    call self%outcome%classify(kind)
+    call print_reason(self)
   end subroutine fail
+
+  !> Prints on root why the run failed.
+  subroutine print_reason(self)
+    type(simulation_t), intent(in) :: self
+    logical :: is_numerical
+    is_numerical = any(self%outcome%kind == [OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])
+    if (self%world%is_root) call print_failure(self%outcome%failure%reason, self%outcome%kind == OUTCOME_DIVERGED, &
+                                               is_numerical .and. self%slots%newest_generation() > 0)
+  end subroutine print_reason
 end module flusi_simulation

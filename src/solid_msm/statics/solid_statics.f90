@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Static equilibrium, defined as the end of the quasi-static loading path from the unloaded state.
+!> Solves for static equilibrium, defined as the end of the quasi-static loading path from the unloaded state.
 !>
 !> A loaded wing has many stable equilibria, so the path decides. It is followed in stages with a
 !> mixed-stress Newton corrector: the axial forces N of the springs are independent iterates, used in
