@@ -15,16 +15,16 @@ contains
     integer, intent(in) :: n(3)
     type(fluid_params_t) :: p
     p%grid = make_grid(n, 2.5_rp*n/maxval(n))
-    p%planner = 'measure'
-    p%dealias = 'ellipsoid'
+    p%resolution%planner = 'measure'
+    p%resolution%dealias = 'ellipsoid'
     p%nu = 1.0e-2_rp
-    p%t_max = huge(1.0_rp)
-    p%dt_fixed = 1.0e-4_rp
-    p%inicond = 'VortexRing'
-    p%omega1 = 12
-    p%size = 0.125_rp*minval(p%grid%length)
-    p%centre = p%grid%length/2
-    p%mask = 'none'
-    p%channel = 'no'
+    p%time%t_max = huge(1.0_rp)
+    p%time%dt_fixed = 1.0e-4_rp
+    p%initial%flow = 'VortexRing'
+    p%initial%omega1 = 12
+    p%solids%size = 0.125_rp*minval(p%grid%length)
+    p%solids%centre = p%grid%length/2
+    p%solids%mask = 'none'
+    p%walls%channel = 'no'
   end function vortex_ring
 end module bench_ring

@@ -89,7 +89,7 @@ program bench_coupling
   end do
   keep = 0
   if (.not. coupler%is_thin) keep = keeping_seconds()
-  least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge))
+  least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge%is_on))
   call world%max_reals(least)
   if (failure%failed) error stop 'bench_coupling: the flow has failed'
   if (world%is_root .and. coupler%is_thin) call report_thin()

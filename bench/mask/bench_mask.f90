@@ -34,19 +34,19 @@ program bench_mask
   call world%start()
   ! The box of the blowfly experiment: 4 R x 4 R x 2 R, hinges half a wing length beside the middle.
   p%grid = make_grid(arguments(1:3), [4.0_rp, 4.0_rp, 2.0_rp])
-  p%planner = 'measure'
-  p%dealias = 'ellipsoid'
+  p%resolution%planner = 'measure'
+  p%resolution%dealias = 'ellipsoid'
   p%nu = 1.0e-3_rp
-  p%t_max = huge(1.0_rp)
-  p%dt_fixed = 1.0e-5_rp
-  p%inicond = 'VortexRing'
-  p%omega1 = 12
-  p%size = 0.3125_rp
-  p%centre = [2.0_rp, 2.0_rp, 1.0_rp]
-  p%penalized = .true.
-  p%c_eta = 1.0e-3_rp
-  p%mask = 'none'
-  p%channel = 'no'
+  p%time%t_max = huge(1.0_rp)
+  p%time%dt_fixed = 1.0e-5_rp
+  p%initial%flow = 'VortexRing'
+  p%initial%omega1 = 12
+  p%solids%size = 0.3125_rp
+  p%solids%centre = [2.0_rp, 2.0_rp, 1.0_rp]
+  p%solids%is_on = .true.
+  p%solids%c_eta = 1.0e-3_rp
+  p%solids%mask = 'none'
+  p%walls%channel = 'no'
   call triangulate_planform(elliptic_planform(0.0_rp, 1.0_rp, MEAN_CHORD, 0.3_rp), &
                             sqrt(2*MEAN_CHORD/arguments(4)), reference, triangles)
   do i = 1, 2

@@ -34,7 +34,7 @@ program bench_scaling
   call get_command_argument(4, argument)
   read (argument, *) steps
   call get_command_argument(5, argument)
-  read (argument, *) p%process_rows
+  read (argument, *) p%resolution%process_rows
   call world%start()
   p = vortex_ring(n)
   call fluid%init(world, p, .false., failure)

@@ -32,11 +32,11 @@ program bench_step
   call get_command_argument(3, argument)
   call world%start()
   p = vortex_ring([n, n, n])
-  p%sponge = argument == 'sponge'
-  p%sponge_type = 'cavity'
-  p%c_sponge = 0.05_rp
-  p%sponge_thickness = max(2, n/16)
-  n_out = merge(6, 3, p%sponge) + merge(1, 0, request%pressure)
+  p%sponge%is_on = argument == 'sponge'
+  p%sponge%kind = 'cavity'
+  p%sponge%damping_time = 0.05_rp
+  p%sponge%thickness = max(2, n/16)
+  n_out = merge(6, 3, p%sponge%is_on) + merge(1, 0, request%pressure)
   call fluid%init(world, p, .false., failure, keeps_pressure=request%pressure)
   call fluid%start(failure)
   do i = 1, 2

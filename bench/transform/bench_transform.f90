@@ -64,7 +64,7 @@ contains
     type(request_t) :: nothing
     integer :: step
     p = vortex_ring([n, n, n])
-    p%transform = name
+    p%resolution%transform = name
     call fluid%init(world, p, .false., failure, keeps_pressure=.false.)
     if (.not. failure%failed) call fluid%start(failure)
     do step = 1, 2

@@ -3,6 +3,7 @@
 module cmaes_options
   use base_kinds, only: rp, i8
   use base_text, only: number_text
+  use base_visitor, only: visited_t, visitor_t
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
   private
@@ -13,7 +14,7 @@ module cmaes_options
   !> Constants that are UNSET, and lambda or mu of 0, follow from the number of parameters. Lengths are
   !> in the coordinates of the search, in which a box has the side 1. The tolerances of f are relative to
   !> `f_scale`.
-  type :: cmaes_options_t
+  type, extends(visited_t) :: cmaes_options_t
     character(8) :: weights = 'active'     !< active | positive | paper
     character(8) :: constants = 'tutorial' !< tutorial | paper (those of pCMALib)
     integer :: lambda = 0                  !< candidates of a generation; default 4 + floor(3 ln n)
@@ -39,9 +40,32 @@ module cmaes_options
     integer :: tolstagnation = 0           !< generations; default 100 + 100 n^1.5/lambda
     integer :: max_iterations = 0          !< of one run; default 100 + 150 (n + 3)^2/sqrt(lambda)
     integer(i8) :: max_evaluations = huge(1_i8) !< of the whole search, restarts included
+  contains
+    procedure :: visit => options_visit
   end type cmaes_options_t
 
 contains
+
+  !> Shows to the visitor what a search is, but not how long it goes on.
+  subroutine options_visit(self, visitor)
+    class(cmaes_options_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('weights', self%weights)
+    call visitor%visit('constants', self%constants)
+    call visitor%visit('lambda', self%lambda)
+    call visitor%visit('mu', self%mu)
+    call visitor%visit('sigma0', self%sigma0)
+    call visitor%visit('c_m', self%c_m)
+    call visitor%visit('c_sigma', self%c_sigma)
+    call visitor%visit('d_sigma', self%d_sigma)
+    call visitor%visit('c_c', self%c_c)
+    call visitor%visit('c_1', self%c_1)
+    call visitor%visit('c_mu', self%c_mu)
+    call visitor%visit('alpha_minus', self%alpha_minus)
+    call visitor%visit('seed', self%seed)
+    call visitor%leave_out('f_target f_scale tolfun tolfunhist tolx tolfacupx tolupsigma condition_limit tolflatfitness')
+    call visitor%leave_out('tolstagnation max_iterations max_evaluations')
+  end subroutine options_visit
 
   !> The population of the tutorial: 4 + floor(3 ln n).
   pure integer function default_lambda(n) result(lambda)

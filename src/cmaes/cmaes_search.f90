@@ -9,7 +9,7 @@ module cmaes_search
   use base_errors, only: require
   use base_kinds, only: rp, i8
   use base_text, only: number_text
-  use cmaes_archive, only: archive_t
+  use base_visitor, only: visited_t, visitor_t
   use cmaes_optimiser, only: cmaes_t
   use cmaes_options, only: cmaes_options_t
   use cmaes_params, only: cmaes_params_t, derive_params
@@ -30,7 +30,7 @@ module cmaes_search
   end type start_region_t
 
   !> What the restarts need to remember; part of a checkpoint.
-  type :: cmaes_search_state_t
+  type, extends(visited_t) :: cmaes_search_state_t
     integer :: restart = 0          !< number of the present run, from 0
     integer :: regime = FIRST_RUN
     integer :: n_large = 0          !< restarts with a doubled population
@@ -46,9 +46,11 @@ module cmaes_search
     real(rp), allocatable :: best_x(:)
     integer(i8) :: best_evaluation = 0 !< counted through all runs, from 1
     real(rp) :: f_scale = -1
+  contains
+    procedure :: visit => state_visit
   end type cmaes_search_state_t
 
-  type :: cmaes_search_t
+  type, extends(visited_t) :: cmaes_search_t
     type(cmaes_options_t) :: options
     character(5) :: restarts = 'none' !< none | ipop | bipop
     integer :: max_restarts = 9
@@ -225,43 +227,46 @@ contains
     end associate
   end function search_stop_sentence
 
-  !> Stores the search in an archive or continues the one that it holds; then `start` was called with the
-  !> same options but for budgets and tolerances, and nothing but archive%failure is defined if that is set.
-  subroutine search_visit(self, archive)
+  !> Stores the search or continues the one that the visitor has; then `start` was called with the same options but for
+  !> budgets and tolerances, and nothing but its failure is defined if that is set.
+  subroutine search_visit(self, visitor)
     class(cmaes_search_t), intent(inout) :: self
-    type(archive_t), intent(inout) :: archive
+    class(visitor_t), intent(inout) :: visitor
     integer(i8) :: left
-    integer :: has_best
-    associate (state => self%state)
-      call archive%visit_default_integer('search_restart', state%restart)
-      call archive%visit_default_integer('search_regime', state%regime)
-      call archive%visit_default_integer('search_n_large', state%n_large)
-      call archive%visit_default_integer('search_lambda', state%lambda)
-      call archive%visit_real('search_sigma0', state%sigma0)
-      call archive%visit_integer('search_run_limit', state%run_limit)
-      call archive%visit_integer('search_evaluations', state%evaluations)
-      call archive%visit_integer('search_spent_large', state%spent_large)
-      call archive%visit_integer('search_spent_small', state%spent_small)
-      call archive%visit_integer('search_last_large', state%last_large)
-      call archive%visit_default_integer('search_stop_code', state%stop_code)
-      call archive%visit_default_integer('search_last_stop', state%last_stop)
-      has_best = merge(1, 0, state%has_best)
-      call archive%visit_default_integer('search_has_best', has_best)
-      state%has_best = has_best /= 0
-      call archive%visit_real('search_best_f', state%best_f)
-      call archive%visit_reals('search_best_x', state%best_x)
-      call archive%visit_integer('search_best_evaluation', state%best_evaluation)
-      call archive%visit_real('search_f_scale', state%f_scale)
-    end associate
-    if (archive%failure%failed) return
-    if (archive%is_reading) then
+    call visitor%leave_out('options restarts max_restarts region')
+    call visitor%visit('search', self%state)
+    if (visitor%failure%failed) return
+    if (visitor%is_reading) then
       ! What is left of the budget of today; small runs have one of their own besides.
       left = self%options%max_evaluations - self%state%evaluations
       if (self%state%regime == SMALL_RUN) left = min(left, self%state%run_limit)
       self%state%run_limit = left
       call begin_run(self)
     end if
-    call self%run%state%visit(archive)
-    if (archive%is_reading .and. .not. archive%failure%failed) call self%run%restored()
+    call self%run%state%visit(visitor)
+    if (visitor%is_reading .and. .not. visitor%failure%failed) call self%run%restored()
   end subroutine search_visit
+
+  !> Shows every component to the visitor; `best_x` has its size.
+  subroutine state_visit(self, visitor)
+    class(cmaes_search_state_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('restart', self%restart)
+    call visitor%visit('regime', self%regime)
+    call visitor%visit('n_large', self%n_large)
+    call visitor%visit('lambda', self%lambda)
+    call visitor%visit('sigma0', self%sigma0)
+    call visitor%visit('run_limit', self%run_limit)
+    call visitor%visit('evaluations', self%evaluations)
+    call visitor%visit('spent_large', self%spent_large)
+    call visitor%visit('spent_small', self%spent_small)
+    call visitor%visit('last_large', self%last_large)
+    call visitor%visit('stop_code', self%stop_code)
+    call visitor%visit('last_stop', self%last_stop)
+    call visitor%visit('has_best', self%has_best)
+    call visitor%visit('best_f', self%best_f)
+    call visitor%visit('best_x', self%best_x)
+    call visitor%visit('best_evaluation', self%best_evaluation)
+    call visitor%visit('f_scale', self%f_scale)
+  end subroutine state_visit
 end module cmaes_search

@@ -3,7 +3,7 @@
 module cmaes_state
   use base_kinds, only: rp, i8
   use base_lapack, only: symmetric_eigen_work
-  use cmaes_archive, only: archive_t
+  use base_visitor, only: visited_t, visitor_t
   use cmaes_params, only: cmaes_params_t
   implicit none
   private
@@ -12,7 +12,7 @@ module cmaes_state
   integer, parameter :: WINDOW = 20 !< generations at both ends of the history that stagnation compares
 
   !> After generation `generation`. B and d describe C at its last decomposition: C = B diag(d)^2 B^T.
-  type :: cmaes_state_t
+  type, extends(visited_t) :: cmaes_state_t
     real(rp), allocatable :: mean(:)            !< m
     real(rp), allocatable :: p_sigma(:), p_c(:) !< evolution paths
     real(rp), allocatable :: c(:, :)            !< covariance matrix over sigma^2
@@ -99,54 +99,44 @@ contains
     self%restart = restart
   end subroutine state_reset
 
-  !> Stores or restores every component; the state has been reset with the same parameters.
-  subroutine state_visit(self, archive)
+  !> Shows every component to the visitor; the state has been reset with the same parameters.
+  subroutine state_visit(self, visitor)
     class(cmaes_state_t), intent(inout) :: self
-    type(archive_t), intent(inout) :: archive
-    call archive%visit_reals('mean', self%mean)
-    call archive%visit_reals('p_sigma', self%p_sigma)
-    call archive%visit_reals('p_c', self%p_c)
-    call archive%visit_matrix('C', self%c)
-    call archive%visit_matrix('B', self%b)
-    call archive%visit_reals('d', self%d)
-    call archive%visit_real('sigma', self%sigma)
-    call archive%visit_real('condition', self%condition)
-    call archive%visit_integer('seed', self%seed)
-    call archive%visit_default_integer('restart', self%restart)
-    call archive%visit_default_integer('generation', self%generation)
-    call archive%visit_default_integer('attempt', self%attempt)
-    call archive%visit_default_integer('last_eigen', self%last_eigen)
-    call archive%visit_default_integer('n_repairs', self%n_repairs)
-    call archive%visit_default_integer('n_floored', self%n_floored)
-    call archive%visit_default_integer('n_redone', self%n_redone)
-    call archive%visit_default_integer('n_flat', self%n_flat)
-    call archive%visit_default_integer('stop_code', self%stop_code)
-    call archive%visit_integer('evaluations', self%evaluations)
-    call archive%visit_integer('n_infeasible', self%n_infeasible)
-    call archive%visit_integer('n_failed', self%n_failed)
-    call archive%visit_real('f_scale', self%f_scale)
-    call visit_logical(archive, 'has_best', self%has_best)
-    call archive%visit_real('best_f', self%best_f)
-    call archive%visit_reals('best_x', self%best_x)
-    call archive%visit_integer('best_evaluation', self%best_evaluation)
-    call archive%visit_default_integer('n_history', self%n_history)
-    call archive%visit_reals('best_history', self%best_history)
-    call archive%visit_reals('median_history', self%median_history)
-    call archive%visit_reals('penalty_weights', self%penalty_weights)
-    call visit_logical(archive, 'has_penalty', self%has_penalty)
-    call archive%visit_default_integer('n_spread', self%n_spread)
-    call archive%visit_reals('spreads', self%spreads)
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('mean', self%mean)
+    call visitor%visit('p_sigma', self%p_sigma)
+    call visitor%visit('p_c', self%p_c)
+    call visitor%visit('C', self%c)
+    call visitor%visit('B', self%b)
+    call visitor%visit('d', self%d)
+    call visitor%visit('sigma', self%sigma)
+    call visitor%visit('condition', self%condition)
+    call visitor%visit('seed', self%seed)
+    call visitor%visit('restart', self%restart)
+    call visitor%visit('generation', self%generation)
+    call visitor%visit('attempt', self%attempt)
+    call visitor%visit('last_eigen', self%last_eigen)
+    call visitor%visit('n_repairs', self%n_repairs)
+    call visitor%visit('n_floored', self%n_floored)
+    call visitor%visit('n_redone', self%n_redone)
+    call visitor%visit('n_flat', self%n_flat)
+    call visitor%visit('stop_code', self%stop_code)
+    call visitor%visit('evaluations', self%evaluations)
+    call visitor%visit('n_infeasible', self%n_infeasible)
+    call visitor%visit('n_failed', self%n_failed)
+    call visitor%visit('f_scale', self%f_scale)
+    call visitor%visit('has_best', self%has_best)
+    call visitor%visit('best_f', self%best_f)
+    call visitor%visit('best_x', self%best_x)
+    call visitor%visit('best_evaluation', self%best_evaluation)
+    call visitor%visit('n_history', self%n_history)
+    call visitor%visit('best_history', self%best_history)
+    call visitor%visit('median_history', self%median_history)
+    call visitor%visit('penalty_weights', self%penalty_weights)
+    call visitor%visit('has_penalty', self%has_penalty)
+    call visitor%visit('n_spread', self%n_spread)
+    call visitor%visit('spreads', self%spreads)
   end subroutine state_visit
-
-  subroutine visit_logical(archive, name, flag)
-    type(archive_t), intent(inout) :: archive
-    character(*), intent(in) :: name
-    logical, intent(inout) :: flag
-    integer :: value
-    value = merge(1, 0, flag)
-    call archive%visit_default_integer(name, value)
-    flag = value /= 0
-  end subroutine visit_logical
 
   !> Allocates what generations with these parameters need.
   subroutine work_allocate(self, params)

@@ -40,11 +40,11 @@ contains
     real(rp) :: point(3)
 
     allocate (chi(block%count(1)), us(3, block%count(1)), color(block%count(1)))
-    if (params%penalized .and. index(params%mask, 'from_file::') == 1) then
+    if (params%solids%is_on .and. index(params%solids%mask, 'from_file::') == 1) then
       allocate (from_file(block%count(1), block%count(2), block%count(3)), stat=status)
       call check_allocation(status, block%count, REAL_BYTES, 'the mask of a file')
-      call read_field(world, params%mask(12:), block, from_file, meta, failure)
-      if (.not. failure%failed) call check_box(params%mask(12:), meta, params%grid, failure)
+      call read_field(world, params%solids%mask(12:), block, from_file, meta, failure)
+      if (.not. failure%failed) call check_box(params%solids%mask(12:), meta, params%grid, failure)
       if (failure%failed) return
     end if
     call penalty%begin(block)
@@ -52,21 +52,21 @@ contains
       do y = 1, block%count(2)
         chi = 0
         us = 0
-        color = merge(COLOR_OBSTACLE, COLOR_BODY, params%obstacle /= 'none')
+        color = merge(COLOR_OBSTACLE, COLOR_BODY, params%solids%obstacle /= 'none')
         point = ([0, y - 1, z - 1] + block%start)*params%grid%spacing
-        if (params%penalized) then
+        if (params%solids%is_on) then
           if (allocated(from_file)) then
             chi = min(1.0_rp, max(0.0_rp, from_file(:, y, z)))
-            us = spread(params%us_fixed, 2, size(chi))
+            us = spread(params%solids%us_fixed, 2, size(chi))
           else
             call draw_body(params, block, point, chi, us)
           end if
-          if (params%has_inflow) then
+          if (params%walls%has_inflow) then
             call draw_inflow_channel(params, point, chi, us, color)
           else
             call draw_channel(params, point, chi, us, color)
           end if
-          if (params%cavity) call draw_cavity(params, [0, y - 1, z - 1] + block%start, chi, us, color)
+          if (params%walls%has_cavity) call draw_cavity(params, [0, y - 1, z - 1] + block%start, chi, us, color)
         end if
         call penalty%add_line(chi, us, color)
       end do
@@ -110,37 +110,37 @@ contains
     integer :: x
     logical :: along_x
     h = SMOOTHING_CELLS*p%grid%max_spacing()
-    shape = p%mask
-    if (p%mask == 'Insect') shape = p%obstacle
+    shape = p%solids%mask
+    if (p%solids%mask == 'Insect') shape = p%solids%obstacle
     if (any(shape == ['none  ', 'empty '])) return
     along_x = shape == 'cylinder_x' .or. shape == 'couette' .or. p%grid%is_2d
     ! Lines that cannot touch a compact body cost one comparison.
-    reach = p%size/2*merge(sqrt(2.0_rp), 1.0_rp, shape == 'plate') + h
-    point = nearest_image(line_point - p%centre, p%grid)
+    reach = p%solids%size/2*merge(sqrt(2.0_rp), 1.0_rp, shape == 'plate') + h
+    point = nearest_image(line_point - p%solids%centre, p%grid)
     if (shape == 'sphere' .or. shape == 'plate') then
       if (any(abs(point(2:3)) > reach)) return
     end if
     do x = 1, block%count(1)
       point = line_point
       point(1) = (x - 1)*p%grid%spacing(1)
-      point = nearest_image(point - p%centre, p%grid)
-      us(:, x) = p%us_fixed
+      point = nearest_image(point - p%solids%centre, p%grid)
+      us(:, x) = p%solids%us_fixed
       select case (shape)
       case ('sphere')
-        chi(x) = mask_profile(norm2(point(merge(2, 1, p%grid%is_2d):)) - p%size/2, h)
+        chi(x) = mask_profile(norm2(point(merge(2, 1, p%grid%is_2d):)) - p%solids%size/2, h)
       case ('cylinder', 'cylinder_x')
         r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), along_x)
-        chi(x) = mask_profile(r - p%size/2, h)
+        chi(x) = mask_profile(r - p%solids%size/2, h)
       case ('plate')
         ! In 2-D the plate is a line in the plane, its normal along y.
         if (p%grid%is_2d) point = [point(2), point(3), 0.0_rp]
-        d = plate_distance(point, p%alpha*PI/180, p%size, 2*p%grid%max_spacing())
+        d = plate_distance(point, p%solids%alpha*PI/180, p%solids%size, 2*p%grid%max_spacing())
         chi(x) = mask_profile(d, h)
       case ('couette')
         r = hypot(point(2), point(3))
-        chi(x) = max(mask_profile(r - p%r1, h), mask_profile(p%r2 - r, h))
+        chi(x) = max(mask_profile(r - p%solids%r1, h), mask_profile(p%solids%r2 - r, h))
         us(:, x) = 0
-        if (r < (p%r1 + p%r2)/2) us(:, x) = p%omega*[0.0_rp, -point(3), point(2)]
+        if (r < (p%solids%r1 + p%solids%r2)/2) us(:, x) = p%solids%omega*[0.0_rp, -point(3), point(2)]
       end select
     end do
   end subroutine draw_body
@@ -171,14 +171,14 @@ contains
     real(rp), intent(inout) :: chi(:), us(:, :)
     integer, intent(inout) :: color(:)
     real(rp) :: height
-    if (p%channel == 'no') return
-    height = merge(line_point(3), line_point(2), p%channel(1:2) == 'xy')
-    if (height < p%pos_wall - p%thick_wall .or. height > p%pos_wall) return
+    if (p%walls%channel == 'no') return
+    height = merge(line_point(3), line_point(2), p%walls%channel(1:2) == 'xy')
+    if (height < p%walls%position - p%walls%thickness .or. height > p%walls%position) return
     chi = 1
     color = COLOR_WALL
     us = 0
     ! A sliding wall moves with the mean flow: flight in still air above the ground, seen by the flyer.
-    if (index(p%channel, 'sliding') > 0) us = spread(p%mean_velocity, 2, size(chi))
+    if (index(p%walls%channel, 'sliding') > 0) us = spread(p%mean%velocity, 2, size(chi))
   end subroutine draw_channel
 
   !> Walls, zone of inflow and cylinder of the channel along y; the flow does not depend on x.
@@ -189,20 +189,20 @@ contains
     integer, intent(inout) :: color(:)
     real(rp) :: h, middle(3), point(3), wall, inflow, cylinder
     h = p%grid%max_spacing()
-    middle = [0.0_rp, p%grid%length(2) - p%inflow_length/2, p%pos_wall - p%thick_wall/2]
+    middle = [0.0_rp, p%grid%length(2) - p%walls%inflow_length/2, p%walls%position - p%walls%thickness/2]
     point = nearest_image(line_point - middle, p%grid)
-    wall = mask_profile(abs(point(3)) - p%thick_wall/2, h)
-    inflow = mask_profile(abs(point(2)) - p%inflow_length/2, h)
-    point = nearest_image(line_point - [0.0_rp, p%cylinder], p%grid)
+    wall = mask_profile(abs(point(3)) - p%walls%thickness/2, h)
+    inflow = mask_profile(abs(point(2)) - p%walls%inflow_length/2, h)
+    point = nearest_image(line_point - [0.0_rp, p%walls%cylinder], p%grid)
     cylinder = 0
-    if (p%size > 0) cylinder = mask_profile(hypot(point(2), point(3)) - p%size/2, h)
+    if (p%solids%size > 0) cylinder = mask_profile(hypot(point(2), point(3)) - p%solids%size/2, h)
     chi = max(wall, inflow, cylinder)
     us = 0
     color = COLOR_WALL
     if (cylinder > max(wall, inflow)) then
       color = COLOR_BODY
     else if (inflow >= wall) then
-      us(2, :) = p%inflow_velocity*inflow_profile(p, line_point(3))
+      us(2, :) = p%walls%inflow_velocity*inflow_profile(p, line_point(3))
     end if
   end subroutine draw_inflow_channel
 
@@ -219,7 +219,7 @@ contains
       i(1) = x - 1
       wall = .false.
       do k = merge(2, 1, p%grid%is_2d), 3
-        wall = wall .or. i(k) < p%cavity_size .or. i(k) >= p%grid%n(k) - p%cavity_size
+        wall = wall .or. i(k) < p%walls%cavity_size .or. i(k) >= p%grid%n(k) - p%walls%cavity_size
       end do
       if (.not. wall) cycle
       chi(x) = 1

@@ -62,7 +62,7 @@ contains
     real(rp), intent(in) :: z !< L
     real(rp) :: height, s
     height = params%channel_height()
-    s = modulo(z - params%pos_wall, params%grid%length(3))
+    s = modulo(z - params%walls%position, params%grid%length(3))
     profile = 6*max(0.0_rp, s*(height - s))/height**2
   end function inflow_profile
 
@@ -71,6 +71,6 @@ contains
     type(fluid_params_t), intent(in) :: params
     real(rp), intent(in) :: time
     growth = 1
-    if (time < params%inflow_start) growth = 0.5_rp*(1 - cos(PI*max(0.0_rp, time)/params%inflow_start))
+    if (time < params%walls%inflow_start) growth = 0.5_rp*(1 - cos(PI*max(0.0_rp, time)/params%walls%inflow_start))
   end function inflow_growth
 end module fluid_inflow

@@ -33,14 +33,14 @@ contains
 
     time = 0
     u = 0
-    if (any(params%inicond == [character(24) :: 'turbulence_rogallo', 'random-given-spectrum'])) then
+    if (any(params%initial%flow == [character(24) :: 'turbulence_rogallo', 'random-given-spectrum'])) then
       call random_velocity(full%world, params, full%sticks, u, failure)
       return
     end if
     ! One component at a time, to save memory.
     call allocate_fields(field, full%block, 1, 'a field of the initial condition')
     do c = 1, 3
-      select case (params%inicond)
+      select case (params%initial%flow)
       case ('VortexRing')
         call vortex_ring(params, full, c, field(:, :, :, 1))
       case ('taylor_green', 'taylor_green_2d')
@@ -54,9 +54,9 @@ contains
       call full%forward(field, u(:, :, c:c))
     end do
     deallocate (field)
-    if (params%inicond == 'VortexRing') then
+    if (params%initial%flow == 'VortexRing') then
       call vorticity_to_velocity(full, u)
-      call set_mean(full, params%mean_velocity, u)
+      call set_mean(full, params%mean%velocity, u)
     else
       ! In a box that is no cube the classical field is not solenoidal, and files of single precision are to 1e-7 only.
       call project(full, u)
@@ -66,7 +66,7 @@ contains
   !> Whether the flow begins at rest or with its mean flow alone, which no truncation changes.
   pure logical function is_uniform(params)
     type(fluid_params_t), intent(in) :: params
-    is_uniform = any(params%inicond == [character(16) :: 'quiescent', 'MeanFlow'])
+    is_uniform = any(params%initial%flow == [character(16) :: 'quiescent', 'MeanFlow'])
   end function is_uniform
 
   !> Makes `mean` the mean of the velocity with the spectrum `u` of the transform `full`.
@@ -116,13 +116,13 @@ contains
     real(rp), parameter :: CORE = 0.82_rp
     real(rp) :: q(3), r, a, w
     integer :: x, y, z
-    a = CORE*p%size
+    a = CORE*p%solids%size
     do z = 1, full%block%count(3)
       do y = 1, full%block%count(2)
         do x = 1, full%block%count(1)
-          q = ([x, y, z] - 1 + full%block%start)*p%grid%spacing - p%centre
+          q = ([x, y, z] - 1 + full%block%start)*p%grid%spacing - p%solids%centre
           r = hypot(q(2), q(3))
-          w = p%omega1/(PI*a**2)*exp(-(q(1)**2 + (r - p%size)**2)/a**2)
+          w = p%initial%omega1/(PI*a**2)*exp(-(q(1)**2 + (r - p%solids%size)**2)/a**2)
           omega(x, y, z) = 0
           if (r > 0 .and. c > 1) omega(x, y, z) = merge(-w*q(3)/r, w*q(2)/r, c == 2)
         end do
@@ -164,9 +164,9 @@ contains
     real(rp), intent(inout) :: time
     type(failure_t), intent(inout) :: failure
     type(field_meta_t) :: meta
-    call read_field(world, trim(p%file_u(c)), full%block, u, meta, failure)
+    call read_field(world, trim(p%initial%file_u(c)), full%block, u, meta, failure)
     if (failure%failed) return
-    call check_box(trim(p%file_u(c)), meta, p%grid, failure)
+    call check_box(trim(p%initial%file_u(c)), meta, p%grid, failure)
     time = meta%time
   end subroutine from_file
 end module fluid_initial

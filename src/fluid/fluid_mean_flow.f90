@@ -20,7 +20,7 @@ contains
     complex(rp), intent(in) :: n(3)
     complex(rp) :: a(3)
     a = n
-    where (p%mean_flow == 'dynamic') a = cmplx(-force/p%m_fluid*ramp(p, time), 0.0_rp, rp)
+    where (p%mean%kind == 'dynamic') a = cmplx(-force/p%mean%mass*ramp(p, time), 0.0_rp, rp)
   end function mean_acceleration
 
   !> How a force on the fluid at points accelerates its mean, 1/(rho L^3), in each direction: by its mass where the mean
@@ -30,9 +30,9 @@ contains
     real(rp), intent(in) :: time
     real(rp) :: response(3)
     response = 0
-    where (p%mean_flow == 'free') response = 1/p%grid%volume()
-    where (p%mean_flow == 'dynamic') response = ramp(p, time)/p%m_fluid
-    if (p%has_inflow) response(2) = 0
+    where (p%mean%kind == 'free') response = 1/p%grid%volume()
+    where (p%mean%kind == 'dynamic') response = ramp(p, time)/p%mean%mass
+    if (p%walls%has_inflow) response(2) = 0
   end function mean_response
 
   !> The mean velocity `u` at `time` with prescribed components replaced.
@@ -42,9 +42,9 @@ contains
     complex(rp), intent(in) :: u(3)
     complex(rp) :: mean(3)
     mean = u
-    where (p%mean_flow == 'fixed') mean = p%mean_velocity
-    if (p%has_inflow) mean(2) = inflow_growth(p, time)*p%mean_velocity(2)
-    where (p%mean_flow == 'sinusoidal') mean = p%mean_velocity*sin(TWO_PI*p%mean_frequency*time)
+    where (p%mean%kind == 'fixed') mean = p%mean%velocity
+    if (p%walls%has_inflow) mean(2) = inflow_growth(p, time)*p%mean%velocity(2)
+    where (p%mean%kind == 'sinusoidal') mean = p%mean%velocity*sin(TWO_PI*p%mean%frequency*time)
   end function imposed_mean_flow
 
   !> Smooth start of the dynamic mean flow: 0 until release, then a cubic to 1 within tau.
@@ -53,10 +53,10 @@ contains
     real(rp), intent(in) :: time
     real(rp) :: s
     r = 1
-    if (.not. p%mean_conditioner) return
+    if (.not. p%mean%has_ramp) return
     s = 1
-    if (p%mean_tau > 0) s = max(0.0_rp, min(1.0_rp, (time - p%mean_release)/p%mean_tau))
-    if (time < p%mean_release) s = 0
+    if (p%mean%ramp > 0) s = max(0.0_rp, min(1.0_rp, (time - p%mean%release)/p%mean%ramp))
+    if (time < p%mean%release) s = 0
     r = s*s*(3 - 2*s)
   end function ramp
 end module fluid_mean_flow

@@ -8,6 +8,7 @@ module fluid_restart
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_state, only: fluid_state_t
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
+  use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   use spectral_sticks, only: sticks_t
   implicit none
   private
@@ -22,20 +23,18 @@ contains
     type(checkpoint_writer_t), intent(inout) :: writer
     type(fluid_params_t), intent(in) :: params
     type(sticks_t), intent(in) :: sticks
-    type(fluid_state_t), intent(in) :: state
+    type(fluid_state_t), intent(inout) :: state !< stays as it is
+    type(checkpoint_saver_t) :: saver
     integer :: c
     call writer%put_reals('grid', real(params%grid%n, rp))
     call writer%put_reals('length', params%grid%length)
-    call writer%put_text('dealias', params%dealias)
-    call writer%put_integer('scheme', int(params%scheme, i8))
-    call writer%put_integer('step', int(state%step, i8))
-    call writer%put_real('time', state%time)
-    call writer%put_real('dt_old', state%dt_old)
-    call writer%put_reals('solid_momentum', reshape(state%solid_momentum, [size(state%solid_momentum)]))
-    call writer%put_reals('solid_moment', reshape(state%solid_moment, [size(state%solid_moment)]))
+    call writer%put_text('dealias', params%resolution%dealias)
+    call writer%put_integer('scheme', int(params%time%scheme, i8))
+    call saver%begin(writer, '')
+    call state%visit(saver)
     do c = 1, 3
       call writer%put_rows('u'//AXES(c:c), as_reals(state%u(:, :, c)), sticks%rows)
-      if (params%scheme == SCHEME_AB2) &
+      if (params%time%scheme == SCHEME_AB2) &
         call writer%put_rows('history_'//AXES(c:c), as_reals(state%history(:, :, c)), sticks%rows)
     end do
   end subroutine save_fluid
@@ -48,6 +47,7 @@ contains
     type(sticks_t), intent(in) :: sticks
     type(fluid_state_t), intent(inout) :: state
     type(failure_t), intent(inout) :: failure
+    type(checkpoint_loader_t) :: loader
     real(rp), allocatable :: numbers(:), rows(:, :)
     character(:), allocatable :: text
     integer(i8) :: number
@@ -66,27 +66,23 @@ contains
     end if
     call reader%get_text('dealias', text, failure)
     if (.not. failure%failed) then
-      if (text /= params%dealias) call failure%raise('the checkpoint has another truncation: '//text)
+      if (text /= params%resolution%dealias) call failure%raise('the checkpoint has another truncation: '//text)
     end if
     call reader%get_integer('scheme', number, failure)
-    if (.not. failure%failed .and. number /= params%scheme) &
+    if (.not. failure%failed .and. number /= params%time%scheme) &
       call failure%raise('the checkpoint was made with another time stepper: '// &
                          'set [Time] iTimeMethodFluid as in the run that wrote it')
-    call reader%get_integer('step', number, failure)
-    state%step = int(number)
-    call reader%get_real('time', state%time, failure)
-    call reader%get_real('dt_old', state%dt_old, failure)
-    call reader%get_reals('solid_momentum', numbers, failure)
-    if (.not. failure%failed) state%solid_momentum = reshape(numbers, shape(state%solid_momentum))
-    call reader%get_reals('solid_moment', numbers, failure)
-    if (.not. failure%failed) state%solid_moment = reshape(numbers, shape(state%solid_moment))
+    if (failure%failed) return
+    call loader%begin(reader, '')
+    call state%visit(loader)
+    if (loader%failure%failed) call failure%raise(loader%failure%reason)
     allocate (rows(2*sticks%nkz, sticks%n), stat=status)
     call check_allocation(status, [2*sticks%nkz, sticks%n], REAL_BYTES, 'what is read of the checkpoint')
     do c = 1, 3
       call reader%get_rows('u'//AXES(c:c), rows, sticks%rows, failure)
       if (failure%failed) return
       state%u(:, :, c) = as_complex(rows)
-      if (params%scheme /= SCHEME_AB2) cycle
+      if (params%time%scheme /= SCHEME_AB2) cycle
       call reader%get_rows('history_'//AXES(c:c), rows, sticks%rows, failure)
       if (failure%failed) return
       state%history(:, :, c) = as_complex(rows)

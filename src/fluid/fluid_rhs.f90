@@ -99,7 +99,7 @@ contains
     allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7), self%pressure_line(sticks%nkz))
     allocate (self%line_divergence(block%count(1)), source=0.0_rp)
     allocate (self%ones(sticks%nkz), source=1.0_rp)
-    if (params%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
+    if (params%time%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
     if (keeps_pressure) call self%pressure%init(sticks)
     if (keeps_rhs) call allocate_spectra(self%kept, sticks, 'the change of the flow')
     if (keeps_fields) call allocate_fields(self%fields, block, 6, 'velocity and vorticity in space')
@@ -166,7 +166,7 @@ contains
       y = first + i - 1
       call line_product(size(in, 1), in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &
                         out(:, i, 1), out(:, i, 2), out(:, i, 3), self%line_max, self%line_sum(:, 1))
-      if (self%params%penalized) call self%penalize_line(y, z, in(:, i, 1), in(:, i, 2), in(:, i, 3), &
+      if (self%params%solids%is_on) call self%penalize_line(y, z, in(:, i, 1), in(:, i, 2), in(:, i, 3), &
                                                          out(:, i, 1), out(:, i, 2), out(:, i, 3))
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
       if (self%request%pressure) out(:, i, self%n_out) = 0.5_rp*(in(:, i, 1)**2 + in(:, i, 2)**2 + in(:, i, 3)**2)
@@ -186,15 +186,15 @@ contains
     line = y + self%block%count(2)*(z - 1)
     if (self%penalty%line_last(line) < self%penalty%line_first(line)) return
     box = self%params%grid%length
-    arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%centre
+    arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%solids%centre
     wrap = 0
     ! Wings may reach beyond the box; the nearest image of a point is the one that belongs to them.
-    if (self%params%periodic_torque .or. self%params%moving) then
+    if (self%params%solids%periodic_torque .or. self%params%solids%is_moving) then
       arm(2:3) = arm(2:3) - box(2:3)*anint(arm(2:3)/box(2:3))
       wrap = box(1)
     end if
     call self%sums%add_solid_line(self%penalty, self%penalty%line_first(line), &
-                                  self%penalty%line_last(line), self%params%c_eta, arm, &
+                                  self%penalty%line_last(line), self%params%solids%c_eta, arm, &
                                   self%params%grid%spacing(1), wrap, u, v, w, out1, out2, out3)
   end subroutine penalize_line
 
@@ -206,7 +206,7 @@ contains
     real(rp), intent(inout) :: q(:, :)
     integer :: line
     call self%sponge%damp(y, z, omega, q)
-    if (.not. self%params%penalized) return
+    if (.not. self%params%solids%is_on) return
     line = y + self%block%count(2)*(z - 1)
     q(self%penalty%x(self%penalty%line_first(line):self%penalty%line_last(line)), :) = 0
   end subroutine sponge_line
@@ -225,7 +225,7 @@ contains
       self%sums%divergence = max(self%sums%divergence, maxval(abs(in(:, 7))))
       self%line_divergence = abs(in(:, 7))
     end if
-    if (self%params%penalized) then
+    if (self%params%solids%is_on) then
       line = y + self%block%count(2)*(z - 1)
       do i = self%penalty%line_first(line), self%penalty%line_last(line)
         associate (x => self%penalty%x(i), chi => self%penalty%chi(i))
@@ -351,7 +351,7 @@ contains
       if (self%pass == PASS_AB2) then
         b10 = dt
         b11 = 0
-        if (self%state%step > 0 .and. self%params%scheme == SCHEME_AB2) then
+        if (self%state%step > 0 .and. self%params%time%scheme == SCHEME_AB2) then
           b10 = dt/self%state%dt_old*(dt/2 + self%state%dt_old)
           b11 = -dt**2/(2*self%state%dt_old)
         end if

@@ -71,12 +71,13 @@ contains
     if (present(keeps_rhs)) rhs = keeps_rhs
     pressure = keeps_fields
     if (present(keeps_pressure)) pressure = keeps_pressure
-    call make_transform(self%transform, params%transform, world, params%grid, params%dealias, params%process_rows, &
-                        params%planner, 7, merge(6, 3, params%sponge) + merge(1, 0, pressure), failure)
+    call make_transform(self%transform, params%resolution%transform, world, params%grid, params%resolution%dealias, &
+                        params%resolution%process_rows, params%resolution%planner, 7, &
+                        merge(6, 3, params%sponge%is_on) + merge(1, 0, pressure), failure)
     call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
-    if (params%has_inflow) call self%inflow%init(self%rhs%penalty)
+    if (params%walls%has_inflow) call self%inflow%init(self%rhs%penalty)
   end subroutine fluid_init
 
   !> Sets the initial condition. Until the first step the flow is the untruncated initial field, as in
@@ -88,7 +89,7 @@ contains
     integer :: c
     associate (rhs => self%rhs, block => self%transform%block)
       if (is_uniform(rhs%params)) then
-        if (rhs%params%inicond == 'MeanFlow') call set_mean(self%transform, rhs%params%mean_velocity, rhs%state%u)
+        if (rhs%params%initial%flow == 'MeanFlow') call set_mean(self%transform, rhs%params%mean%velocity, rhs%state%u)
         return
       end if
       allocate (rhs%initial)
@@ -115,7 +116,7 @@ contains
     class(moving_solids_t), intent(inout), optional :: moving
     type(request_t) :: nothing
     integer :: pass, passes(2)
-    if (any(self%rhs%params%scheme == [SCHEME_AB2, SCHEME_EULER])) then
+    if (any(self%rhs%params%time%scheme == [SCHEME_AB2, SCHEME_EULER])) then
       if (self%accepted .and. self%rhs%request%covers(request)) then
         call self%rhs%advance_kept()
       else
@@ -125,7 +126,7 @@ contains
       if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
     else
       passes = [PASS_RK_FIRST, PASS_RK_FOURTH]
-      if (self%rhs%params%scheme == SCHEME_RK2) passes = [PASS_HEUN_FIRST, PASS_HEUN_SECOND]
+      if (self%rhs%params%time%scheme == SCHEME_RK2) passes = [PASS_HEUN_FIRST, PASS_HEUN_SECOND]
       call run_pass(self, passes(1), request, moving)
       if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
       do pass = passes(1) + 1, passes(2)
@@ -146,8 +147,8 @@ contains
       state%dt_old = self%rhs%dt
       state%step = state%step + 1
       ! Sums of dt must not leave the run an epsilon short of its end.
-      if (abs(self%rhs%params%t_max - state%time) <= 1.0e-12_rp*self%rhs%params%t_max) &
-        state%time = self%rhs%params%t_max
+      if (abs(self%rhs%params%time%t_max - state%time) <= 1.0e-12_rp*self%rhs%params%time%t_max) &
+        state%time = self%rhs%params%time%t_max
     end associate
   end subroutine fluid_step
 
@@ -199,7 +200,7 @@ contains
       call self%rhs%initial%free()
       deallocate (self%rhs%initial)
     end if
-    if (self%rhs%params%has_inflow) &
+    if (self%rhs%params%walls%has_inflow) &
       call self%inflow%set(self%rhs%params, self%rhs%time_of(pass), self%rhs%penalty)
     if (present(moving)) then
       call place_solids(self, moving, self%rhs%time_of(pass))
@@ -217,7 +218,7 @@ contains
     class(moving_solids_t), intent(inout) :: moving
     real(rp), intent(in) :: time
     call moving%place(time, self%rhs%penalty, self%rhs%failure)
-    call moving%refer(self%rhs%params%centre)
+    call moving%refer(self%rhs%params%solids%centre)
   end subroutine place_solids
 
   !> Keeps the integrals of a pass and completes them by the rate of change of the solids' momentum: exact for
@@ -235,10 +236,10 @@ contains
       self%unsteady_moment = 0
       if (present(moving)) then
         call moving%feel(self%sums)
-        call moving%momentum_rate(self%rhs%params%centre, self%unsteady_force, self%unsteady_moment)
+        call moving%momentum_rate(self%rhs%params%solids%centre, self%unsteady_force, self%unsteady_moment)
         return
       end if
-      if (.not. self%rhs%params%unsteady_corrections .or. state%step == 0) return
+      if (.not. self%rhs%params%solids%unsteady_corrections .or. state%step == 0) return
       self%unsteady_force = (self%sums%solid_momentum - state%solid_momentum)/state%dt_old
       self%unsteady_moment = (self%sums%solid_moment - state%solid_moment)/state%dt_old
     end associate

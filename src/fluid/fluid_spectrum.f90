@@ -46,12 +46,12 @@ contains
     end do
     call world%sum_reals(modes_in_shell)
 
-    if (p%inicond == 'turbulence_rogallo') then
+    if (p%initial%flow == 'turbulence_rogallo') then
       energy = [(real(i, rp)**4*exp(-2*(i/2.0_rp)**2), i=1, n_shells)]
       where (modes_in_shell < 0.5_rp) energy = 0
-      energy = energy*(p%omega1/sum(energy))
+      energy = energy*(p%initial%omega1/sum(energy))
     else
-      call read_table(world, p%spectrum_file, table, failure)
+      call read_table(world, p%initial%spectrum_file, table, failure)
       if (failure%failed) return
       energy = [(interpolate(table, i*k_min)*k_min, i=1, n_shells)]
     end if
@@ -65,10 +65,10 @@ contains
         shell = shell_of(sticks, s, i, k_min)
         ! Of a mode and its mirror image only one is drawn, the other is its conjugate.
         if (is_mirror(mode)) then
-          drawn = uniforms(p%seed, -mode)
+          drawn = uniforms(p%initial%seed, -mode)
           direction = conjg(solenoidal_direction(-k, drawn, p%grid%is_2d))
         else
-          drawn = uniforms(p%seed, mode)
+          drawn = uniforms(p%initial%seed, mode)
           direction = solenoidal_direction(k, drawn, p%grid%is_2d)
         end if
         u(i, s, :) = sqrt(2*energy(shell)/modes_in_shell(shell))*direction

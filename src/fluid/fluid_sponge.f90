@@ -48,10 +48,10 @@ contains
     type(sponge_t) :: sponge
     integer :: y, z, t
     logical :: in_y, in_z, top
-    sponge%is_on = params%sponge
+    sponge%is_on = params%sponge%is_on
     if (.not. sponge%is_on) return
-    sponge%rate = 1/params%c_sponge
-    t = params%sponge_thickness
+    sponge%rate = 1/params%sponge%damping_time
+    t = params%sponge%thickness
     allocate (sponge%whole_line(block%count(2), block%count(3)))
     do z = 1, block%count(3)
       in_z = at_edge(z - 1 + block%start(3), block%n(3), t)
@@ -59,7 +59,7 @@ contains
       top = z - 1 + block%start(3) > block%n(3) - t
       do y = 1, block%count(2)
         in_y = at_edge(y - 1 + block%start(2), block%n(2), t)
-        select case (params%sponge_type)
+        select case (params%sponge%kind)
         case ('cavity', '2D_frame')
           sponge%whole_line(y, z) = in_y .or. in_z
         case ('cavity_open_z', 'xmin_xmax_ymin_ymax')
@@ -73,7 +73,7 @@ contains
         end select
       end do
     end do
-    select case (params%sponge_type)
+    select case (params%sponge%kind)
     case ('cavity', 'cavity_open_z', 'xmin_xmax', 'xmin_xmax_ymin_ymax', 'xmin_xmax_zmin_zmax')
       sponge%low = t
       sponge%high = t

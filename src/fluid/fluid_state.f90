@@ -3,6 +3,7 @@
 module fluid_state
   use base_kinds, only: rp
   use base_memory, only: check_allocation, COMPLEX_BYTES
+  use base_visitor, only: visited_t, visitor_t
   use fluid_penalty, only: N_COLORS
   use spectral_sticks, only: sticks_t
   implicit none
@@ -10,7 +11,7 @@ module fluid_state
   public :: fluid_state_t, viscous_factor_t, allocate_spectra
 
   !> Velocity spectrum and multistep history at `time`.
-  type :: fluid_state_t
+  type, extends(visited_t) :: fluid_state_t
     real(rp) :: time = 0
     real(rp) :: dt_old = 0  !< length of the step that led here
     integer :: step = 0     !< steps done
@@ -20,6 +21,7 @@ module fluid_state
     real(rp) :: solid_moment(3, 0:N_COLORS - 1) = 0   !< int chi r x u_s dV at t - dt_old
   contains
     procedure :: init => state_init
+    procedure :: visit => state_visit
   end type fluid_state_t
 
   !> The viscous factor of every mode, on_stick(s)*along(kz): exp(-nu k^2 dt), and with spectral vanishing viscosity
@@ -49,6 +51,18 @@ contains
     self%u = 0
     self%history = 0
   end subroutine state_init
+
+  !> Shows to the visitor what all ranks have. The spectra are distributed: fluid_restart writes and reads them.
+  subroutine state_visit(self, visitor)
+    class(fluid_state_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('step', self%step)
+    call visitor%visit('time', self%time)
+    call visitor%visit('dt_old', self%dt_old)
+    call visitor%visit('solid_momentum', self%solid_momentum)
+    call visitor%visit('solid_moment', self%solid_moment)
+    call visitor%leave_out('u history')
+  end subroutine state_visit
 
   !> Room for the spectra of three fields, which hold `what`, on the sticks of this rank. Ends the program if there is none.
   subroutine allocate_spectra(spectra, sticks, what)

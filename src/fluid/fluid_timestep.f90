@@ -32,28 +32,28 @@ contains
     real(rp) :: left, speed
     integer :: i
 
-    if (p%dt_fixed > 0) then
-      dt = p%dt_fixed
+    if (p%time%dt_fixed > 0) then
+      dt = p%time%dt_fixed
     else
       dt = 1.0e-3_rp ! a fluid at rest tells nothing
       speed = u_max
       ! A swinging mean flow passes through rest; its largest velocity comes within the next steps.
-      if (any(p%mean_flow == 'sinusoidal')) speed = max(speed, &
-                                                     norm2(merge(p%mean_velocity, 0.0_rp, p%mean_flow == 'sinusoidal')))
-      if (speed >= 1.0e-8_rp) dt = two_digits(p%cfl*p%grid%min_spacing()/speed)
-      if (p%dt_max > 0) dt = min(dt, p%dt_max)
-      if (p%penalized) dt = min(dt, p%dt_fraction*(p%cfl_eta*p%c_eta))
-      if (p%sponge) dt = min(dt, SPONGE_LIMIT*p%c_sponge)
-      if (any(p%mean_flow == 'sinusoidal') .and. p%mean_frequency > 0) dt = min(dt, 0.02_rp/p%mean_frequency)
+      if (any(p%mean%kind == 'sinusoidal')) speed = max(speed, &
+                                                     norm2(merge(p%mean%velocity, 0.0_rp, p%mean%kind == 'sinusoidal')))
+      if (speed >= 1.0e-8_rp) dt = two_digits(p%time%cfl*p%grid%min_spacing()/speed)
+      if (p%time%dt_max > 0) dt = min(dt, p%time%dt_max)
+      if (p%solids%is_on) dt = min(dt, p%solids%dt_fraction*(p%time%cfl_eta*p%solids%c_eta))
+      if (p%sponge%is_on) dt = min(dt, SPONGE_LIMIT*p%sponge%damping_time)
+      if (any(p%mean%kind == 'sinusoidal') .and. p%mean%frequency > 0) dt = min(dt, 0.02_rp/p%mean%frequency)
     end if
-    left = p%t_max - time
-    if (p%intelligent_dt) then
+    left = p%time%t_max - time
+    if (p%time%intelligent_dt) then
       if (dt_old > 0) dt = min(dt, 2*dt_old)
       do i = 1, size(intervals)
         if (intervals(i) > 0) left = min(left, intervals(i)*(1 - fraction_done(time, intervals(i))))
       end do
       if (left < huge(1)*dt) dt = left/max(1, ceiling(left/dt - 1.0e-9_rp))
-    else if (p%even_end .and. left < 2*dt) then
+    else if (p%time%even_end .and. left < 2*dt) then
       dt = left/max(1, ceiling(left/dt - 1.0e-9_rp))
     else
       dt = min(dt, left)

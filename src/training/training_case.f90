@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Holds one training as search and least squares see it: the experiment, its free parameters, and their options. SI units.
 module training_case
+  use base_visitor, only: visitor_t
   use cmaes_options, only: cmaes_options_t
   use least_squares_fit, only: fit_options_t
   use measurement_bending_case, only: bending_case_t
@@ -20,5 +21,25 @@ module training_case
     type(fit_options_t) :: fit
     character(:), allocatable :: name       !< first part of the names of checkpoints
     integer :: checkpoint_every = 1         !< generations
+  contains
+    procedure :: visit => case_visit
   end type training_case_t
+
+contains
+
+  !> Shows to the visitor what determines the search, but not how long it goes on and what follows it. Experiment and
+  !> measurement are known by what is computed of them: see training_fingerprint.
+  subroutine case_visit(self, visitor)
+    class(training_case_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('search', self%search)
+    call visitor%visit('restarts', self%restarts)
+    call visitor%visit('starts_at_wing', self%starts_at_wing)
+    call visitor%visit('use_chi2', self%use_chi2)
+    call visitor%visit('n_stages', self%n_stages)
+    call visitor%leave_out('max_restarts polish intervals polish_starts fit name checkpoint_every')
+    call visitor%leave_out('wing_case measurement_path measurement outliers instrument prior_decades')
+    call visitor%visit('free', self%free_parameters)
+    call visitor%visit('solver', self%experiment%options)
+  end subroutine case_visit
 end module training_case

@@ -4,7 +4,9 @@
 !> Candidates are solved warm from the solution of the optimiser's mean under the same load, which is solved first,
 !> itself warm from the mean before: a candidate's cost depends on the sequence of means alone, not on who computes it.
 module training_objective
+  use base_errors, only: failure_t, require
   use base_kinds, only: i8, rp
+  use base_packing, only: count_packed, unpack_value
   use base_sort, only: sorting_order
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
@@ -159,6 +161,7 @@ contains
     real(rp), allocatable, intent(out) :: shapes(:, :, :)
     real(rp), allocatable :: inputs(:, :), outputs(:, :), seconds(:)
     integer, allocatable :: statuses(:), loads(:)
+    type(failure_t) :: failure
     integer :: k, l, m, n, n_loads
     n_loads = size(is_start)
     loads = [(l, l=1, n_loads)]
@@ -178,8 +181,9 @@ contains
     n = size(shapes, 1)*size(shapes, 2)
     do k = 1, size(loads)
       l = loads(k)
-      m = evaluations(l)%count_reals()
-      call evaluations(l)%from_reals(outputs(:m, k))
+      m = count_packed(evaluations(l))
+      call unpack_value(outputs(:m, k), evaluations(l), failure)
+      if (failure%failed) call require(.false., 'training_objective: '//failure%reason)
       evaluations(l)%is_solved = evaluations(l)%is_solved .and. statuses(k) == 0
       shapes(:, :, l) = reshape(outputs(m + 1:m + n, k), shape(shapes(:, :, l)))
     end do

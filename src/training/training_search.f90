@@ -7,12 +7,12 @@ module training_search
   use base_kinds, only: i8, rp
   use base_random, only: random_uniforms
   use base_text, only: number_text
-  use cmaes_archive, only: archive_t
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
   use cmaes_stop, only: RUNNING
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
+  use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   use io_identity, only: identity_t
   use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
@@ -64,7 +64,7 @@ contains
   !> The first generation of the first stage. Settings and pool must live as long as the search.
   subroutine search_init(self, settings, pool)
     class(train_search_t), intent(inout) :: self
-    class(training_case_t), intent(in), target :: settings
+    class(training_case_t), intent(inout), target :: settings
     type(worker_pool_t), intent(in), target :: pool
     type(world_t) :: alone
     call self%space%init(settings%experiment, settings%free_parameters)
@@ -185,10 +185,9 @@ contains
     class(training_case_t), intent(in) :: settings
     type(checkpoint_reader_t), intent(inout) :: reader
     type(failure_t), intent(inout) :: failure
-    type(archive_t) :: names, archive
+    type(checkpoint_loader_t) :: loader
     real(rp), allocatable :: numbers(:)
     integer(i8) :: number
-    integer :: i
     call reader%get_integer('stage', number, failure)
     if (.not. failure%failed .and. number == 2) then
       call reader%get_reals('fixed', numbers, failure)
@@ -196,22 +195,9 @@ contains
     end if
     call reader%get_integer('spent', self%spent, failure)
     if (failure%failed) return
-    call self%search%visit(names)
-    do i = 1, size(names%fields)
-      associate (field => names%fields(i))
-        if (allocated(field%reals)) then
-          call reader%get_reals(PREFIX//trim(field%name), numbers, failure)
-          call archive%put_reals(trim(field%name), numbers)
-        else
-          call reader%get_integer(PREFIX//trim(field%name), number, failure)
-          call archive%put_integers(trim(field%name), [number])
-        end if
-      end associate
-      if (failure%failed) return
-    end do
-    archive%is_reading = .true.
-    call self%search%visit(archive)
-    if (archive%failure%failed) call failure%raise(archive%failure%reason)
+    call loader%begin(reader, PREFIX, reals_are_tables=.true.)
+    call self%search%visit(loader)
+    if (loader%failure%failed) call failure%raise(loader%failure%reason)
     call reader%get_reals('mean_shapes', numbers, failure)
     if (.not. failure%failed) self%objective%shapes = reshape(numbers, shape(self%objective%shapes))
     call reader%get_reals('mean_is_start', numbers, failure)
@@ -367,9 +353,7 @@ contains
   subroutine search_back_up(self)
     class(train_search_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
-    type(archive_t) :: archive
-    integer :: i
-    call self%search%visit(archive)
+    type(checkpoint_saver_t) :: saver
     call self%slots%begin(writer, self%failure)
     call self%identity%save(writer)
     call writer%put_text('schema', SCHEMA)
@@ -377,15 +361,8 @@ contains
     call writer%put_integer('stage', int(self%stage, i8))
     call writer%put_integer('spent', self%spent)
     call writer%put_reals('fixed', self%space%fixed)
-    do i = 1, size(archive%fields)
-      associate (field => archive%fields(i))
-        if (allocated(field%reals)) then
-          call writer%put_reals(PREFIX//trim(field%name), field%reals)
-        else
-          call writer%put_integer(PREFIX//trim(field%name), field%integers(1))
-        end if
-      end associate
-    end do
+    call saver%begin(writer, PREFIX, reals_are_tables=.true.)
+    call self%search%visit(saver)
     associate (o => self%objective)
       call writer%put_reals('mean_shapes', [o%shapes])
       call writer%put_reals('mean_is_start', merge(1.0_rp, 0.0_rp, o%is_start))

@@ -2,6 +2,7 @@
 !> Runs the tasks of a training: one load on one candidate (measurement_bending_task), for costs or with everything.
 module training_task
   use base_kinds, only: rp
+  use base_packing, only: count_packed, pack_value
   use base_signals, only: signal_caught
   use io_stop, only: stop_rules_t
   use measurement_bending_task, only: bending_task_t, bending_worker_t, task_head, task_of, NOT_SOLVED, N_HEAD, TASK_COSTS, &
@@ -72,7 +73,7 @@ contains
   end function input_size
 
   !> Numbers that a task with everything gives back at most: an evaluation and the shape behind it.
-  pure integer function full_size(experiment) result(n)
+  integer function full_size(experiment) result(n)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_t) :: evaluation
     integer :: l, most
@@ -83,15 +84,15 @@ contains
     n = evaluation_overhead(evaluation) + most*(1 + experiment%count()) + 3*experiment%model%n_all
   end function full_size
 
-  pure integer function evaluation_overhead(evaluation) result(n)
+  integer function evaluation_overhead(evaluation) result(n)
     type(evaluation_t), intent(in) :: evaluation
     type(evaluation_t) :: empty
     empty = evaluation
     allocate (empty%residuals(0), empty%jacobian(0, 0))
-    n = empty%count_reals()
+    n = count_packed(empty)
   end function evaluation_overhead
 
-  !> See `task_input`. `output` is what `evaluation_t%to_reals` gives followed by the shape (3, n_all) [m], or the
+  !> See `task_input`. `output` is the packed evaluation followed by the shape (3, n_all) [m], or the
   !> COST_SIZE numbers. The status is NOT_SOLVED where no shape was found.
   subroutine runner_run_task(self, input, output, status)
     class(train_runner_t), intent(inout) :: self
@@ -99,12 +100,14 @@ contains
     real(rp), intent(inout) :: output(:)
     integer, intent(out) :: status
     type(bending_task_t) :: task
+    real(rp), allocatable :: words(:)
     task = task_of(input)
     associate (l => task%load, coordinates => input(N_HEAD + 1:))
       if (task%kind == TASK_EVALUATE) then
         call self%worker%solve(self%experiment, task, coordinates, self%context, self%with_derivatives(l))
-        associate (m => self%with_derivatives(l)%count_reals(), n => size(self%worker%u))
-          call self%with_derivatives(l)%to_reals(output(:m))
+        call pack_value(self%with_derivatives(l), words)
+        associate (m => size(words), n => size(self%worker%u))
+          output(:m) = words
           output(m + 1:m + n) = reshape(self%worker%u, [n])
         end associate
         status = merge(0, NOT_SOLVED, self%with_derivatives(l)%is_solved)

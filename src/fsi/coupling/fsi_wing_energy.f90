@@ -13,6 +13,7 @@
 !> equation of motion, so the balance is a check of its time stepping, and open by O(h^2).
 module fsi_wing_energy
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use fsi_kinematics, only: mirror_wing, wing_pose_t
   use fsi_rotation, only: cross
   use fsi_wing_frame, only: flapping_motion_t
@@ -25,7 +26,7 @@ module fsi_wing_energy
   public :: wing_energy_t, energy_meter_t
 
   !> What a restart needs; the work is that since the first step, the powers are means over the last one.
-  type :: wing_energy_t
+  type, extends(visited_t) :: wing_energy_t
     real(rp) :: start = 0         !< [J] T + U before the first step
     real(rp) :: kinetic = 0       !< [J] now, in space
     real(rp) :: elastic = 0       !< [J] now
@@ -39,6 +40,7 @@ module fsi_wing_energy
     real(rp) :: damping_power = 0 !< [W] lost
   contains
     procedure :: imbalance => energy_imbalance
+    procedure :: visit => energy_visit
   end type wing_energy_t
 
   !> A wing in space at one time, SI units.
@@ -60,6 +62,23 @@ module fsi_wing_energy
   end type energy_meter_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine energy_visit(self, visitor)
+    class(wing_energy_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('start', self%start)
+    call visitor%visit('kinetic', self%kinetic)
+    call visitor%visit('elastic', self%elastic)
+    call visitor%visit('hinge_work', self%hinge_work)
+    call visitor%visit('load_work', self%load_work)
+    call visitor%visit('weight_work', self%weight_work)
+    call visitor%visit('damped', self%damped)
+    call visitor%visit('hinge_power', self%hinge_power)
+    call visitor%visit('load_power', self%load_power)
+    call visitor%visit('weight_power', self%weight_power)
+    call visitor%visit('damping_power', self%damping_power)
+  end subroutine energy_visit
 
   !> What the energy [J] has more than the balance accounts for.
   pure real(rp) function energy_imbalance(self) result(excess)

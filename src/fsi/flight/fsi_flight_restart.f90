@@ -3,15 +3,16 @@
 module fsi_flight_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_packing, only: count_packed, pack_value, unpack_value
+  use base_visitor, only: visited_t
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_free_body, only: N_STATE
+  use fsi_free_body, only: free_body_t
   use fsi_kinematics, only: body_t
+  use fsi_moments, only: moments_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   implicit none
   private
   public :: save_flight, load_flight, has_flight
-
-  integer, parameter :: N_BODY = 27, N_MOMENTS = 13
 
 contains
 
@@ -19,15 +20,31 @@ contains
   subroutine save_flight(writer, wings)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(flapping_wings_t), intent(in) :: wings
+    type(free_body_t) :: state
+    type(moments_t) :: displaced
+    type(body_t) :: frame
     associate (flyer => wings%flyer)
-      call writer%put_reals('flight_state', flyer%state%pack())
-      call writer%put_reals('flight_displaced', [flyer%displaced%mass, flyer%displaced%first, flyer%displaced%second])
-      call writer%put_reals('flight_frame', body_numbers(flyer%carried%known(2)))
+      state = flyer%state
+      displaced = flyer%displaced
+      frame = flyer%carried%known(2)
+      call put('flight_state', state)
+      call put('flight_displaced', displaced)
+      call put('flight_frame', frame)
       call writer%put_reals('flight_masses', [flyer%params%mass, flyer%body%mass, flyer%params%inertia])
       call writer%put_real('flight_share', flyer%fraction)
       if (flyer%params%carries_fluid) call writer%put_real('flight_carries_fluid', 1.0_rp)
       call writer%put_reals('flight_markers', [flyer%marker_force, flyer%marker_moment])
     end associate
+
+  contains
+
+    subroutine put(name, value)
+      character(*), intent(in) :: name
+      class(visited_t), intent(inout) :: value
+      real(rp), allocatable :: x(:)
+      call pack_value(value, x)
+      call writer%put_reals(name, x)
+    end subroutine put
   end subroutine save_flight
 
   !> Restores them at `time` [T], the flow's. Fails if the insect has other masses. Collective.
@@ -36,12 +53,11 @@ contains
     real(rp), intent(in) :: time
     type(flapping_wings_t), intent(inout) :: wings
     type(failure_t), intent(inout) :: failure
+    type(body_t) :: frame
     real(rp), allocatable :: x(:)
     associate (flyer => wings%flyer)
-      call get('flight_state', N_STATE)
-      if (failure%failed) return
-      call flyer%state%unpack(x)
-      call get('flight_masses', 5)
+      call get('flight_state', flyer%state)
+      call get_numbers('flight_masses', 5)
       if (failure%failed) return
       if (any(abs(x - [flyer%params%mass, flyer%body%mass, flyer%params%inertia]) > 1.0e-9_rp*x(1))) &
         call failure%raise('the checkpoint belongs to an insect of another mass, wing mass or J_body_yawpitchroll: set '// &
@@ -49,17 +65,12 @@ contains
       if (reader%has('flight_carries_fluid') .neqv. flyer%params%carries_fluid) &
         call failure%raise('the checkpoint was made with another [Penalization] unst_corrections: set it as in the run '// &
                            'that wrote it')
-      call get('flight_displaced', N_MOMENTS)
+      call get('flight_displaced', flyer%displaced)
+      call get('flight_frame', frame)
       if (failure%failed) return
-      flyer%displaced%mass = x(1)
-      flyer%displaced%first = x(2:4)
-      flyer%displaced%second = reshape(x(5:13), [3, 3])
-      call get('flight_frame', N_BODY)
-      if (failure%failed) return
-      call flyer%carried%show(time, body_of(x))
+      call flyer%carried%show(time, frame)
       call reader%get_real('flight_share', flyer%fraction, failure)
-      if (failure%failed) return
-      call get('flight_markers', 6)
+      call get_numbers('flight_markers', 6)
       if (failure%failed) return
       flyer%marker_force = x(1:3)
       flyer%marker_moment = x(4:6)
@@ -71,7 +82,14 @@ contains
 
   contains
 
-    subroutine get(name, n)
+    subroutine get(name, value)
+      character(*), intent(in) :: name
+      class(visited_t), intent(inout) :: value
+      call get_numbers(name, count_packed(value))
+      if (.not. failure%failed) call unpack_value(x, value, failure)
+    end subroutine get
+
+    subroutine get_numbers(name, n)
       character(*), intent(in) :: name
       integer, intent(in) :: n
       if (failure%failed) return
@@ -79,7 +97,7 @@ contains
       if (failure%failed) return
       if (size(x) /= n) call failure%raise('the checkpoint has another kind of free flight: '// &
                                            'set [Insects] as in the run that wrote it')
-    end subroutine get
+    end subroutine get_numbers
   end subroutine load_flight
 
   !> Whether an open checkpoint holds a free flight.
@@ -87,22 +105,4 @@ contains
     type(checkpoint_reader_t), intent(inout) :: reader
     has_flight = reader%has('flight_state')
   end function has_flight
-
-  pure function body_numbers(body) result(x)
-    type(body_t), intent(in) :: body
-    real(rp) :: x(N_BODY)
-    x = [body%centre, body%velocity, body%acceleration, body%angles, reshape(body%rotation%matrix, [9]), &
-         body%rotation%omega, body%rotation%omega_rate]
-  end function body_numbers
-
-  pure type(body_t) function body_of(x) result(body)
-    real(rp), intent(in) :: x(N_BODY)
-    body%centre = x(1:3)
-    body%velocity = x(4:6)
-    body%acceleration = x(7:9)
-    body%angles = x(10:12)
-    body%rotation%matrix = reshape(x(13:21), [3, 3])
-    body%rotation%omega = x(22:24)
-    body%rotation%omega_rate = x(25:27)
-  end function body_of
 end module fsi_flight_restart

@@ -20,18 +20,17 @@
 !> DOI 10.2514/6.2002-4875; quaternions as Maeda et al. 2012 (J. Aero Aqua Bio-mech. 2, 71).
 module fsi_free_body
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use fsi_kinematics, only: body_t
   use fsi_moments, only: cross_matrix, whole_t
   use fsi_quaternion, only: angles_of, matrix_of, turned
   use fsi_rotation, only: cross
   implicit none
   private
-  public :: free_body_t, inertia_matrix, N_STATE
-
-  integer, parameter :: N_STATE = 32 !< numbers of a state
+  public :: free_body_t, inertia_matrix
 
   !> Vectors in space unless they say otherwise; code units with density 1.
-  type :: free_body_t
+  type, extends(visited_t) :: free_body_t
     real(rp) :: centre(3) = 0           !< X, L
     real(rp) :: velocity(3) = 0         !< V, L/T
     real(rp) :: attitude(0:3) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp] !< q
@@ -55,8 +54,7 @@ module fsi_free_body
     procedure :: settle => free_settle
     procedure :: accelerate => free_accelerate
     procedure :: body => free_body
-    procedure :: pack => free_pack
-    procedure :: unpack => free_unpack
+    procedure :: visit => free_visit
   end type free_body_t
 
 contains
@@ -233,30 +231,24 @@ contains
     body%rotation%omega_rate = self%omega_rate
   end function free_body
 
-  !> What a restart needs.
-  pure function free_pack(self) result(x)
-    class(free_body_t), intent(in) :: self
-    real(rp) :: x(N_STATE)
-    x = [self%centre, self%velocity, self%attitude, self%omega, self%momentum, self%spin, self%old_dt, &
-         self%old_velocity, self%old_omega, self%old_force, self%old_spin_rate]
-  end function free_pack
-
-  !> The inverse.
-  pure subroutine free_unpack(self, x)
+  !> Shows to the visitor what a restart needs. The rest is of the step that is being made.
+  subroutine free_visit(self, visitor)
     class(free_body_t), intent(inout) :: self
-    real(rp), intent(in) :: x(N_STATE)
-    self%centre = x(1:3)
-    self%velocity = x(4:6)
-    self%attitude = x(7:10)
-    self%omega = x(11:13)
-    self%momentum = x(14:16)
-    self%spin = x(17:19)
-    self%old_dt = x(20)
-    self%old_velocity = x(21:23)
-    self%old_omega = x(24:26)
-    self%old_force = x(27:29)
-    self%old_spin_rate = x(30:32)
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('centre', self%centre)
+    call visitor%visit('velocity', self%velocity)
+    call visitor%visit('attitude', self%attitude)
+    call visitor%visit('omega', self%omega)
+    call visitor%visit('momentum', self%momentum)
+    call visitor%visit('spin', self%spin)
+    call visitor%visit('old_dt', self%old_dt)
+    call visitor%visit('old_velocity', self%old_velocity)
+    call visitor%visit('old_omega', self%old_omega)
+    call visitor%visit('old_force', self%old_force)
+    call visitor%visit('old_spin_rate', self%old_spin_rate)
+    call visitor%leave_out('free_momentum free_spin turn acceleration omega_rate')
+    if (.not. visitor%is_reading) return
     self%free_momentum = self%momentum
     self%free_spin = self%spin
-  end subroutine free_unpack
+  end subroutine free_visit
 end module fsi_free_body

@@ -98,11 +98,11 @@ contains
                            'unst_corrections = no the insect carries this fluid along, as in FLUSI')
         return
       end if
-      fluid%rhs%params%dt_fraction = DAMPED*flyer%fraction
+      fluid%rhs%params%solids%dt_fraction = DAMPED*flyer%fraction
       associate (p => fluid%rhs%params, fraction => DAMPED*flyer%fraction)
-        if (p%penalized .and. p%dt_fixed > fraction*p%cfl_eta*p%c_eta) &
+        if (p%solids%is_on .and. p%time%dt_fixed > fraction*p%time%cfl_eta*p%solids%c_eta) &
           call failure%raise('[Time] dt_fixed is too large for a body of this mass in this fluid: valid up to '// &
-                             'CFL_eta eps '//number_text(fraction)//' = '//number_text(fraction*p%cfl_eta*p%c_eta))
+                             'CFL_eta eps '//number_text(fraction)//' = '//number_text(fraction*p%time%cfl_eta*p%solids%c_eta))
       end associate
     end associate
   end subroutine begin_flight

@@ -9,17 +9,19 @@
 !>     sum mu r,  sum mu r',  sum mu r'',  sum mu r r^T,  sum mu r r'^T,  sum mu r r''^T.
 module fsi_moments
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use fsi_rotation, only: cross
   implicit none
   private
   public :: moments_t, whole_t, second_of_inertia, inertia_of_second, moments_of_points, axial, cross_matrix
 
   !> Of a rigid part, about the origin of its frame; rho L^3, rho L^4, rho L^5.
-  type :: moments_t
+  type, extends(visited_t) :: moments_t
     real(rp) :: mass = 0
     real(rp) :: first(3) = 0
     real(rp) :: second(3, 3) = 0
   contains
+    procedure :: visit => moments_visit
     procedure :: minus => moments_minus
   end type moments_t
 
@@ -40,6 +42,15 @@ module fsi_moments
   end type whole_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine moments_visit(self, visitor)
+    class(moments_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('mass', self%mass)
+    call visitor%visit('first', self%first)
+    call visitor%visit('second', self%second)
+  end subroutine moments_visit
 
   !> The part without another one in the same frame.
   pure type(moments_t) function moments_minus(self, other) result(rest)

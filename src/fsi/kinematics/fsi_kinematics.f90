@@ -11,6 +11,7 @@
 !> ventrally on the left and dorsally on the right. docs/guide/kinematics.md has the drawing, fsi_wing_mirror the mechanics.
 module fsi_kinematics
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use fsi_rotation, only: angle_t, cross, rotation_t
   use fsi_wing_motion, only: wing_motion_t
   implicit none
@@ -19,12 +20,14 @@ module fsi_kinematics
   public :: body_rotation, wing_rotation, pose_wing, swap_flusi_wing, mirror_wing
 
   !> The body as a moving frame.
-  type :: body_t
+  type, extends(visited_t) :: body_t
     real(rp) :: centre(3) = 0       !< L
     real(rp) :: velocity(3) = 0     !< L/T
     real(rp) :: acceleration(3) = 0 !< L/T^2
     real(rp) :: angles(3) = 0       !< roll, pitch, yaw, rad
     type(rotation_t) :: rotation    !< space to body
+  contains
+    procedure :: visit => body_visit
   end type body_t
 
   !> How a wing hangs on the body.
@@ -61,6 +64,17 @@ module fsi_kinematics
   end type wing_pose_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine body_visit(self, visitor)
+    class(body_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('centre', self%centre)
+    call visitor%visit('velocity', self%velocity)
+    call visitor%visit('acceleration', self%acceleration)
+    call visitor%visit('angles', self%angles)
+    call visitor%visit('rotation', self%rotation)
+  end subroutine body_visit
 
   !> Space to body: yaw about z, then pitch about y, then roll about x. Positive pitch is nose down.
   pure type(rotation_t) function body_rotation(roll, pitch, yaw) result(rotation)

@@ -11,6 +11,7 @@
 !> 38, S3, 2016).
 module fsi_rotation
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   implicit none
   private
   public :: angle_t, rotation_t, cross
@@ -29,11 +30,12 @@ module fsi_rotation
   end type angle_t
 
   !> A frame that turns relative to its parent; the default is the parent itself.
-  type :: rotation_t
+  type, extends(visited_t) :: rotation_t
     real(rp) :: matrix(3, 3) = IDENTITY !< takes components from the parent into the frame
     real(rp) :: omega(3) = 0      !< angular velocity relative to the parent, components in the frame, 1/T
     real(rp) :: omega_rate(3) = 0 !< angular acceleration relative to the parent, in the frame, 1/T^2
   contains
+    procedure :: visit => rotation_visit
     procedure :: turn => rotation_turn
     procedure :: turn_half => rotation_turn_half
     procedure :: after => rotation_after
@@ -42,6 +44,15 @@ module fsi_rotation
   end type rotation_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine rotation_visit(self, visitor)
+    class(rotation_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('matrix', self%matrix)
+    call visitor%visit('omega', self%omega)
+    call visitor%visit('omega_rate', self%omega_rate)
+  end subroutine rotation_visit
 
   !> The opposite angle.
   pure type(angle_t) function angle_negative(self) result(negative)

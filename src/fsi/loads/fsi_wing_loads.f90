@@ -41,7 +41,7 @@ contains
       return
     end if
     associate (pose => wings%poses(i), c => wings%surfaces(i)%color, sums => fluid%sums)
-      arm = pose%hinge - fluid%rhs%params%centre
+      arm = pose%hinge - fluid%rhs%params%solids%centre
       loads%unsteady_force = fluid%unsteady_force(:, c)
       loads%unsteady_torque = fluid%unsteady_moment(:, c) - cross(arm, loads%unsteady_force)
       loads%force = sums%force(:, c) + loads%unsteady_force

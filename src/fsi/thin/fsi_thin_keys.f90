@@ -85,14 +85,14 @@ contains
     real(rp) :: k
     integer :: i
     ! Forces are what a slip needs over dt: what a step leaves of the slip would be a force of its own in a tiny one.
-    fluid%even_end = .true.
+    fluid%time%even_end = .true.
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
-    if (fluid%cfl > LARGEST_CFL .and. fluid%dt_fixed <= 0) &
+    if (fluid%time%cfl > LARGEST_CFL .and. fluid%time%dt_fixed <= 0) &
       call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
-    if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
+    if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
-    if (fluid%dealias /= 'ellipsoid') &
+    if (fluid%resolution%dealias /= 'ellipsoid') &
       call config%complain(errors, 'Dealiasing', 'iDealias', 'wings without thickness ([Insects] surface = thin) need iDealias = 1')
     do i = merge(2, 1, fluid%grid%is_2d), 3
       if (fluid%grid%n(i) < WINDOW_WIDTH) call config%complain(errors, 'Resolution', POINTS(i), &

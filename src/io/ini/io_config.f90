@@ -47,6 +47,7 @@ module io_config
     procedure :: get_matrix => config_get_matrix
     procedure :: set_units => config_set_units
     procedure :: is_given => config_is_given
+    procedure :: file_name => config_file_name
     procedure :: line_of => config_line_of
     procedure :: print_effective => config_print_effective
     procedure :: asks_for_unbuilt => config_asks_for_unbuilt
@@ -240,6 +241,13 @@ contains
     character(*), intent(in) :: section, key
     is_given = self%values(find(self, section, key))%is_given
   end function config_is_given
+
+  !> Name of the file; files that it names may stand beside it.
+  function config_file_name(self) result(name)
+    class(config_t), intent(in) :: self
+    character(:), allocatable :: name
+    name = self%name
+  end function config_file_name
 
   !> Whether `path` is the file itself, or one that it includes.
   logical function config_reads(self, path) result(reads)

@@ -10,11 +10,13 @@
 !>     keys = declaring(registry)  or  keys = reading(config)
 !>     call solver_keys(keys, options)
 !>
-!> Variables keep their values where keys are declared.
+!> Variables keep their values where keys are declared. A key whose default the program works out (a sentence in place of a
+!> value) leaves its variable as it is unless the file gives the key. `given` tells whether the file gives a valid value.
 module io_keys
   use base_kinds, only: i8, rp
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use io_value, only: is_length
   implicit none
   private
   public :: keys_t, declaring, reading
@@ -25,14 +27,21 @@ module io_keys
     character(:), allocatable, private :: name
   contains
     procedure :: section => keys_section
+    procedure :: inert_section => keys_inert_section
     generic :: integer => integer_key, long_key
     procedure :: real => keys_real
+    procedure :: length => keys_length
     procedure :: reals => keys_reals
+    procedure :: list => keys_list
+    procedure :: matrix => keys_matrix
     procedure :: switch => keys_switch
     procedure :: word => keys_word
     procedure :: text => keys_text
+    procedure :: inert => keys_inert
+    procedure :: older_name => keys_older_name
     procedure, private :: integer_key => keys_integer
     procedure, private :: long_key => keys_long
+    procedure, private :: note => keys_note
   end type keys_t
 
 contains
@@ -61,15 +70,28 @@ contains
     if (associated(self%registry) .and. present(help)) call self%registry%add_section(name, help)
   end subroutine keys_section
 
+  !> A section of FLUSI in which keys that are not declared are accepted without effect.
+  subroutine keys_inert_section(self, name, help)
+    class(keys_t), intent(inout) :: self
+    character(*), intent(in) :: name, help
+    self%name = name
+    if (associated(self%registry)) call self%registry%add_inert_section(name, help)
+  end subroutine keys_inert_section
+
   !> An integer, min <= value <= max.
-  subroutine keys_integer(self, key, value, default, help, min, max)
+  subroutine keys_integer(self, key, value, default, help, unit, min, max, required, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
     integer, intent(inout) :: value
     integer, intent(in) :: default
+    character(*), intent(in), optional :: unit
     integer, intent(in), optional :: min, max
-    if (associated(self%registry)) call self%registry%add_integer(self%name, key, default, help, min=min, max=max)
-    if (associated(self%config)) value = self%config%get_integer(self%name, key)
+    logical, intent(in), optional :: required
+    logical, intent(inout), optional :: given
+    if (associated(self%registry)) call self%registry%add_integer(self%name, key, default, help, unit, min, max, required)
+    if (.not. associated(self%config)) return
+    call self%note(key, given)
+    value = self%config%get_integer(self%name, key)
   end subroutine keys_integer
 
   !> The same in a variable for larger numbers.
@@ -80,12 +102,12 @@ contains
     integer, intent(in) :: default
     integer, intent(in), optional :: min, max
     integer :: short
-    call self%integer(key, short, default, help, min, max)
+    call self%integer(key, short, default, help, min=min, max=max)
     if (associated(self%config)) value = short
   end subroutine keys_long
 
   !> A real, min <= value <= max or above < value; `scale` is the unit of the key in units of the variable.
-  subroutine keys_real(self, key, value, default, help, unit, min, max, above, required, scale)
+  subroutine keys_real(self, key, value, default, help, unit, min, max, above, required, scale, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
     real(rp), intent(inout) :: value
@@ -93,55 +115,145 @@ contains
     character(*), intent(in), optional :: unit
     real(rp), intent(in), optional :: min, max, above, scale
     logical, intent(in), optional :: required
+    logical, intent(inout), optional :: given
     if (associated(self%registry)) &
       call self%registry%add_real(self%name, key, default, help, unit=unit, min=min, max=max, above=above, required=required)
     if (.not. associated(self%config)) return
+    call self%note(key, given)
     value = self%config%get_real(self%name, key)
     if (present(scale)) value = scale*value
   end subroutine keys_real
 
+  !> A real that may also be written N*dx, min <= value or above < value. A `default` that is not such a number, 'xl/2', is a
+  !> sentence on what the program works out.
+  subroutine keys_length(self, key, value, default, help, unit, min, above, given)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: key, default, help
+    real(rp), intent(inout) :: value
+    character(*), intent(in), optional :: unit
+    real(rp), intent(in), optional :: min, above
+    logical, intent(inout), optional :: given
+    if (associated(self%registry)) call self%registry%add_length(self%name, key, default, help, unit=unit, min=min, above=above)
+    if (.not. associated(self%config)) return
+    call self%note(key, given)
+    if (.not. is_length(default) .and. .not. self%config%is_given(self%name, key)) return
+    value = self%config%get_real(self%name, key)
+  end subroutine keys_length
+
   !> As many reals as the variable has.
-  subroutine keys_reals(self, key, values, default, help, unit)
+  subroutine keys_reals(self, key, values, default, help, unit, min, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
     real(rp), intent(inout) :: values(:)
     real(rp), intent(in) :: default(:)
     character(*), intent(in), optional :: unit
+    real(rp), intent(in), optional :: min
+    logical, intent(inout), optional :: given
     if (associated(self%registry)) &
-      call self%registry%add_reals(self%name, key, default, help, unit=unit, length=size(values))
-    if (associated(self%config)) values = self%config%get_reals(self%name, key)
+      call self%registry%add_reals(self%name, key, default, help, unit=unit, length=size(values), min=min)
+    if (.not. associated(self%config)) return
+    call self%note(key, given)
+    values = self%config%get_reals(self%name, key)
   end subroutine keys_reals
 
-  !> yes or no.
-  subroutine keys_switch(self, key, value, default, help)
+  !> Any number of reals.
+  subroutine keys_list(self, key, values, default, help, unit, given)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: key, help
+    real(rp), allocatable, intent(inout) :: values(:)
+    real(rp), intent(in) :: default(:)
+    character(*), intent(in), optional :: unit
+    logical, intent(inout), optional :: given
+    if (associated(self%registry)) call self%registry%add_reals(self%name, key, default, help, unit=unit)
+    if (.not. associated(self%config)) return
+    call self%note(key, given)
+    values = self%config%get_reals(self%name, key)
+  end subroutine keys_list
+
+  !> A matrix over several lines, (row, column): `columns` numbers in each row, 0 for any equal number. It has no rows unless the
+  !> file gives it.
+  subroutine keys_matrix(self, key, rows, columns, help, given)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: key, help
+    real(rp), allocatable, intent(inout) :: rows(:, :)
+    integer, intent(in) :: columns
+    logical, intent(inout), optional :: given
+    if (associated(self%registry)) call self%registry%add_matrix(self%name, key, columns, help)
+    if (.not. associated(self%config)) return
+    call self%note(key, given)
+    rows = self%config%get_matrix(self%name, key)
+  end subroutine keys_matrix
+
+  !> yes or no. With `unbuilt`, the name of some physics, yes is a mistake, and `instead` tells what to give. With `computed`, a
+  !> sentence, the program works the default out.
+  subroutine keys_switch(self, key, value, default, help, unbuilt, computed, instead, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
     logical, intent(inout) :: value
     logical, intent(in) :: default
-    if (associated(self%registry)) call self%registry%add_switch(self%name, key, default, help)
-    if (associated(self%config)) value = self%config%get_switch(self%name, key)
+    character(*), intent(in), optional :: unbuilt, computed, instead
+    logical, intent(inout), optional :: given
+    if (associated(self%registry)) call self%registry%add_switch(self%name, key, default, help, unbuilt, computed, instead)
+    if (.not. associated(self%config)) return
+    call self%note(key, given)
+    if (present(computed) .and. .not. self%config%is_given(self%name, key)) return
+    value = self%config%get_switch(self%name, key)
   end subroutine keys_switch
 
-  !> One of the words of `allowed`, 'a|b'.
-  subroutine keys_word(self, key, value, default, allowed, help)
+  !> One of the words of `allowed`, 'a|b|from_file::*'. Words of `unbuilt` are known but refused; `instead`,
+  !> 'a: sentence|b*: sentence', tells for some of them what to give.
+  subroutine keys_word(self, key, value, default, allowed, help, unbuilt, required, instead, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, allowed, help
     character(:), allocatable, intent(inout) :: value
-    if (associated(self%registry)) call self%registry%add_word(self%name, key, default, allowed, help)
-    if (associated(self%config)) value = self%config%get_word(self%name, key)
+    character(*), intent(in), optional :: unbuilt, instead
+    logical, intent(in), optional :: required
+    logical, intent(inout), optional :: given
+    if (associated(self%registry)) &
+      call self%registry%add_word(self%name, key, default, allowed, help, unbuilt, required, instead)
+    if (.not. associated(self%config)) return
+    call self%note(key, given)
+    value = self%config%get_word(self%name, key)
   end subroutine keys_word
 
   !> Free text. If it is `computed`, `default` is a sentence, and the variable is left as it is unless the key is given.
-  subroutine keys_text(self, key, value, default, help, required, computed)
+  subroutine keys_text(self, key, value, default, help, required, computed, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, help
     character(:), allocatable, intent(inout) :: value
     logical, intent(in), optional :: required, computed
+    logical, intent(inout), optional :: given
     if (associated(self%registry)) call self%registry%add_text(self%name, key, default, help, required=required, computed=computed)
     if (.not. associated(self%config)) return
+    call self%note(key, given)
     if (present(computed)) then
       if (computed .and. .not. self%config%is_given(self%name, key)) return
     end if
     value = self%config%get_text(self%name, key)
   end subroutine keys_text
+
+  !> A key of FLUSI that has no effect here: any value is accepted. `key` may end in '*'.
+  subroutine keys_inert(self, key, help)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: key, help
+    if (associated(self%registry)) call self%registry%add_inert(self%name, key, help)
+  end subroutine keys_inert
+
+  !> An older name of the key that was stated last.
+  subroutine keys_older_name(self, name)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: name
+    if (.not. associated(self%registry)) return
+    associate (r => self%registry)
+      call r%add_alias(self%name, r%keys(r%n_keys)%key%name, name)
+    end associate
+  end subroutine keys_older_name
+
+  !> Sets `given` of a key.
+  subroutine keys_note(self, key, given)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: key
+    logical, intent(inout), optional :: given
+    if (present(given)) given = self%config%is_given(self%name, key)
+  end subroutine keys_note
 end module io_keys

@@ -7,6 +7,7 @@
 module measurement_evaluation
   use base_errors, only: require
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use measurement_experiment, only: experiment_t
   use measurement_simulation, only: simulation_t
   use solid_statics, only: static_report_t
@@ -15,10 +16,9 @@ module measurement_evaluation
   public :: evaluation_t, evaluation_work_t, evaluate, zone_violations
 
   integer, parameter, public :: VIOLATION_BACKWARD = 1, VIOLATION_FOLDED = 2
-  integer, parameter :: N_FACTS = 7
 
   !> What came out.
-  type :: evaluation_t
+  type, extends(visited_t) :: evaluation_t
     logical :: is_solved = .false.          !< the shape was found; otherwise all below is 0
     real(rp) :: violation(2) = 0            !< >= 0, of the wing's length: how far the shape is in the two zones
     integer :: factorisations = 0
@@ -31,9 +31,7 @@ module measurement_evaluation
     procedure :: init => evaluation_init
     procedure :: is_feasible => evaluation_is_feasible
     procedure :: terms => evaluation_terms
-    procedure :: count_reals => evaluation_count_reals
-    procedure :: to_reals => evaluation_to_reals
-    procedure :: from_reals => evaluation_from_reals
+    procedure :: visit => evaluation_visit
   end type evaluation_t
 
   !> What an evaluation works in; one per process. Nothing of it enters the next one, but after it derivatives that
@@ -131,38 +129,17 @@ contains
     violation(VIOLATION_FOLDED) = max(0.0_rp, 0.5_rp - norm2(unloaded + u(:2, experiment%tip))/norm2(unloaded))
   end function zone_violations
 
-  !> Length of the array that `to_reals` fills.
-  pure integer function evaluation_count_reals(self) result(n)
-    class(evaluation_t), intent(in) :: self
-    n = N_FACTS + size(self%residuals) + size(self%jacobian)
-  end function evaluation_count_reals
-
-  !> Everything in values(count_reals), for a message to another process.
-  pure subroutine evaluation_to_reals(self, values)
-    class(evaluation_t), intent(in) :: self
-    real(rp), intent(out) :: values(:)
-    integer :: n
-    n = size(self%residuals)
-    values(:N_FACTS) = [merge(1.0_rp, 0.0_rp, self%is_solved), self%violation, real(self%factorisations, rp), &
-                        real(self%snaps, rp), merge(1.0_rp, 0.0_rp, self%was_redone_cold), &
-                        merge(1.0_rp, 0.0_rp, self%is_start)]
-    values(N_FACTS + 1:N_FACTS + n) = self%residuals
-    values(N_FACTS + n + 1:) = reshape(self%jacobian, [size(self%jacobian)])
-  end subroutine evaluation_to_reals
-
-  !> The reverse, into an evaluation that was made by `init` for the same load.
-  pure subroutine evaluation_from_reals(self, values)
+  !> Shows every component to the visitor. One that is read was made by `init` for the same load.
+  subroutine evaluation_visit(self, visitor)
     class(evaluation_t), intent(inout) :: self
-    real(rp), intent(in) :: values(:)
-    integer :: n
-    n = size(self%residuals)
-    self%is_solved = values(1) > 0.5_rp
-    self%violation = values(2:3)
-    self%factorisations = nint(values(4))
-    self%snaps = nint(values(5))
-    self%was_redone_cold = values(6) > 0.5_rp
-    self%is_start = values(7) > 0.5_rp
-    self%residuals(:) = values(N_FACTS + 1:N_FACTS + n)
-    self%jacobian(:, :) = reshape(values(N_FACTS + n + 1:), shape(self%jacobian))
-  end subroutine evaluation_from_reals
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('is_solved', self%is_solved)
+    call visitor%visit('violation', self%violation)
+    call visitor%visit('factorisations', self%factorisations)
+    call visitor%visit('snaps', self%snaps)
+    call visitor%visit('is_start', self%is_start)
+    call visitor%visit('was_redone_cold', self%was_redone_cold)
+    call visitor%visit('residuals', self%residuals)
+    call visitor%visit('jacobian', self%jacobian)
+  end subroutine evaluation_visit
 end module measurement_evaluation

@@ -2,20 +2,33 @@
 !> Lists the free parameters of a wing and of the instrument, and their box.
 module measurement_free_parameters
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   implicit none
   private
   public :: free_parameters_t
 
   !> Parameters that are sought, by their numbers in solid_params_t and instrument_t; those of the wing come first.
-  type :: free_parameters_t
+  type, extends(visited_t) :: free_parameters_t
     integer, allocatable :: numbers(:), instrument_numbers(:)
     real(rp), allocatable :: lower(:), upper(:) !< in their units
     logical, allocatable :: is_log(:)           !< scale of the search
   contains
+    procedure :: visit => free_parameters_visit
     procedure :: count => free_parameters_count
   end type free_parameters_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine free_parameters_visit(self, visitor)
+    class(free_parameters_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('numbers', self%numbers)
+    call visitor%visit_allocatable('instrument_numbers', self%instrument_numbers)
+    call visitor%visit_allocatable('lower', self%lower)
+    call visitor%visit_allocatable('upper', self%upper)
+    call visitor%visit_allocatable('is_log', self%is_log)
+  end subroutine free_parameters_visit
 
   !> Number of parameters.
   pure integer function free_parameters_count(self) result(n)

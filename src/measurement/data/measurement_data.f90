@@ -5,6 +5,7 @@
 module measurement_data
   use base_kinds, only: rp
   use base_text, only: number_text
+  use base_visitor, only: visited_t, visitor_t
   use io_hdf5, only: NAME_LENGTH
   use measurement_modes, only: measured_mode_t, AIR_DENSITY, MEDIUM_AIR
   use measurement_series, only: measured_series_t
@@ -16,7 +17,7 @@ module measurement_data
   real(rp), parameter, public :: NOT_STATED = -1 !< of a time
 
   !> Declared standard deviations.
-  type :: accuracy_t
+  type, extends(visited_t) :: accuracy_t
     real(rp) :: height = 0             !< [m] of one height
     real(rp) :: correlation_length = 0 !< [m] of the errors of heights
     real(rp) :: force = 0              !< [N] of each force
@@ -24,18 +25,22 @@ module measurement_data
     real(rp) :: position = 0           !< [m] of x and y of each point of application
     real(rp) :: tilt = 0               !< [rad] of each scan
     real(rp) :: piston = 0             !< [m] of each scan
+  contains
+    procedure :: visit => accuracy_visit
   end type accuracy_t
 
   !> How the instruments were calibrated: 1 yes, 0 no, -1 not known.
-  type :: calibration_t
+  type, extends(visited_t) :: calibration_t
     integer :: force_by_weight = -1
     integer :: height_by_gauge = -1
     integer :: position_by_marks = -1
     integer :: order_is_random = -1
+  contains
+    procedure :: visit => calibration_visit
   end type calibration_t
 
   !> A force and the surface under it.
-  type :: measured_load_t
+  type, extends(visited_t) :: measured_load_t
     character(:), allocatable :: name
     real(rp) :: force = 0                 !< [N] magnitude
     real(rp) :: direction(3) = 0          !< unit vector, which the force keeps
@@ -49,11 +54,12 @@ module measurement_data
     real(rp), allocatable :: height(:)    !< (n) [m] under the force
     real(rp), allocatable :: sigma(:)     !< (n) [m] sd of `height`
   contains
+    procedure :: visit => load_visit
     procedure :: count => load_count
   end type measured_load_t
 
   !> A scalar reading under a load.
-  type :: observation_t
+  type, extends(visited_t) :: observation_t
     character(:), allocatable :: name
     integer :: load = 0                   !< its number
     integer :: quantity = QUANTITY_DISPLACEMENT
@@ -62,10 +68,12 @@ module measurement_data
     real(rp) :: value = 0                 !< [m] or [rad]
     real(rp) :: sigma = 0                 !< its sd
     integer :: zero = 0                   !< number of the unknown offset that it contains; 0: none
+  contains
+    procedure :: visit => observation_visit
   end type observation_t
 
   !> Everything that was measured.
-  type :: measurement_t
+  type, extends(visited_t) :: measurement_t
     real(rp), allocatable :: x(:), y(:)               !< [m] grid lines; empty without heights
     logical, allocatable :: has_unloaded(:, :)        !< (nx, ny) where the unloaded height is known
     real(rp), allocatable :: unloaded(:, :)           !< (nx, ny) [m], 0 where it is not known
@@ -81,6 +89,7 @@ module measurement_data
     real(rp) :: series_air_density = AIR_DENSITY      !< [kg/m^3] around those in air
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
+    procedure :: visit => measurement_visit
     procedure :: count_modes => measurement_count_modes
     procedure :: count_mode_observations => measurement_count_mode_observations
     procedure :: moves => measurement_moves
@@ -95,6 +104,88 @@ module measurement_data
   end type measurement_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine accuracy_visit(self, visitor)
+    class(accuracy_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('height', self%height)
+    call visitor%visit('correlation_length', self%correlation_length)
+    call visitor%visit('force', self%force)
+    call visitor%visit('force_gain', self%force_gain)
+    call visitor%visit('position', self%position)
+    call visitor%visit('tilt', self%tilt)
+    call visitor%visit('piston', self%piston)
+  end subroutine accuracy_visit
+
+  !> Shows every component to the visitor.
+  subroutine calibration_visit(self, visitor)
+    class(calibration_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('force_by_weight', self%force_by_weight)
+    call visitor%visit('height_by_gauge', self%height_by_gauge)
+    call visitor%visit('position_by_marks', self%position_by_marks)
+    call visitor%visit('order_is_random', self%order_is_random)
+  end subroutine calibration_visit
+
+  !> Shows every component to the visitor.
+  subroutine load_visit(self, visitor)
+    class(measured_load_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('name', self%name)
+    call visitor%visit('force', self%force)
+    call visitor%visit('direction', self%direction)
+    call visitor%visit('point', self%point)
+    call visitor%visit('order', self%order)
+    call visitor%visit('replicate', self%replicate)
+    call visitor%visit('time', self%time)
+    call visitor%visit('hold', self%hold)
+    call visitor%visit('has_surface', self%has_surface)
+    call visitor%visit_allocatable('node', self%node)
+    call visitor%visit_allocatable('height', self%height)
+    call visitor%visit_allocatable('sigma', self%sigma)
+  end subroutine load_visit
+
+  !> Shows every component to the visitor.
+  subroutine observation_visit(self, visitor)
+    class(observation_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('name', self%name)
+    call visitor%visit('load', self%load)
+    call visitor%visit('quantity', self%quantity)
+    call visitor%visit('point', self%point)
+    call visitor%visit('axis', self%axis)
+    call visitor%visit('value', self%value)
+    call visitor%visit('sigma', self%sigma)
+    call visitor%visit('zero', self%zero)
+  end subroutine observation_visit
+
+  !> Shows every component to the visitor; `modes` and `series` are allocated afterwards.
+  subroutine measurement_visit(self, visitor)
+    class(measurement_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    if (.not. visitor%is_reading .and. .not. allocated(self%modes)) allocate (self%modes(0))
+    if (.not. visitor%is_reading .and. .not. allocated(self%series)) allocate (self%series(0))
+    call visitor%visit_allocatable('x', self%x)
+    call visitor%visit_allocatable('y', self%y)
+    call visitor%visit_allocatable('has_unloaded', self%has_unloaded)
+    call visitor%visit_allocatable('unloaded', self%unloaded)
+    call visitor%visit_allocatable('unloaded_sigma', self%unloaded_sigma)
+    if (visitor%is_reading) allocate (self%loads(visitor%count_of('loads')))
+    call visitor%visit_list('loads', self%loads)
+    if (visitor%is_reading) allocate (self%observations(visitor%count_of('observations')))
+    call visitor%visit_list('observations', self%observations)
+    call visitor%visit_allocatable('zeros', self%zeros)
+    call visitor%visit('accuracy', self%accuracy)
+    call visitor%visit('calibration', self%calibration)
+    if (visitor%is_reading) allocate (self%modes(visitor%count_of('modes')))
+    call visitor%visit_list('modes', self%modes)
+    call visitor%visit('air_density', self%air_density)
+    if (visitor%is_reading) allocate (self%series(visitor%count_of('series')))
+    call visitor%visit_list('series', self%series)
+    call visitor%visit('series_air_density', self%series_air_density)
+    call visitor%visit('is_plan', self%is_plan)
+  end subroutine measurement_visit
 
   !> Number of heights under the load.
   pure integer function load_count(self) result(n)

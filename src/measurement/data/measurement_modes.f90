@@ -3,6 +3,7 @@
 module measurement_modes
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
+  use base_visitor, only: visited_t, visitor_t
   use io_arrays, only: is_finite, is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use measurement_attributes, only: check_names, read_real, read_whole, read_word
@@ -19,7 +20,7 @@ module measurement_modes
   real(rp), parameter, public :: AIR_DENSITY = 1.2_rp !< [kg/m^3] unless the file says another one
 
   !> One natural mode.
-  type :: measured_mode_t
+  type, extends(visited_t) :: measured_mode_t
     character(:), allocatable :: name
     integer :: medium = MEDIUM_VACUUM
     integer :: number = 0                     !< among all modes of the wing, from the lowest; 0: not stated
@@ -30,12 +31,30 @@ module measurement_modes
     real(rp), allocatable :: place(:, :)      !< (2, n) [m] (x, y) on the wing
     real(rp), allocatable :: shape(:)         !< (n) displacement along z there, in any unit
     real(rp), allocatable :: sigma(:)         !< (n) its sd, in the same unit
+  contains
+    procedure :: visit => mode_visit
   end type measured_mode_t
 
   real(rp), parameter :: FAR = 1.0e4_rp       !< [m]
   integer, parameter :: FEWEST = 2            !< places: one says nothing of a shape
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine mode_visit(self, visitor)
+    class(measured_mode_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('name', self%name)
+    call visitor%visit('medium', self%medium)
+    call visitor%visit('number', self%number)
+    call visitor%visit('frequency', self%frequency)
+    call visitor%visit('frequency_sigma', self%frequency_sigma)
+    call visitor%visit('damping', self%damping)
+    call visitor%visit('damping_sigma', self%damping_sigma)
+    call visitor%visit_allocatable('place', self%place)
+    call visitor%visit_allocatable('shape', self%shape)
+    call visitor%visit_allocatable('sigma', self%sigma)
+  end subroutine mode_visit
 
   !> The modes of a file, in alphabetical order, none if it has none, and the density of the air [kg/m^3].
   subroutine read_modes(file, modes, density, report)

@@ -4,6 +4,7 @@
 module measurement_series
   use base_kinds, only: i8, rp
   use base_text, only: number_text, quoted
+  use base_visitor, only: visited_t, visitor_t
   use io_arrays, only: is_finite, is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
@@ -20,7 +21,7 @@ module measurement_series
   integer, parameter, public :: MOST_NUMBERS = 20000 !< of all series: they are compared with one another
 
   !> One record.
-  type :: measured_series_t
+  type, extends(visited_t) :: measured_series_t
     character(:), allocatable :: name
     integer :: medium = MEDIUM_VACUUM
     integer :: excitation = EXCITED_RELEASE
@@ -41,6 +42,7 @@ module measurement_series
     real(rp), allocatable :: sigma(:)         !< (m) sd of values, of single ones
     real(rp), allocatable :: base(:)          !< (n) [m/s2] acceleration of the clamp; empty unless it moves
   contains
+    procedure :: visit => series_visit
     procedure :: count => series_count
     procedure :: length => series_length
   end type measured_series_t
@@ -48,6 +50,31 @@ module measurement_series
   real(rp), parameter :: FAR = 1.0e4_rp       !< [m]
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine series_visit(self, visitor)
+    class(measured_series_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('name', self%name)
+    call visitor%visit('medium', self%medium)
+    call visitor%visit('excitation', self%excitation)
+    call visitor%visit('is_velocity', self%is_velocity)
+    call visitor%visit('point', self%point)
+    call visitor%visit('direction', self%direction)
+    call visitor%visit('size', self%size)
+    call visitor%visit('size_sigma', self%size_sigma)
+    call visitor%visit('axis', self%axis)
+    call visitor%visit('rate', self%rate)
+    call visitor%visit('start', self%start)
+    call visitor%visit('trigger_sigma', self%trigger_sigma)
+    call visitor%visit('lowpass', self%lowpass)
+    call visitor%visit('order', self%order)
+    call visitor%visit_allocatable('place', self%place)
+    call visitor%visit_allocatable('values', self%values)
+    call visitor%visit_allocatable('is_known', self%is_known)
+    call visitor%visit_allocatable('sigma', self%sigma)
+    call visitor%visit_allocatable('base', self%base)
+  end subroutine series_visit
 
   !> Numbers that are known.
   pure integer function series_count(self) result(n)

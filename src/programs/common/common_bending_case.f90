@@ -5,7 +5,7 @@ module common_bending_case
   use base_errors, only: message_list_t
   use common_free_parameters, only: read_free_parameters
   use common_instrument, only: read_instrument
-  use common_outliers, only: choose_heights
+  use common_measurement_keys, only: choose_heights, measurement_choices_t, read_measurement_keys
   use common_wing_settings, only: find_beside, load_wing
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -57,7 +57,7 @@ contains
     class(bending_case_t), intent(inout) :: case
     type(message_list_t), intent(inout) :: errors, notices
     logical :: found
-    call load_wing(config, input%ini, .false., case%wing_case, found, errors, notices, world, input%wing)
+    call load_wing(config, .false., case%wing_case, found, errors, notices, world, input%wing)
     if (.not. found) return
     call read_measurement(input, config, world, case, errors, notices)
     if (allocated(case%measurement%loads)) call case%instrument%set_scales(case%measurement, case%wing_case%model%size)
@@ -72,8 +72,10 @@ contains
     type(world_t), intent(in) :: world
     class(bending_case_t), intent(inout) :: case
     type(message_list_t), intent(inout) :: errors, notices
+    type(measurement_choices_t) :: choices
     character(:), allocatable :: problem
-    if (.not. config%is_given('Measurement', 'file')) return
+    call read_measurement_keys(config, choices)
+    if (.not. choices%has_file) return
     call find_beside(input%ini, input%measurement, case%measurement_path, problem, world)
     if (allocated(problem)) then
       call config%complain(errors, 'Measurement', 'file', problem)

@@ -4,7 +4,7 @@ module common_diagnose_keys
   use base_kinds, only: rp
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_DIAGNOSE
   use common_instrument, only: register_instrument_keys
-  use common_outliers, only: register_outliers
+  use common_measurement_keys, only: register_measurement_keys
   use common_solver_keys, only: solver_keys
   use common_wing_keys, only: register_wing_keys
   use inference_record, only: diagnosis_options_t
@@ -38,10 +38,7 @@ contains
     call register_include(registry)
     call register_foreign_inputs(registry, INPUT_OF_DIAGNOSE)
     call register_wing_keys(registry, required=.true.)
-    call registry%add_section('Measurement', 'what the wing did in the experiment')
-    call registry%add_text('Measurement', 'file', '', 'measurement file (docs/formats/measurement-format.md); looked for '// &
-                           'here and then in the folder of the input file', required=.true.)
-    call register_outliers(registry, 'leave_out|keep', 'leave_out')
+    call register_measurement_keys(registry, '', 'leave_out|keep', 'leave_out')
     call register_instrument_keys(registry)
     keys = declaring(registry)
     call diagnose_keys(keys, unused)

@@ -7,6 +7,7 @@ module common_instrument
   use base_parameter, only: parameter_t
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use io_config, only: config_t
+  use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
   use io_suggest, only: suggestion_t
   use measurement_instrument, only: instrument_t, N_INSTRUMENT
@@ -16,12 +17,22 @@ module common_instrument
 
 contains
 
+  !> The section, for those who use it.
+  subroutine instrument_keys(keys, parameters)
+    type(keys_t), intent(inout) :: keys
+    character(:), allocatable, intent(inout) :: parameters
+    call keys%section('Instrument', 'what the measurement did beyond what its file says')
+    call keys%text('parameters', parameters, '', 'pairs of name and value, separated by commas: force_gain, '// &
+                   'force_offset [N], drift and others of docs/theory/effects.md')
+  end subroutine instrument_keys
+
   !> Adds the section for those who use it.
-  subroutine register_instrument_keys(r)
-    type(registry_t), intent(inout) :: r
-    call r%add_section('Instrument', 'what the measurement did beyond what its file says')
-    call r%add_text('Instrument', 'parameters', '', 'pairs of name and value, separated by commas: force_gain, '// &
-                    'force_offset [N], drift and others of docs/theory/effects.md')
+  subroutine register_instrument_keys(registry)
+    type(registry_t), intent(inout), target :: registry
+    character(:), allocatable :: unused
+    type(keys_t) :: keys
+    keys = declaring(registry)
+    call instrument_keys(keys, unused)
   end subroutine register_instrument_keys
 
   !> Adds the section for those who do not.
@@ -33,13 +44,15 @@ contains
 
   !> Sets what the section says; all mistakes go to `errors` in one message.
   subroutine read_instrument(config, instrument, errors)
-    type(config_t), intent(in) :: config
+    type(config_t), intent(in), target :: config
     type(instrument_t), intent(inout) :: instrument
     type(message_list_t), intent(inout) :: errors
+    type(keys_t) :: keys
     character(:), allocatable :: text, problem, problems
     integer :: position, first, last
     logical :: found
-    text = config%get_text('Instrument', 'parameters')
+    keys = reading(config)
+    call instrument_keys(keys, text)
     problems = ''
     position = 1
     do

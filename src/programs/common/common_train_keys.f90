@@ -5,7 +5,7 @@ module common_train_keys
   use cmaes_options, only: cmaes_options_t
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_TRAIN
   use common_instrument, only: register_instrument_keys
-  use common_outliers, only: register_outliers
+  use common_measurement_keys, only: register_measurement_keys
   use common_solver_keys, only: limit_keys, solver_keys
   use common_wing_keys, only: register_wing_keys
   use io_include, only: register_include
@@ -45,11 +45,8 @@ contains
     call register_include(registry)
     call register_foreign_inputs(registry, INPUT_OF_TRAIN)
     call register_wing_keys(registry, required=.true.)
-    call registry%add_section('Measurement', 'what the wing did in the experiment')
-    call registry%add_text('Measurement', 'file', '', 'measurement file (docs/formats/measurement-format.md); looked for '// &
-                         'here and then in the folder of the input file. Several individuals: a list, separated by '// &
-                           'commas; [Wing] file may then be a list as long', required=.true.)
-    call register_outliers(registry, 'preset|leave_out|keep', 'preset')
+    call register_measurement_keys(registry, '. Several individuals: a list, separated by commas; [Wing] file may then be a '// &
+                                   'list as long', 'preset|leave_out|keep', 'preset')
     call register_instrument_keys(registry)
     keys = declaring(registry)
     call train_keys(keys, unused)

@@ -6,10 +6,10 @@ module common_wing_doubts
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_magnitude, only: magnitude_doubt, rounded
+  use common_wing_keys, only: mass_choices_t
   use io_config, only: config_t
-  use solid_mass, only: mass_params_t, mass_t
-  use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
+  use solid_wing_case, only: wing_case_t
   implicit none
   private
   public :: notice_assumptions, notice_magnitudes, check_size, print_notices
@@ -39,14 +39,16 @@ contains
   end subroutine print_notices
 
   !> Says which numbers are assumed because neither the input nor the wing file states them, and whose they are.
-  subroutine notice_assumptions(c, wing, needs_mass, notices)
+  subroutine notice_assumptions(c, is_paper, choices, wing, needs_mass, notices)
     type(config_t), intent(in) :: c
+    logical, intent(in) :: is_paper !< [Wing] preset = paper
+    type(mass_choices_t), intent(in) :: choices
     type(wing_t), intent(in) :: wing
     logical, intent(in) :: needs_mass
     type(message_list_t), intent(inout) :: notices
     logical :: has_membrane
     has_membrane = size(wing%triangles, 2) > 0
-    if (c%get_word('Wing', 'preset') /= 'paper') then
+    if (.not. is_paper) then
       if (size(wing%veins) > 0) call assume('Wing', 'E', '12.58 GPa, the mean of nine blowflies ('//PAPER//')')
       if (has_membrane) call assume('Wing', 'D', '2e-7 N m, which regularises and was measured on no wing')
     end if
@@ -54,10 +56,10 @@ contains
     if (size(wing%veins) > 0 .and. .not. wing%mass%vein_density > 0) &
       call assume('Mass', 'vein_density', '1300 kg/m^3, of insect cuticle')
     if (.not. has_membrane) return
-    if (wing%mass%law /= '' .and. .not. any([c%is_given('Mass', 'membrane_law'), c%is_given('Mass', 'areal_density')])) return
-    if (c%get_word('Mass', 'membrane_law') == 'uniform') then
+    if (wing%mass%law /= '' .and. .not. (choices%has_law .or. choices%has_areal_density)) return
+    if (choices%law == 'uniform') then
       call assume('Mass', 'areal_density', '3e-3 kg/m^2, about 2.5 um of cuticle, which was measured on no wing')
-    else if (c%is_given('Mass', 'membrane_mass')) then
+    else if (choices%has_membrane_mass) then
       call assume('Mass', 'membrane_law', 'bilinear, so that the mass is spread as in a blowfly''s wing ('//PAPER//'); uniform '// &
                   'takes areal_density')
     else
@@ -74,25 +76,23 @@ contains
   end subroutine notice_assumptions
 
   !> Names numbers that no insect wing has, with the unit in which they may be meant. Large wings are not judged.
-  subroutine notice_magnitudes(c, wing, params, material, mass, notices)
+  subroutine notice_magnitudes(c, law, s, notices)
     type(config_t), intent(in) :: c
-    type(wing_t), intent(in) :: wing
-    type(solid_params_t), intent(in) :: params
-    type(mass_params_t), intent(in) :: material
-    type(mass_t), intent(in) :: mass
+    character(*), intent(in) :: law !< [Mass] membrane_law
+    type(wing_case_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
-    if (maxval(abs(wing%points)) > LONGEST) return
-    if (size(wing%veins) > 0) then
-      call doubt('Wing', 'E', params%young, YOUNG, 'Pa', 'veins of insects')
-      call doubt('Mass', 'vein_density', material%vein_density, DENSITY, 'kg/m^3', 'veins of insects')
+    if (maxval(abs(s%wing%points)) > LONGEST) return
+    if (size(s%wing%veins) > 0) then
+      call doubt('Wing', 'E', s%requested%young, YOUNG, 'Pa', 'veins of insects')
+      call doubt('Mass', 'vein_density', s%material%vein_density, DENSITY, 'kg/m^3', 'veins of insects')
     end if
-    if (size(wing%triangles, 2) == 0) return
-    call doubt('Wing', 'D', params%plate, PLATE, 'N m', 'membranes of insects')
-    if (.not. mass%area > 0) return
-    if (c%get_word('Mass', 'membrane_law') == 'uniform') then
-      call doubt('Mass', 'areal_density', mass%membrane/mass%area, AREAL, 'kg/m^2', 'membranes of insects')
+    if (size(s%wing%triangles, 2) == 0) return
+    call doubt('Wing', 'D', s%requested%plate, PLATE, 'N m', 'membranes of insects')
+    if (.not. s%mass%area > 0) return
+    if (law == 'uniform') then
+      call doubt('Mass', 'areal_density', s%mass%membrane/s%mass%area, AREAL, 'kg/m^2', 'membranes of insects')
     else
-      call doubt('Mass', 'membrane_mass', material%membrane_mass, rounded(AREAL*mass%area, 1), 'kg', 'membranes of this size')
+      call doubt('Mass', 'membrane_mass', s%material%membrane_mass, rounded(AREAL*s%mass%area, 1), 'kg', 'membranes of this size')
     end if
 
   contains
@@ -108,22 +108,21 @@ contains
 
   !> Names a size that [Wing] gives and no insect has, although the `wing` of the file is as large as that of an insect: a doubt, or
   !> a mistake where no wing is as large.
-  subroutine check_size(c, wing, errors, notices)
+  subroutine check_size(c, given, wing, errors, notices)
     type(config_t), intent(in) :: c
+    real(rp), intent(in) :: given(2) !< length and mean chord [m], 0: not given
     type(wing_t), intent(in) :: wing
     type(message_list_t), intent(inout) :: errors, notices
     if (maxval(abs(wing%points)) > LONGEST) return
-    call check_one('length', [SHORTEST, LONGEST])
-    call check_one('mean_chord', [SHORTEST, LONGEST]/4)
+    call check_one('length', given(1), [SHORTEST, LONGEST])
+    call check_one('mean_chord', given(2), [SHORTEST, LONGEST]/4)
 
   contains
 
-    subroutine check_one(key, range)
+    subroutine check_one(key, size_given, range)
       character(*), intent(in) :: key
-      real(rp), intent(in) :: range(2)
+      real(rp), intent(in) :: size_given, range(2)
       character(:), allocatable :: text
-      real(rp) :: size_given
-      size_given = c%get_real('Wing', key)
       if (.not. size_given > 0) return
       text = magnitude_doubt(size_given, range(1), range(2), 'm', 'wings of insects', .true.)
       if (text == '') return

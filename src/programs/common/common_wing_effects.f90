@@ -5,45 +5,60 @@ module common_wing_effects
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, parse_real, quoted
   use io_config, only: config_t
-  use io_registry, only: registry_t
+  use io_keys, only: keys_t
   use io_suggest, only: suggestion_t
   use solid_effects, only: clamp_compliance, lacks, needs_of
   use solid_params, only: solid_params_t
   implicit none
   private
-  public :: register_effect_keys, read_effect_sites, effect_without_site, refuse_root_compliance
+  public :: effect_sites_t, effect_keys, take_effect_sites, effect_without_site, refuse_root_compliance
+
+  !> Where effects act, in the user's words.
+  type :: effect_sites_t
+    real(rp) :: disc(3) = 0                  !< x, y, radius [m]
+    character(:), allocatable :: soft_place  !< VEIN SHARE
+    logical :: sided_joints = .false., sided_veins = .false.
+  end type effect_sites_t
 
 contains
 
-  !> Adds the keys to [Wing] of `r`.
-  subroutine register_effect_keys(r)
-    type(registry_t), intent(inout) :: r
-    call r%add_reals('Wing', 'damage_disc', [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and radius of the disc in which the '// &
-                     'parameter damage multiplies all stiffness; radius 0: none', unit='m', length=3)
-    call r%add_text('Wing', 'soft_place', '', 'VEIN FRACTION: the parameter soft multiplies the stiffness of the '// &
-                    'hinge at the point inside this vein that is nearest to this fraction (0 to 1) of its length')
-    call r%add_switch('Wing', 'sided_joints', .false., &
-                      'joints can tell up from down, for the parameters one_way:NAME')
-    call r%add_switch('Wing', 'sided_veins', .false., &
-                      'veins feel how the membrane turns, for the parameters torsion '// &
-                      'and camber_span, camber_chord, camber_twist')
-  end subroutine register_effect_keys
+  !> Keys of [Wing], which is the present section of `keys`.
+  subroutine effect_keys(keys, sites)
+    type(keys_t), intent(in) :: keys
+    type(effect_sites_t), intent(inout) :: sites
+    call keys%reals('damage_disc', sites%disc, [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and radius of the disc in which the parameter '// &
+                    'damage multiplies all stiffness; radius 0: none', unit='m')
+    call keys%text('soft_place', sites%soft_place, '', 'VEIN FRACTION: the parameter soft multiplies the stiffness of the '// &
+                   'hinge at the point inside this vein that is nearest to this fraction (0 to 1) of its length')
+    call keys%switch('sided_joints', sites%sided_joints, .false., 'joints can tell up from down, for the parameters one_way:NAME')
+    call keys%switch('sided_veins', sites%sided_veins, .false., 'veins feel how the membrane turns, for the parameters torsion '// &
+                     'and camber_span, camber_chord, camber_twist')
+  end subroutine effect_keys
 
-  !> Reads them; mistakes go to `errors`.
-  subroutine read_effect_sites(c, params, errors)
+  !> Puts the `sites` into `params`; mistakes go to `errors`.
+  subroutine take_effect_sites(c, sites, params, errors)
     type(config_t), intent(in) :: c
+    type(effect_sites_t), intent(in) :: sites
     type(solid_params_t), intent(inout) :: params
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: text, problem
+    params%effects%disc = sites%disc
+    params%effects%has_sides = sites%sided_joints
+    params%effects%has_sided_veins = sites%sided_veins
+    if (sites%disc(3) < 0) call c%complain(errors, 'Wing', 'damage_disc', 'the radius must not be negative')
+    if (sites%soft_place /= '') call take_soft_place(c, sites%soft_place, params, errors)
+  end subroutine take_effect_sites
+
+  !> `text` is VEIN SHARE.
+  subroutine take_soft_place(c, text, params, errors)
+    type(config_t), intent(in) :: c
+    character(*), intent(in) :: text
+    type(solid_params_t), intent(inout) :: params
+    type(message_list_t), intent(inout) :: errors
+    character(*), parameter :: KEY = 'soft_place'
+    character(:), allocatable :: problem
     type(suggestion_t) :: suggestion
     integer :: position, first(3), last(3), n, i
     logical :: found
-    params%effects%disc = c%get_reals('Wing', 'damage_disc')
-    params%effects%has_sides = c%get_switch('Wing', 'sided_joints')
-    params%effects%has_sided_veins = c%get_switch('Wing', 'sided_veins')
-    if (params%effects%disc(3) < 0) call c%complain(errors, 'Wing', 'damage_disc', 'the radius must not be negative')
-    text = c%get_text('Wing', 'soft_place')
-    if (text == '') return
     position = 1
     n = 0
     do while (n < 3)
@@ -52,15 +67,15 @@ contains
       n = n + 1
     end do
     if (n /= 2) then
-      call c%complain(errors, 'Wing', 'soft_place', quoted(text)//' is not VEIN FRACTION: the name of a vein '// &
+      call c%complain(errors, 'Wing', KEY, quoted(text)//' is not VEIN FRACTION: the name of a vein '// &
                       'and a number from 0 to 1')
       return
     end if
     call parse_real(text(first(2):last(2)), params%effects%soft_fraction, problem)
     if (allocated(problem)) then
-      call c%complain(errors, 'Wing', 'soft_place', problem)
+      call c%complain(errors, 'Wing', KEY, problem)
     else if (.not. (params%effects%soft_fraction > 0 .and. params%effects%soft_fraction < 1)) then
-      call c%complain(errors, 'Wing', 'soft_place', 'the fraction of the length must lie between 0 and 1')
+      call c%complain(errors, 'Wing', KEY, 'the fraction of the length must lie between 0 and 1')
     end if
     associate (name => text(first(1):last(1)))
       if (all(params%vein_names /= name)) then
@@ -68,12 +83,12 @@ contains
         do i = 1, size(params%vein_names)
           call suggestion%offer(trim(params%vein_names(i)))
         end do
-        call c%complain(errors, 'Wing', 'soft_place', 'there is no vein '//quoted(name)//suggestion%hint())
+        call c%complain(errors, 'Wing', KEY, 'there is no vein '//quoted(name)//suggestion%hint())
       else
         params%effects%soft_vein = name
       end if
     end associate
-  end subroutine read_effect_sites
+  end subroutine take_soft_place
 
   !> A clamp that gives way is a matter of statics: a wing in motion is held by its frame.
   subroutine refuse_root_compliance(c, params, errors)

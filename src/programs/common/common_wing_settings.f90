@@ -7,7 +7,8 @@ module common_wing_settings
   use base_parameter, only: parameter_t
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
-  use common_wing_effects, only: read_effect_sites, effect_without_site
+  use common_wing_effects, only: effect_without_site, take_effect_sites
+  use common_wing_keys, only: mass_choices_t, read_damping_keys, read_mass_keys, read_wing_keys, wing_choices_t
   use common_wing_size, only: notice_other_size, scale_wing
   use io_config, only: config_t
   use io_broadcast_text, only: named_path
@@ -25,12 +26,11 @@ module common_wing_settings
 
 contains
 
-  !> Reads the wing of the ini file `ini`, whose keys are loaded in `config`; all mistakes go to `errors`,
+  !> Reads the wing that the keys in `config` describe; all mistakes go to `errors`,
   !> remarks to `notices`. Without `found` there is no model. A wing without a valid mass is a mistake if the
   !> mass is needed and a remark if not.
-  subroutine load_wing(config, ini, needs_mass, s, found, errors, notices, world, file)
+  subroutine load_wing(config, needs_mass, s, found, errors, notices, world, file)
     type(config_t), intent(in) :: config
-    character(*), intent(in) :: ini
     logical, intent(in) :: needs_mass
     type(wing_case_t), intent(out) :: s
     logical, intent(out) :: found
@@ -38,36 +38,30 @@ contains
     type(world_t), intent(in), optional :: world !< with it root reads the file for all, and this is collective
     character(*), intent(in), optional :: file   !< to take in place of [Wing] file
     type(failure_t) :: failure
-    character(:), allocatable :: problem, name
+    type(wing_choices_t) :: choices
+    type(mass_choices_t) :: mass
     real(rp) :: centre(3)
     integer :: n_before
     found = .false.
-    if (.not. config%is_given('Wing', 'file')) return
-    name = config%get_text('Wing', 'file')
-    if (present(file)) name = file
-    call find_beside(ini, name, s%path, problem, world)
-    if (allocated(problem)) then
-      call config%complain(errors, 'Wing', 'file', problem)
-      return
-    end if
+    call read_wing_keys(config, choices)
+    call read_mass_keys(config, mass)
+    if (.not. choices%has_file) return
+    if (present(file)) choices%file = file
     n_before = errors%count()
-    if (present(world)) then
-      call load_shared_wing(world, s%path, s%wing, errors)
-    else
-      call read_wing(s%path, s%wing, errors)
-    end if
+    call read_file(config, choices%file, s, errors, world)
     if (errors%count() > n_before) return
-    call read_z_side(config, s, notices)
+    call take_z_side(config, choices%z_side, s, notices)
     s%fingerprint = wing_fingerprint(s%wing)
-    call check_size(config, s%wing, errors, notices)
+    call check_size(config, [choices%length, choices%mean_chord], s%wing, errors, notices)
     if (errors%count() > n_before) return
-    call scale_wing(config, s)
-    call notice_other_size(config, s%wing, notices)
-    call check_fingerprint(config, s, errors, notices)
-    call read_material(config, s, errors, notices)
-    call read_mass(config, needs_mass, s, errors, notices)
-    call notice_assumptions(config, s%wing, needs_mass, notices)
-    if (s%has_mass) call notice_magnitudes(config, s%wing, s%requested, s%material, s%mass, notices)
+    s%requested_size = [choices%length, choices%mean_chord]
+    call scale_wing(s)
+    if (choices%has_found_size) call notice_other_size(config, choices%found_size, s%wing, notices)
+    if (choices%has_fingerprint) call check_fingerprint(config, choices, s, errors, notices)
+    call take_material(config, choices, s, errors, notices)
+    call take_mass(config, mass, needs_mass, s, errors, notices)
+    call notice_assumptions(config, choices%preset == 'paper', mass, s%wing, needs_mass, notices)
+    if (s%has_mass) call notice_magnitudes(config, mass%law, s, notices)
     call s%model%init(s%wing, s%requested, failure)
     if (failure%failed) then
       call errors%add(s%path//': '//failure%reason)
@@ -80,39 +74,55 @@ contains
     found = .true.
   end subroutine load_wing
 
-  !> The side to which z points. What [Wing] says counts, as its parameters may have been found with another file.
-  subroutine read_z_side(config, s, notices)
+  !> The wing in its file, with or without a `world`.
+  subroutine read_file(config, name, s, errors, world)
     type(config_t), intent(in) :: config
+    character(*), intent(in) :: name
+    type(wing_case_t), intent(inout) :: s
+    type(message_list_t), intent(inout) :: errors
+    type(world_t), intent(in), optional :: world
+    character(:), allocatable :: problem
+    call find_beside(config%file_name(), name, s%path, problem, world)
+    if (allocated(problem)) then
+      call config%complain(errors, 'Wing', 'file', problem)
+    else if (present(world)) then
+      call load_shared_wing(world, s%path, s%wing, errors)
+    else
+      call read_wing(s%path, s%wing, errors)
+    end if
+  end subroutine read_file
+
+  !> The side to which z points. What [Wing] says counts, as its parameters may have been found with another file.
+  subroutine take_z_side(config, stated, s, notices)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: stated
     type(wing_case_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: notices
-    character(:), allocatable :: stated
     character(len(s%wing%z_side)) :: in_file
     logical :: was_dorsal
-    stated = config%get_word('Wing', 'z_side')
     if (stated == 'file') return
     in_file = s%wing%z_side
     was_dorsal = s%wing%z_is_dorsal()
     s%wing%z_side = stated
     if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
       stated//' counts, although '//s%path//' says '//trim(in_file)//': it is what [Wing] parameters mean by +z')
-  end subroutine read_z_side
+  end subroutine take_z_side
 
   !> Values that were found for another wing are a mistake, unless the user wants them.
-  subroutine check_fingerprint(config, s, errors, notices)
+  subroutine check_fingerprint(config, choices, s, errors, notices)
     type(config_t), intent(in) :: config
+    type(wing_choices_t), intent(in) :: choices
     type(wing_case_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors, notices
-    character(:), allocatable :: stated, text
-    if (.not. config%is_given('Wing', 'fingerprint')) return
-    stated = config%get_text('Wing', 'fingerprint')
-    if (stated == s%fingerprint) return
-    if (len(stated) /= FINGERPRINT_LENGTH .or. verify(stated, '0123456789ABCDEF') > 0) then
-      call config%complain(errors, 'Wing', 'fingerprint', quoted(stated)//' is no fingerprint: valid are the '// &
+    character(:), allocatable :: text
+    if (choices%fingerprint == s%fingerprint) return
+    if (len(choices%fingerprint) /= FINGERPRINT_LENGTH .or. verify(choices%fingerprint, '0123456789ABCDEF') > 0) then
+      call config%complain(errors, 'Wing', 'fingerprint', quoted(choices%fingerprint)//' is no fingerprint: valid are the '// &
                            number_text(FINGERPRINT_LENGTH)//' digits that msm_train and msm_diagnose write')
       return
     end if
     text = 'these values were found for another wing than '//s%path//', whose fingerprint is '//s%fingerprint
-    if (config%get_switch('Wing', 'allow_other_wing')) then
+    if (choices%allow_other_wing) then
       call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes accepts them nevertheless')
     else
       call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file that they belong to, '// &
@@ -138,58 +148,49 @@ contains
       call config%complain(errors, 'Saving', 'name', 'must not contain < > & : or quotes')
   end subroutine check_name
 
-  subroutine read_material(c, s, errors, notices)
+  subroutine take_material(c, choices, s, errors, notices)
     type(config_t), intent(in) :: c
+    type(wing_choices_t), intent(in) :: choices
     type(wing_case_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
     character(:), allocatable :: note
-    real(rp) :: joint
     logical :: is_soft
     associate (p => s%requested)
       p = default_params(s%wing)
-      p%young = c%get_real('Wing', 'E')
-      p%plate = c%get_real('Wing', 'D')
-      p%k_vein = c%get_real('Wing', 'k_e')
+      p%young = choices%young
+      p%plate = choices%plate
+      p%k_vein = choices%spring
       p%k_membrane = p%k_vein
       p%k_cross = p%k_vein
-      p%cross_springs = c%get_word('Wing', 'cross_springs') == 'yes' .or. &
-                        (c%get_word('Wing', 'cross_springs') == 'preset' .and. c%get_word('Wing', 'preset') == 'paper')
-      p%slack = c%get_real('Wing', 'slack')
-      p%slack_width = c%get_real('Wing', 'slack_width')
-      joint = c%get_real('Wing', 'joint_stiffness')
-      if (.not. joint > 0 .and. abs(joint + 1) > 0) &
+      p%cross_springs = choices%cross_springs == 'yes' .or. &
+                        (choices%cross_springs == 'preset' .and. choices%preset == 'paper')
+      p%slack = choices%slack
+      p%slack_width = choices%slack_width
+      if (.not. choices%joint > 0 .and. abs(choices%joint + 1) > 0) &
         call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1 for the stiffness of the '// &
                         'vein without the joint')
-      p%joint = joint
-      call read_effect_sites(c, p, errors)
-      call read_parameters(c, p, errors)
+      p%joint = choices%joint
+      call take_effect_sites(c, choices%sites, p, errors)
+      call take_parameters(c, choices%parameters, p, errors)
       call membrane_note(p, note, is_soft)
       if (is_soft .and. size(s%wing%triangles) > 0) call notices%add(note)
     end associate
-  end subroutine read_material
+  end subroutine take_material
 
-  subroutine read_mass(c, needs_mass, s, errors, notices)
+  subroutine take_mass(c, choices, needs_mass, s, errors, notices)
     type(config_t), intent(in) :: c
+    type(mass_choices_t), intent(in) :: choices
     logical, intent(in) :: needs_mass
     type(wing_case_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(message_list_t) :: messages
     integer :: i
-    logical :: is_stated
-    s%material%vein_density = c%get_real('Mass', 'vein_density')
-    if (.not. c%is_given('Mass', 'vein_density') .and. s%wing%mass%vein_density > 0) &
-      s%material%vein_density = s%wing%mass%vein_density
-    is_stated = c%is_given('Mass', 'membrane_law') .or. c%is_given('Mass', 'areal_density')
-  s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, c%get_word('Mass', 'membrane_law') == 'bilinear')
-    s%material%membrane_mass = c%get_real('Mass', 'membrane_mass')
-    s%material%areal_density = c%get_real('Mass', 'areal_density')
-    s%material%vein_factor = c%get_real('Mass', 'vein_factor')
-    s%material%membrane_factor = c%get_real('Mass', 'membrane_factor')
-    s%material%gradient = c%get_real('Mass', 'membrane_gradient')
-    s%material%point = c%get_reals('Mass', 'point_mass')
-    if (.not. is_stated .and. s%wing%mass%law /= '') then ! what the file says of this very wing
-      s%material%membrane_law = MEMBRANE_BILINEAR
-      if (.not. c%is_given('Mass', 'membrane_mass')) s%material%membrane_mass = s%wing%mass%membrane
+    s%material = choices%material
+    if (.not. choices%has_vein_density .and. s%wing%mass%vein_density > 0) s%material%vein_density = s%wing%mass%vein_density
+    s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, choices%law == 'bilinear')
+    if (.not. (choices%has_law .or. choices%has_areal_density) .and. s%wing%mass%law /= '') then
+      s%material%membrane_law = MEMBRANE_BILINEAR ! what the file says of this very wing
+      if (.not. choices%has_membrane_mass) s%material%membrane_mass = s%wing%mass%membrane
       s%material%weights = [1.0_rp, 0.0_rp, 0.0_rp]
       if (s%wing%mass%law == 'bilinear') s%material%weights = s%wing%mass%weights
     end if
@@ -203,17 +204,17 @@ contains
         call notices%add(messages%text(i)//'; the mass is not reported')
       end if
     end do
-  end subroutine read_mass
+  end subroutine take_mass
 
   !> The pairs "name value" of [Wing] parameters.
-  subroutine read_parameters(config, params, errors)
+  subroutine take_parameters(config, text, params, errors)
     type(config_t), intent(in) :: config
+    character(*), intent(in) :: text
     type(solid_params_t), intent(inout) :: params
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: text, problem, problems
+    character(:), allocatable :: problem, problems
     integer :: position, first, last
     logical :: found
-    text = config%get_text('Wing', 'parameters')
     problems = ''
     position = 1
     do
@@ -223,7 +224,7 @@ contains
       if (allocated(problem)) problems = problems//'; '//problem
     end do
     if (len(problems) > 0) call config%complain(errors, 'Wing', 'parameters', problems(3:))
-  end subroutine read_parameters
+  end subroutine take_parameters
 
   subroutine read_pair(text, params, problem)
     character(*), intent(in) :: text
@@ -284,10 +285,8 @@ contains
     type(config_t), intent(in) :: config
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(inout) :: inertia !< initialised
-    inertia%rayleigh_mass = config%get_real('Damping', 'rayleigh_mass')
-    inertia%rayleigh_stiffness = config%get_real('Damping', 'rayleigh_stiffness')
-    inertia%relaxation = config%get_real('Damping', 'relaxation')
-    inertia%relaxation_time = config%get_real('Damping', 'relaxation_time')
-    inertia%nodal(model%movable) = config%get_real('Damping', 'nodal')
+    real(rp) :: nodal
+    call read_damping_keys(config, inertia, nodal)
+    inertia%nodal(model%movable) = nodal
   end subroutine read_damping
 end module common_wing_settings

@@ -16,16 +16,12 @@ module common_wing_size
 
 contains
 
-  !> Gives the wing the size that [Wing] asks for: first similar to that of its file, then stretched along y.
-  subroutine scale_wing(config, s)
-    type(config_t), intent(in) :: config
+  !> Gives the wing its requested size: first similar to that of its file, then stretched along y.
+  subroutine scale_wing(s)
     type(wing_case_t), intent(inout) :: s
-    real(rp) :: length, chord, found(2), stretch
+    real(rp) :: found(2), stretch
     integer :: i
-    length = config%get_real('Wing', 'length')
-    chord = config%get_real('Wing', 'mean_chord')
-    s%requested_size = [length, chord]
-    associate (points => s%wing%points)
+    associate (points => s%wing%points, length => s%requested_size(1), chord => s%requested_size(2))
       if (length > 0) s%scale = length/maxval(points(1, :))
       points = s%scale(1)*points
       do i = 1, size(s%wing%veins)
@@ -59,13 +55,12 @@ contains
   end function wing_size
 
   !> Says that [Wing] has values that were found for a wing of another size, which stiffness does not follow.
-  subroutine notice_other_size(config, wing, notices)
+  subroutine notice_other_size(config, then, wing, notices)
     type(config_t), intent(in) :: config
+    real(rp), intent(in) :: then(2)  !< length and mean chord of that wing [m]
     type(wing_t), intent(in) :: wing !< as it is used
     type(message_list_t), intent(inout) :: notices
-    real(rp) :: then(2), here(2)
-    if (.not. config%is_given('Wing', 'found_size')) return
-    then = config%get_reals('Wing', 'found_size')
+    real(rp) :: here(2)
     here = wing_size(wing)
     if (all(abs(then - here) <= SAME*abs(here))) return
     call config%complain(notices, 'Wing', 'found_size', 'these values were found for a wing of length '//mm(then(1))// &

@@ -36,7 +36,7 @@ contains
   subroutine put_state(writer, settings, fluid, wings, coupler, thin, averages)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(settings_t), intent(in) :: settings
-    type(fluid_t), intent(in) :: fluid
+    type(fluid_t), intent(inout) :: fluid !< stays as it is
     type(flapping_wings_t), intent(in), optional :: wings
     type(coupler_t), intent(in), optional :: coupler
     type(thin_wings_t), intent(in), optional :: thin

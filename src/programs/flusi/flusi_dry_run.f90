@@ -34,8 +34,8 @@ contains
       end do
       call expected_steps(settings, dt, speed, steps)
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
-  if (p%t_max < 1.0e8_rp .or. p%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
-      call print_files(unit, settings, min(p%t_max, p%nt*dt))
+  if (p%time%t_max < 1.0e8_rp .or. p%time%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
+      call print_files(unit, settings, min(p%time%t_max, p%time%nt*dt))
     end associate
     flush (output_unit)
   end subroutine print_dry_run
@@ -77,10 +77,11 @@ contains
       write (unit, '(a)') 'files that would be written'
       write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
       if (o%spectra) write (unit, '(a)') '            spectrum_tot.t spectrum_x.t spectrum_y.t spectrum_z.t spectrum_k.t'
-      if (p%penalized) write (unit, '(a)') '            mask_volume.t u_residual.t'
-      if ((p%penalized .or. p%moving) .and. p%compute_forces) write (unit, '(a)') '            forces.t forces_part*.t'
-      if (p%moving .and. settings%flight%thin%is_thin) write (unit, '(a)') '            slip.t'
-      if (p%moving) then
+      if (p%solids%is_on) write (unit, '(a)') '            mask_volume.t u_residual.t'
+      if ((p%solids%is_on .or. p%solids%is_moving) .and. p%solids%compute_forces) write (unit, '(a)') &
+        '            forces.t forces_part*.t'
+      if (p%solids%is_moving .and. settings%flight%thin%is_thin) write (unit, '(a)') '            slip.t'
+      if (p%solids%is_moving) then
         write (unit, '(a)') '            kinematics.t aero_power.t'//of_sides(settings, 'wing', '.t')
         if (settings%flexible) write (unit, '(a)') '           '//of_sides(settings, 'bending', '.t')// &
           of_sides(settings, 'coupling', '.t')

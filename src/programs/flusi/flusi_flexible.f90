@@ -77,9 +77,8 @@ contains
   end function wants_wing_file
 
   !> Reads [Wing] and the file that it names; `found` tells whether there is a wing. Collective with `world`.
-  subroutine read_wing_file(config, ini, wing_case, found, errors, notices, world)
+  subroutine read_wing_file(config, wing_case, found, errors, notices, world)
     type(config_t), intent(in) :: config
-    character(*), intent(in) :: ini
     type(wing_case_t), intent(out) :: wing_case
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
@@ -104,7 +103,7 @@ contains
         return
       end if
     end if
-    call load_wing(config, ini, wants_flexible(config), wing_case, found, errors, notices, world)
+    call load_wing(config, wants_flexible(config), wing_case, found, errors, notices, world)
     if (.not. found) return
     if (size(wing_case%wing%triangles) == 0) then
       call config%complain(errors, 'Wing', 'file', 'has no triangles: a flow needs a surface')

@@ -41,9 +41,9 @@ contains
       if (flight%flyer%carries_fluid) call config%complain(notices, 'Penalization', 'unst_corrections', &
         'is no: as in FLUSI, the mass of the fluid inside the mask adds to that of the insect')
     end if
-    if (fluid%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
+    if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
       'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
-    if (fluid%obstacle /= 'none') call config%complain(errors, 'Penalization', 'obstacle', &
+    if (fluid%solids%obstacle /= 'none') call config%complain(errors, 'Penalization', 'obstacle', &
       'needs an insect that is tethered or moves as prescribed; valid with BodyMotion = free_flight: none')
     if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
       'is free_flight in a two-dimensional flow; valid there: a body that is tethered or moves as prescribed')
@@ -147,8 +147,8 @@ contains
     type(flight_params_t), intent(in) :: flight
     type(message_list_t), intent(inout) :: notices
     real(rp) :: way(3)
-    if (fluid%t_max > 1.0e6_rp) return ! the number of steps ends this run
-    way = (flight%motion%velocity - fluid%mean_velocity)*fluid%t_max
+    if (fluid%time%t_max > 1.0e6_rp) return ! the number of steps ends this run
+    way = (flight%motion%velocity - fluid%mean%velocity)*fluid%time%t_max
     if (all(abs(way) <= fluid%grid%length)) return
     call config%complain(notices, SECTION, 'v0', 'takes the insect through the periodic box before Tmax, over '// &
                          number_text(maxval(abs(way)/fluid%grid%length))//' lengths of it: it meets its own wake')

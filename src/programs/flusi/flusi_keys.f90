@@ -8,7 +8,7 @@ module flusi_keys
   use common_instrument, only: register_idle_instrument
   use common_solver_keys, only: register_limits
   use common_train_keys, only: write_train_reference
-  use fluid_keys, only: register_fluid_keys
+  use fluid_params, only: register_fluid_keys
   use flusi_averages, only: register_average_keys
   use flusi_flexible, only: register_flexible_keys
   use flusi_legacy_keys, only: register_flusi_legacy

@@ -41,8 +41,8 @@ contains
     real(rp) :: kept, flow, writing
     integer :: n_out, n_sent, parts
     associate (p => settings%fluid, o => settings%output)
-      n_out = merge(6, 3, p%sponge) + merge(1, 0, settings%needs_pressure())
-      if (p%transform == 'p3dfft') then
+      n_out = merge(6, 3, p%sponge%is_on) + merge(1, 0, settings%needs_pressure())
+      if (p%resolution%transform == 'p3dfft') then
         call blocks_portion(p, ranks, m, s)
       else
         call sticks_portion(p, ranks, m, s)
@@ -50,7 +50,7 @@ contains
       if (.not. m%possible) return
       n_sent = merge(FIELDS_IN - 1, FIELDS_IN, m%rows == 1) ! the vorticity along z is made of the velocity
       ! State and history, and what is kept of a pass.
-      kept = s%spectrum*merge(9, 6, p%scheme == SCHEME_RK4)
+      kept = s%spectrum*merge(9, 6, p%time%scheme == SCHEME_RK4)
       if (settings%needs_pressure()) kept = kept + s%spectrum
       if (settings%needs_trials()) kept = kept + 3*s%spectrum
       if (settings%needs_fields()) kept = kept + 6*s%field
@@ -61,7 +61,7 @@ contains
       ! One field and its copy of single precision; a component of the state as a table and its copy.
       writing = merge(1, 0, o%needs_scratch())*s%field
       writing = writing + max(merge(0.5_rp, 0.0_rp, o%single_precision .and. o%needs_scratch())*s%field, 2*s%spectrum)
-      if (p%transform == 'p3dfft') then
+      if (p%resolution%transform == 'p3dfft') then
         m%running = kept + flow + writing + s%exchange + (s%spectrum + s%field)*(FIELDS_IN + n_out)
         m%starting = m%running
         if (.not. is_uniform(p)) m%starting = m%running + FIELDS_IN*s%field + 8*s%whole
@@ -90,10 +90,10 @@ contains
     type(portion_t), intent(out) :: s
     type(sticks_t) :: sticks
     real(rp) :: lines, row_sticks, near, far
-    call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible)
+    call process_grid(ranks, p%grid%n, p%resolution%process_rows, m%rows, m%columns, m%possible)
     if (.not. m%possible) return
     associate (n => p%grid%n)
-      sticks = make_sticks(p%grid, p%dealias, m%rows, m%columns, 0, 0)
+      sticks = make_sticks(p%grid, p%resolution%dealias, m%rows, m%columns, 0, 0)
       s%planes = ceiling(n(3)/real(m%columns, rp))
       lines = ceiling(n(2)/real(m%rows, rp))
       s%field = 8*n(1)*lines*s%planes
@@ -126,11 +126,11 @@ contains
     type(sticks_t) :: sticks
     integer :: block(2)
     real(rp) :: lines, box
-    block = [kept_columns(p%grid, p%dealias), p%grid%n(2)]
-    call process_grid(ranks, p%grid%n, p%process_rows, m%rows, m%columns, m%possible, block)
+    block = [kept_columns(p%grid, p%resolution%dealias), p%grid%n(2)]
+    call process_grid(ranks, p%grid%n, p%resolution%process_rows, m%rows, m%columns, m%possible, block)
     if (.not. m%possible) return
     block = ceiling(block/real([m%rows, m%columns], rp))
-    sticks = make_block_sticks(p%grid, p%dealias, [0, 0], block)
+    sticks = make_block_sticks(p%grid, p%resolution%dealias, [0, 0], block)
     s%planes = ceiling(p%grid%n(3)/real(m%columns, rp))
     lines = ceiling(p%grid%n(2)/real(m%rows, rp))
     s%field = 8*p%grid%n(1)*lines*s%planes

@@ -62,10 +62,11 @@ contains
     if (m%possible) then
       write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &
         ' ranks: an exchange buffer would exceed 2^31 '//trim(merge('bytes  ', 'numbers', &
-                                                                    settings%fluid%transform == 'p3dfft'))
-    else if (settings%fluid%transform == 'p3dfft') then
-      write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny '// &
-        'and nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, settings%fluid%dealias)
+                                                                    settings%fluid%resolution%transform == 'p3dfft'))
+    else if (settings%fluid%resolution%transform == 'p3dfft') then
+      write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny and '// &
+        'nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, &
+                                                                              settings%fluid%resolution%dealias)
     else
      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
         'rows must divide the ranks and not exceed ny'

@@ -37,9 +37,9 @@ contains
     if (world%is_root) has_wisdom = merge(1, 0, file_exists(wisdom))
     call world%broadcast_integer(has_wisdom)
     call expected_steps(settings, dt, speed, steps)
-    call choose_planner(settings%fluid%planner, steps, product(real(settings%fluid%grid%n, rp)), restarts, &
+    call choose_planner(settings%fluid%resolution%planner, steps, product(real(settings%fluid%grid%n, rp)), restarts, &
                         has_wisdom == 1, reason)
-    if (settings%fluid%planner == 'measure') call import_wisdom(wisdom, done)
+    if (settings%fluid%resolution%planner == 'measure') call import_wisdom(wisdom, done)
   end subroutine plan_run
 
   !> Length `dt` and number of the steps that the parameters let expect for velocities of `speed`; the flow decides.
@@ -49,11 +49,11 @@ contains
     type(fluid_params_t) :: endless
     associate (p => settings%fluid)
       speed = reference_speed(p)
-      if (p%moving) speed = max(speed, 0.5_rp*PI*settings%flight%tip_speed()) ! the peak of a cosine
+      if (p%solids%is_moving) speed = max(speed, 0.5_rp*PI*settings%flight%tip_speed()) ! the peak of a cosine
       endless = p
-      endless%t_max = huge(1.0_rp)
+      endless%time%t_max = huge(1.0_rp)
       dt = next_step_length(endless, speed, 0.0_rp, 0.0_rp, [0.0_rp])
-      steps = min(p%t_max/dt, real(p%nt, rp))
+      steps = min(p%time%t_max/dt, real(p%time%nt, rp))
     end associate
   end subroutine expected_steps
 
@@ -82,15 +82,15 @@ contains
   !> A velocity that the flow will have, as far as the parameters tell.
   pure real(rp) function reference_speed(p) result(speed)
     type(fluid_params_t), intent(in) :: p
-    speed = max(norm2(p%mean_velocity), norm2(p%us_fixed))
-    select case (p%inicond)
+    speed = max(norm2(p%mean%velocity), norm2(p%solids%us_fixed))
+    select case (p%initial%flow)
     case ('VortexRing')
-      speed = max(speed, abs(p%omega1)/(PI*max(p%size, tiny(1.0_rp))))
+      speed = max(speed, abs(p%initial%omega1)/(PI*max(p%solids%size, tiny(1.0_rp))))
     case ('taylor_green', 'taylor_green_2d')
       speed = max(speed, 1.0_rp)
     case ('turbulence_rogallo')
-      speed = max(speed, 3*sqrt(2*p%omega1/3))
+      speed = max(speed, 3*sqrt(2*p%initial%omega1/3))
     end select
-    if (p%mask == 'couette') speed = max(speed, p%omega*p%r1)
+    if (p%solids%mask == 'couette') speed = max(speed, p%solids%omega*p%solids%r1)
   end function reference_speed
 end module flusi_plans

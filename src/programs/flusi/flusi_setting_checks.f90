@@ -53,11 +53,11 @@ contains
     integer :: i
     do i = 1, 3
       call need('Geometry', BOX(i))
-      if (fluid%mean_flow(i) /= 'free' .or. fluid%inicond == 'MeanFlow') call need('MeanFlow', MEAN(i))
+      if (fluid%mean%kind(i) /= 'free' .or. fluid%initial%flow == 'MeanFlow') call need('MeanFlow', MEAN(i))
     end do
     call need('ReynoldsNumber', 'nu')
-    if (fluid%penalized) call need('Penalization', 'eps')
-    if (abs(fluid%omega1) > 0) call c%complain(errors, 'InitialCondition', 'omega1', 'cannot be given with '// &
+    if (fluid%solids%is_on) call need('Penalization', 'eps')
+    if (abs(fluid%initial%omega1) > 0) call c%complain(errors, 'InitialCondition', 'omega1', 'cannot be given with '// &
                                     '[units] input = SI: its unit depends on inicond; describe this flow without units')
 
   contains
@@ -116,7 +116,7 @@ contains
     if (size(flight%wings) == 0) return
     if (size(flight%wings(1)%points) == 0) return
     if (fluid%nu > 0) then
-      number = (flight%tip_speed() + norm2(fluid%mean_velocity))*flight%wings(1)%mean_chord()/fluid%nu
+      number = (flight%tip_speed() + norm2(fluid%mean%velocity))*flight%wings(1)%mean_chord()/fluid%nu
       if (unit > 0 .and. number > FAST .and. fluid%nu >= VISCOSITY(1) .and. fluid%nu <= VISCOSITY(2)) &
         call c%complain(notices, 'ReynoldsNumber', 'nu', 'looks like a value in m^2/s, but its unit here is L^2/T; '// &
                         number_text(fluid%nu)//' m^2/s would be '//number_text(rounded(fluid%nu/unit, 4))//' L^2/T')
@@ -128,11 +128,11 @@ contains
     else
       call c%complain(notices, 'ReynoldsNumber', 'nu', 'is 0: wings are held in a fluid without viscosity, which no insect has')
     end if
-    if (fluid%penalized .and. .not. c%is_given('Penalization', 'eps')) call c%complain(notices, 'Penalization', 'eps', &
-      'is not given: assumed is '//number_text(fluid%c_eta)//' T, in which a wing stops the fluid inside')
-    number = fluid%c_eta*flight%frequency()
+    if (fluid%solids%is_on .and. .not. c%is_given('Penalization', 'eps')) call c%complain(notices, 'Penalization', 'eps', &
+      'is not given: assumed is '//number_text(fluid%solids%c_eta)//' T, in which a wing stops the fluid inside')
+    number = fluid%solids%c_eta*flight%frequency()
     text = magnitude_doubt(number, DAMPED(1), DAMPED(2), 'beats', 'wings that hold the fluid', .false.)
-    if (fluid%penalized .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)
+    if (fluid%solids%is_on .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)
   end subroutine notice_flow
 
   !> The wing beat was probably meant in 1/s. `frequency` is 1/T in 1/s.

@@ -100,10 +100,10 @@ contains
     call read_fluid_params(settings%config, settings%fluid, errors, draws_solids(settings%config), &
                            notices)
     if (settings%units%si_input) call check_si_numbers(settings%config, settings%fluid, errors)
-    call check_wing_use(settings%config, settings%fluid%moving, errors)
+    call check_wing_use(settings%config, settings%fluid%solids%is_moving, errors)
     call read_output(settings%config, settings%fluid, settings%output, errors)
-    if (settings%output%mask_only) settings%fluid%compute_forces = .false.
-    if (settings%fluid%moving) call read_wings(settings, name, errors, notices, world)
+    if (settings%output%mask_only) settings%fluid%solids%compute_forces = .false.
+    if (settings%fluid%solids%is_moving) call read_wings(settings, name, errors, notices, world)
     call notice_idle_settings(settings, notices)
   end subroutine load_settings
 
@@ -130,9 +130,9 @@ contains
     p%vorticity_magnitude = c%get_switch('Saving', 'iSaveMagVorticity')
     p%q_criterion = c%get_switch('Saving', 'iSaveQ')
     p%spectra = c%get_switch('Saving', 'iSaveSpectrae')
-    p%mask = c%get_switch('Saving', 'iSaveMask') .and. fluid%penalized
-    p%solid_velocity = c%get_switch('Saving', 'iSaveSolidVelocity') .and. fluid%penalized
-    p%wing_sides = c%get_switch('Saving', 'iSaveWingSides') .and. fluid%moving
+    p%mask = c%get_switch('Saving', 'iSaveMask') .and. fluid%solids%is_on
+    p%solid_velocity = c%get_switch('Saving', 'iSaveSolidVelocity') .and. fluid%solids%is_on
+    p%wing_sides = c%get_switch('Saving', 'iSaveWingSides') .and. fluid%solids%is_moving
     p%single_precision = c%get_word('Saving', 'field_precision') == 'single'
     p%stride = c%get_integer('Saving', 'striding')
     p%naming = c%get_word('Saving', 'naming')
@@ -175,10 +175,10 @@ contains
     p%slices = .false.
     p%averages%is_on = .false.
     p%backup = .false.
-    if (.not. (p%mask .or. p%solid_velocity .or. fluid%moving)) call c%complain(errors, 'DryRun', &
+    if (.not. (p%mask .or. p%solid_velocity .or. fluid%solids%is_moving)) call c%complain(errors, 'DryRun', &
       'dry_run_without_fluid', 'there is nothing to draw; valid with [Penalization] iPenalization = 1 and [Saving] '// &
       'iSaveMask = 1')
-    if (p%t_save > fluid%t_max .and. fluid%t_max > 0) p%t_save = fluid%t_max
+    if (p%t_save > fluid%time%t_max .and. fluid%time%t_max > 0) p%t_save = fluid%time%t_max
   end subroutine leave_mask_only
 
   !> Settings that are allowed but do nothing.
@@ -186,14 +186,15 @@ contains
     type(settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     associate (p => s%fluid, c => s%config)
-      if (s%flight%thin%is_thin .and. .not. s%fluid%penalized .and. c%get_switch('Saving', 'iSaveMask')) &
+      if (s%flight%thin%is_thin .and. .not. s%fluid%solids%is_on .and. c%get_switch('Saving', 'iSaveMask')) &
         call notices%add('[Insects] surface = thin: wings without thickness have no mask to save')
-      if (.not. (p%penalized .or. s%flight%thin%is_thin) .and. (c%get_switch('Saving', 'iSaveMask') .or. &
+      if (.not. (p%solids%is_on .or. s%flight%thin%is_thin) .and. (c%get_switch('Saving', 'iSaveMask') .or. &
                                    c%get_switch('Saving', 'iSaveSolidVelocity'))) &
         call notices%add('iPenalization = 0: there is no mask to save')
-      if (c%get_switch('Saving', 'iSaveWingSides') .and. .not. p%moving) &
+      if (c%get_switch('Saving', 'iSaveWingSides') .and. .not. p%solids%is_moving) &
         call notices%add('[Saving] iSaveWingSides has no effect: there are no wings')
-      if (p%penalized .and. any(p%mask == ['none ', 'empty']) .and. p%channel == 'no' .and. .not. p%cavity) &
+      if (p%solids%is_on .and. any(p%solids%mask == ['none ', 'empty']) .and. p%walls%channel == 'no' .and. &
+          .not. p%walls%has_cavity) &
         call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')
     end associate
   end subroutine notice_idle_settings
@@ -213,11 +214,11 @@ contains
     has_file = .false.
     errors_before = errors%count()
     if (wants_wing_file(s%config)) then
-      call read_wing_file(s%config, name, wing_case, has_file, errors, notices, world)
-      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
+      call read_wing_file(s%config, wing_case, has_file, errors, notices, world)
+      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%time%t_max, metre, file_unit, s%flight, errors, &
                               notices, world, wing_case%wing)
     else
-      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%t_max, metre, file_unit, s%flight, errors, &
+      call read_flight_params(s%config, name, s%fluid%grid, s%fluid%time%t_max, metre, file_unit, s%flight, errors, &
                               notices, world)
     end if
     if (s%units%given .and. errors%count() == errors_before) then
@@ -225,24 +226,24 @@ contains
       if (errors%count() > errors_before) return ! all that follows would be wrong by the same factor
     end if
     s%flexible = has_file .and. wants_flexible(s%config)
-    if (wants_flexible(s%config)) call read_coupler(s%config, wing_case, has_file, s%flight, s%fluid%grid, s%fluid%t_max, &
+    if (wants_flexible(s%config)) call read_coupler(s%config, wing_case, has_file, s%flight, s%fluid%grid, s%fluid%time%t_max, &
                                                     s%units%scales(), s%units%given, s%coupler, errors, notices)
     call check_free_flight(s%config, wing_case, has_file, s%flexible, s%units%scales(), s%units%given, s%fluid, s%flight, &
                            s%coupler, errors, notices)
     call check_place(s%config, s%flight, s%fluid%grid, errors)
-    if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%t_max, errors)
+    if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%time%t_max, errors)
     if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
-                                                             s%fluid%t_max, s%flexible, errors, notices)
+                                                             s%fluid%time%t_max, s%flexible, errors, notices)
     if (s%units%given) call notice_frequency(s%config, s%units%frequency, notices)
     unit = merge(s%units%length**2*s%units%frequency, 0.0_rp, s%units%given .and. .not. s%units%si_input)
     if (errors%count() == errors_before) call notice_flow(s%config, s%fluid, s%flight, unit, notices)
-    s%fluid%centre = s%flight%body%centre
+    s%fluid%solids%centre = s%flight%body%centre
     if (s%config%get_word('Insects', 'surface') == 'auto') call s%config%settle('Insects', 'surface', &
       trim(merge('thin     ', 'penalized', s%flight%thin%is_thin)), 'auto')
-    if (.not. s%fluid%penalized) s%output%mask = .false.
-    if (.not. s%fluid%penalized) s%output%solid_velocity = .false.
+    if (.not. s%fluid%solids%is_on) s%output%mask = .false.
+    if (.not. s%fluid%solids%is_on) s%output%solid_velocity = .false.
     if (s%flight%thin%is_thin .and. errors%count() == errors_before) &
-      call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean_velocity) + &
+      call prepare_thin_flow(s%config, s%flight%thin, s%flight%tip_speed() + norm2(s%fluid%mean%velocity) + &
                              s%flight%motion%mean_speed(), s%fluid, errors, notices)
   end subroutine read_wings
 

@@ -90,7 +90,7 @@ contains
     self%t_output = self%timers%region('fields and series')
     self%t_backup = self%timers%region('backups')
     call self%timers%start(self%t_start)
-    restarts = command%restart .or. index(settings%fluid%inicond, 'backup') == 1
+    restarts = command%restart .or. index(settings%fluid%initial%flow, 'backup') == 1
     call self%files%begin(world, 'flusi', BASE_NAME, command%ini, settings%config, self%outcome)
     if (restarts .and. command%overwrite) call self%outcome%fail(OUTCOME_MISTAKE, &
       '--overwrite begins a new run and inicond = backup goes on with an old one: leave out one of them')
@@ -107,7 +107,7 @@ contains
                          settings%needs_trials())
     if (settings%output%averages%is_on) allocate (self%averages)
     if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
-    if (settings%fluid%moving) allocate (self%wings)
+    if (settings%fluid%solids%is_moving) allocate (self%wings)
     if (allocated(self%wings)) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
     if (allocated(self%wings) .and. settings%flight%thin%is_thin) then
       allocate (self%thin)
@@ -136,7 +136,7 @@ contains
       call self%fail(OUTCOME_MISTAKE)
       return
     end if
-    if (settings%fluid%intelligent_dt) self%fluid%rhs%intervals = &
+    if (settings%fluid%time%intelligent_dt) self%fluid%rhs%intervals = &
       [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
                                                                  settings%output%slices), 0.0_rp]
     call self%files%settle(self%outcome)
@@ -188,8 +188,8 @@ contains
         if (allocated(self%averages)) call self%averages%add(fluid)
         call self%move_wings()
         if (self%outcome%failure%failed) exit
-        call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%t_max, &
-                                     self%settings%fluid%nt, seconds)
+        call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%time%t_max, &
+                                     self%settings%fluid%time%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
         call self%stop_rules%poll(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
@@ -289,7 +289,7 @@ contains
     if (self%outcome%kind /= OUTCOME_MISTAKE) then
       call self%series%close(self%outcome%failure)
       if (self%outcome%kind == OUTCOME_DONE .and. allocated(self%wings) .and. self%world%is_root .and. &
-          self%settings%fluid%compute_forces) call write_summary(self%settings, self%name, self%outcome%failure)
+          self%settings%fluid%solids%compute_forces) call write_summary(self%settings, self%name, self%outcome%failure)
       if (self%outcome%kind == OUTCOME_DONE .and. self%outcome%failure%failed) call self%fail(OUTCOME_UNWRITABLE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
@@ -304,7 +304,7 @@ contains
   pure logical function is_done(self)
     class(simulation_t), intent(in) :: self
     associate (p => self%settings%fluid, state => self%fluid%rhs%state)
-      is_done = state%time >= p%t_max .or. state%step >= p%nt
+      is_done = state%time >= p%time%t_max .or. state%step >= p%time%nt
     end associate
   end function is_done
 
@@ -328,8 +328,8 @@ contains
     character(:), allocatable :: path
     path = command%restart_file
     ! --restart goes on from the newest backup, also where the run once began from a named one.
-    if (.not. command%restart .and. index(self%settings%fluid%inicond, 'backup::') == 1) &
-      path = self%settings%fluid%inicond(9:)
+    if (.not. command%restart .and. index(self%settings%fluid%initial%flow, 'backup::') == 1) &
+      path = self%settings%fluid%initial%flow(9:)
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
     call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%outcome%failure, &
@@ -353,7 +353,7 @@ contains
       call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin, self%averages)
       call self%slots%commit(writer, self%outcome%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
-      if (self%world%is_root .and. self%settings%fluid%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
+      if (self%world%is_root .and. self%settings%fluid%resolution%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
     end if
     call self%stop_rules%backup_done()
     call self%timers%stop(self%t_backup)

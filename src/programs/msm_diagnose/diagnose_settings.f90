@@ -6,7 +6,9 @@ module diagnose_settings
   use base_kinds, only: rp
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
   use common_diagnose_keys, only: diagnose_choices_t, diagnose_keys, register_diagnose_keys
+  use common_measurement_keys, only: measurement_choices_t, read_measurement_keys
   use common_overwrite_guard, only: refuse_overwriting
+  use common_wing_keys, only: read_wing_keys, wing_choices_t
   use common_wing_settings, only: check_name
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_noise, only: estimate_noise, assume_noise
@@ -46,14 +48,18 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
     type(bending_input_t) :: input
+    type(wing_choices_t) :: wing
+    type(measurement_choices_t) :: measurement
     logical :: ok
     call register_diagnose_keys(registry)
     call load_input(path, registry, world, s%config, errors, notices, ok)
     if (.not. ok) return
     call read_options(s, refine, errors)
     input%ini = path
-    input%wing = s%config%get_text('Wing', 'file')
-    input%measurement = s%config%get_text('Measurement', 'file')
+    call read_wing_keys(s%config, wing)
+    call read_measurement_keys(s%config, measurement)
+    input%wing = wing%file
+    input%measurement = measurement%file
     input%section = 'Diagnose'
     input%may_plan = may_plan
     call load_bending_case(input, s%config, world, s, errors, notices)

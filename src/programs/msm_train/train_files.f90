@@ -4,6 +4,8 @@ module train_files
   use base_errors, only: message_list_t
   use base_files, only: name_of
   use base_text, only: count_words, next_word, number_text, quoted
+  use common_measurement_keys, only: measurement_choices_t, read_measurement_keys
+  use common_wing_keys, only: read_wing_keys, wing_choices_t
   use io_config, only: config_t
   use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
@@ -24,8 +26,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: wings, measurements
     integer :: n_wings, i, k
-    wings = config%get_text('Wing', 'file')
-    measurements = config%get_text('Measurement', 'file')
+    call file_names(config, wings, measurements)
     n_wings = count_words(wings, ',')
     n_individuals = max(1, count_words(measurements, ','))
     individual = ''
@@ -54,8 +55,10 @@ contains
     character(*), intent(in) :: ini
     type(world_t), intent(in) :: world
     type(message_list_t), intent(inout) :: paths
-    call add_paths(config%get_text('Wing', 'file'))
-    call add_paths(config%get_text('Measurement', 'file'))
+    character(:), allocatable :: wings, measurements
+    call file_names(config, wings, measurements)
+    call add_paths(wings)
+    call add_paths(measurements)
 
   contains
 
@@ -67,6 +70,18 @@ contains
       end do
     end subroutine add_paths
   end subroutine individual_files
+
+  !> The lists of [Wing] file and [Measurement] file.
+  subroutine file_names(config, wings, measurements)
+    type(config_t), intent(in) :: config
+    character(:), allocatable, intent(out) :: wings, measurements
+    type(wing_choices_t) :: wing
+    type(measurement_choices_t) :: measurement
+    call read_wing_keys(config, wing)
+    call read_measurement_keys(config, measurement)
+    wings = wing%file
+    measurements = measurement%file
+  end subroutine file_names
 
   !> The name of a file of this individual: `individual` goes before `ending`, or behind a name that does not end so.
   pure function of_individual(name, individual, ending) result(own)

@@ -10,6 +10,7 @@
 !> is therefore open by O(h^2): what it lacks is what the time stepping loses.
 module solid_balance
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use solid_inertia, only: inertia_t
   use solid_model, only: solid_model_t
   use solid_motion, only: frame_t
@@ -19,13 +20,14 @@ module solid_balance
   public :: work_t, balance_t
 
   !> What a restart needs: sums since time 0.
-  type :: work_t
+  type, extends(visited_t) :: work_t
     real(rp) :: start = 0      !< [J] T + U at time 0
     real(rp) :: loads = 0      !< [J] by external forces
     real(rp) :: weight = 0     !< [J]
     real(rp) :: frame = 0      !< [J] by the fictitious forces
     real(rp) :: damped = 0     !< [J] lost to damping
   contains
+    procedure :: visit => work_visit
     procedure :: imbalance => work_imbalance
   end type work_t
 
@@ -40,6 +42,17 @@ module solid_balance
   end type balance_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine work_visit(self, visitor)
+    class(work_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('start', self%start)
+    call visitor%visit('loads', self%loads)
+    call visitor%visit('weight', self%weight)
+    call visitor%visit('frame', self%frame)
+    call visitor%visit('damped', self%damped)
+  end subroutine work_visit
 
   !> What the energy T + U [J] has more than the balance accounts for.
   pure real(rp) function work_imbalance(self, energy) result(excess)

@@ -2,13 +2,14 @@
 !> Holds the state of a moving wing at one time.
 module solid_dynamic_state
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use solid_model, only: solid_model_t
   implicit none
   private
   public :: copy_state, dynamic_state_t
 
   !> What a restart needs. All arrays are (3, n_all).
-  type :: dynamic_state_t
+  type, extends(visited_t) :: dynamic_state_t
     real(rp) :: time = 0                                    !< [s]
     real(rp) :: old_step = 0                                !< [s] size of the last step; 0: none yet
     real(rp), dimension(:, :), allocatable :: u, v          !< [m], [m/s] now, in the wing frame
@@ -17,6 +18,7 @@ module solid_dynamic_state
     real(rp), dimension(:, :), allocatable :: a             !< [m/s^2] rate of v in the wing frame, of order 2
   contains
     procedure :: init => state_init
+    procedure :: visit => state_visit
   end type dynamic_state_t
 
 contains
@@ -38,6 +40,21 @@ contains
     call model%gradient(self%u, self%g)
     allocate (self%old_u(3, n), self%old_v(3, n), self%old_g(3, n), self%a(3, n), source=0.0_rp)
   end subroutine state_init
+
+  !> Shows every component to the visitor; all arrays have their size.
+  subroutine state_visit(self, visitor)
+    class(dynamic_state_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('time', self%time)
+    call visitor%visit('old_step', self%old_step)
+    call visitor%visit('u', self%u)
+    call visitor%visit('v', self%v)
+    call visitor%visit('g', self%g)
+    call visitor%visit('old_u', self%old_u)
+    call visitor%visit('old_v', self%old_v)
+    call visitor%visit('old_g', self%old_g)
+    call visitor%visit('a', self%a)
+  end subroutine state_visit
 
   !> Copies a state to one of the same wing; allocates nothing.
   subroutine copy_state(from, to)

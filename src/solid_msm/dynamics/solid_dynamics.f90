@@ -54,6 +54,10 @@ module solid_dynamics
     private
     type(dynamic_solver_t) :: solver
     type(dynamic_state_t) :: saved
+    logical :: has_factors = .false. !< those of the solver serve the step that is being made
+    ! Of the piece of the step that is being made
+    type(frame_t) :: frame           !< at its end
+    real(rp) :: q = 0                !< [1/s]
     real(rp), dimension(:, :), allocatable :: bu, bv, bg, bf, u, v, rate, r, f, total
   contains
     procedure :: init => dynamics_init
@@ -101,46 +105,35 @@ contains
     integer, intent(in), optional :: before
     class(reaction_t), intent(inout), optional :: reaction !< adds its force, taken at the new time
     type(dynamic_options_t) :: now
-    integer :: halvings, done
+    integer :: halvings, done ! pieces of dt/2**halvings
     real(rp) :: part
-    logical :: converged, has_factors
+    logical :: converged, can_try
     call require(dt > 0, 'dynamics_t%step: the time step must be positive')
     call copy_state(state, self%saved)
     now = options
     halvings = 0
     done = 0
-    has_factors = .false.
+    self%has_factors = .false.
     if (present(before)) then
-      has_factors = before > 0
+      self%has_factors = before > 0
       now%factorisations = options%factorisations - before
     end if
     do
       part = dt/2**halvings
-      if (present(guess) .and. halvings == 0) then
-        call substep(self, model, inertia, motion%at(self%saved%time + part), force, part, now, state, report, &
-                     has_factors, converged, guess, reaction)
-      else
-        call substep(self, model, inertia, motion%at(self%saved%time + (done + 1)*part), force, part, now, state, &
-                     report, has_factors, converged, reaction=reaction)
-      end if
+      self%frame = motion%at(self%saved%time + (done + 1)*part)
+      call begin_piece(self, model, inertia, part, state)
+      if (present(guess) .and. halvings == 0) self%u = guess
+      call solve_piece(self, model, inertia, force, now, report, converged, reaction)
       if (converged) then
+        call end_piece(self, model, part, state)
         done = done + 1
         report%substeps = report%substeps + 1
         if (done == 2**halvings) exit
         now%worth_reuse = options%worth_reuse ! of the next piece
-        has_factors = .false.
-      else if (now%worth_reuse > 0) then
-        now%worth_reuse = 0
-      else if (now%factorisations < huge(1)) then ! iterations with older factors may be to blame
-        now%factorisations = huge(1)
-        has_factors = .false.
-      else if (halvings < options%halvings) then
-        now = options
-        now%factorisations = huge(1)
-        has_factors = .false.
-        halvings = halvings + 1
-        done = 2*done
+        self%has_factors = .false.
       else
+        call try_harder(self, options, now, halvings, done, can_try)
+        if (can_try) cycle
         call copy_state(self%saved, state)
         report%reason = 'Newton''s method did not converge with steps of '//number_text(part)//' s'
         return
@@ -150,31 +143,47 @@ contains
     report%converged = .true.
   end subroutine dynamics_step
 
-  !> One attempt of a step h, or of a piece of it; `has_factors` tells whether an earlier one left some.
-  subroutine substep(self, model, inertia, frame, force, h, options, state, report, has_factors, converged, guess, reaction)
+  !> What is tried after a piece of a step has failed, in this order: a new tangent in every iteration, as many factorisations
+  !> as that needs, steps of half the length; `can_try` is false if nothing is left.
+  pure subroutine try_harder(self, options, now, halvings, done, can_try)
+    type(dynamics_t), intent(inout) :: self
+    type(dynamic_options_t), intent(in) :: options
+    type(dynamic_options_t), intent(inout) :: now
+    integer, intent(inout) :: halvings, done
+    logical, intent(out) :: can_try
+    can_try = .true.
+    if (now%worth_reuse > 0) then
+      now%worth_reuse = 0
+    else if (now%factorisations < huge(1)) then ! iterations with older factors may be to blame
+      now%factorisations = huge(1)
+      self%has_factors = .false.
+    else if (halvings < options%halvings) then
+      now = options
+      now%factorisations = huge(1)
+      self%has_factors = .false.
+      halvings = halvings + 1
+      done = 2*done
+    else
+      can_try = .false.
+    end if
+  end subroutine try_harder
+
+  !> q and what BDF2 takes from the past for a piece h [s] of a step, displacements to begin with, and the axial forces of the
+  !> state.
+  subroutine begin_piece(self, model, inertia, h, state)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
-    type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: force(:, :), h
-    type(dynamic_options_t), intent(in) :: options
-    type(dynamic_state_t), intent(inout) :: state
-    type(step_report_t), intent(inout) :: report
-    logical, intent(inout) :: has_factors
-    logical, intent(out) :: converged
-    real(rp), intent(in), optional :: guess(:, :)
-    class(reaction_t), intent(inout), optional :: reaction
+    real(rp), intent(in) :: h
+    type(dynamic_state_t), intent(in) :: state
     real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
-    real(rp) :: r, c1, c2, q, scale, floor, noise, small, size_r, last_size, newton_sizes(2)
-    integer :: iteration, n_newton
-    logical :: is_scarce, was_iterated, is_warm, is_solved
-
+    real(rp) :: r, c1, c2
     r = 0
     if (state%old_step > 0) r = h/state%old_step
     if (r > LARGEST_RATIO) r = 0
     c1 = (1 + r)**2/(1 + 2*r)
     c2 = r**2/(1 + 2*r)
-    q = (1 + 2*r)/((1 + r)*h)
+    self%q = (1 + 2*r)/((1 + r)*h)
     self%bu = c1*state%u - c2*state%old_u
     self%bv = c1*state%v - c2*state%old_v
     self%bg = c1*state%g - c2*state%old_g
@@ -187,77 +196,119 @@ contains
     end if
     self%u = state%u + h*state%v
     if (r > 0) self%u = self%u + (0.5_rp*h*r)*(state%v - state%old_v)
-    if (present(guess)) self%u = guess
     call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%equilibrium%axial)
-    floor = 4*epsilon(h)*model%params%k_vein*sqrt(real(model%n_free, rp))
-    noise = 8*epsilon(h)*hinge_forces(model)
+  end subroutine begin_piece
+
+  !> Newton's method for the piece that has begun, from self%u.
+  subroutine solve_piece(self, model, inertia, force, options, report, converged, reaction)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    real(rp), intent(in) :: force(:, :)
+    type(dynamic_options_t), intent(in) :: options
+    type(step_report_t), intent(inout) :: report
+    logical, intent(out) :: converged
+    class(reaction_t), intent(inout), optional :: reaction
+    real(rp) :: scale, floor, noise, small, size_r, last_size, newton_sizes(2)
+    integer :: iteration, n_newton
+    logical :: was_iterated, is_warm, is_solved
+    floor = 4*epsilon(scale)*model%params%k_vein*sqrt(real(model%n_free, rp))
+    noise = 8*epsilon(scale)*hinge_forces(model)
     report%residuals = 0
     call self%solver%start()
     size_r = 0
-    converged = .false.
     n_newton = 0
     newton_sizes = 0
     was_iterated = .false.
-    is_warm = has_factors
+    is_warm = self%has_factors
     do iteration = 0, 4*options%iterations
-      self%v = q*(self%u - self%bu)
-      self%rate = q*(self%v - self%bv)
-      call model%gradient(self%u, self%solver%equilibrium%g)
-      associate (g => self%solver%equilibrium%g)
-        self%total = g
-        if (inertia%relaxation > 0) self%total = inertia%remembered(q, g, self%bg, self%bf)
-        self%r = self%total - force + (q*inertia%rayleigh_stiffness)*(g - self%bg)
-      end associate
-      if (present(reaction)) then
-        call reaction%force(frame, self%u, self%v, self%f)
-        call model%zero_clamped(self%f)
-        self%r = self%r - self%f
-      end if
-      call model%zero_clamped(self%r)
-      call model%zero_clamped(self%solver%equilibrium%g)
-      scale = max(norm2(self%r), norm2(self%solver%equilibrium%g), norm2(force))
-      if (present(reaction)) scale = max(scale, norm2(self%f))
-      call add_inertia_forces(inertia, model, frame, self%u, self%v, self%rate, self%r)
       last_size = size_r
-      size_r = norm2(self%r)
-      scale = max(scale, q*momentum_norm(inertia, self%bv))
+      call find_residual(self, model, inertia, force, size_r, scale, reaction)
       report%residuals(min(iteration, HISTORY)) = size_r
+      converged = .false.
       if (.not. size_r <= huge(size_r)) exit
       small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
-      converged = size_r <= small
-      if (converged .and. iteration > 0) exit
-      converged = .false.
+      converged = size_r <= small .and. iteration > 0
+      if (converged) exit
       if (was_iterated .or. needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
-        is_scarce = has_factors .and. report%factorisations >= options%factorisations - 1 ! an indefinite one takes two
         if (n_newton == options%iterations) exit
         if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
-        call self%solver%assemble(model, inertia, frame, self%u, q, .false.)
-        was_iterated = .false.
-        if (present(reaction)) then
-          if (.not. is_scarce) call self%solver%factorise(model, inertia, frame, self%u, q, report%factorisations, &
-                                                          has_factors, reaction)
-        else
-          if (is_scarce) call self%solver%iterate(model, inertia, frame, q, self%r, was_iterated)
-          if (.not. was_iterated) call self%solver%factorise(model, inertia, frame, self%u, q, report%factorisations, &
-                                                             has_factors)
-        end if
-        if (.not. has_factors) exit
+        call renew_tangent(self, model, inertia, options%factorisations, report%factorisations, was_iterated, reaction)
+        if (.not. self%has_factors) exit
       end if
       if (present(reaction)) then
-        call self%solver%solve_reaction(model, inertia, frame, q, self%r, linear_tolerance(size_r, small), reaction, &
-                                        report%inner, is_solved)
+        call self%solver%solve_reaction(model, inertia, self%frame, self%q, self%r, linear_tolerance(size_r, small), &
+                                        reaction, report%inner, is_solved)
         if (.not. is_solved) exit
       else if (.not. was_iterated) then
-        call self%solver%solve(model, inertia, frame, q, self%r)
+        call self%solver%solve(model, inertia, self%frame, self%q, self%r)
       end if
       call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%equilibrium%axial, self%solver%x)
       self%u = self%u + self%solver%x
       report%iterations = report%iterations + 1
     end do
-    if (.not. converged) return
-    if (scale > 0) report%residual = size_r/scale
+    if (converged .and. scale > 0) report%residual = size_r/scale
+  end subroutine solve_piece
+
+  !> The residual self%r at displacements self%u, with rates and forces there; its size [N], and that of the largest force.
+  subroutine find_residual(self, model, inertia, force, size_r, scale, reaction)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    real(rp), intent(in) :: force(:, :)
+    real(rp), intent(out) :: size_r, scale
+    class(reaction_t), intent(inout), optional :: reaction
+    associate (q => self%q, g => self%solver%equilibrium%g)
+      self%v = q*(self%u - self%bu)
+      self%rate = q*(self%v - self%bv)
+      call model%gradient(self%u, g)
+      self%total = g
+      if (inertia%relaxation > 0) self%total = inertia%remembered(q, g, self%bg, self%bf)
+      self%r = self%total - force + (q*inertia%rayleigh_stiffness)*(g - self%bg)
+      if (present(reaction)) then
+        call reaction%force(self%frame, self%u, self%v, self%f)
+        call model%zero_clamped(self%f)
+        self%r = self%r - self%f
+      end if
+      call model%zero_clamped(self%r)
+      call model%zero_clamped(g)
+      scale = max(norm2(self%r), norm2(g), norm2(force))
+      if (present(reaction)) scale = max(scale, norm2(self%f))
+      call add_inertia_forces(inertia, model, self%frame, self%u, self%v, self%rate, self%r)
+      size_r = norm2(self%r)
+      scale = max(scale, q*momentum_norm(inertia, self%bv))
+    end associate
+  end subroutine find_residual
+
+  !> The tangent at self%u, factorised, and counted, so that the equations can be solved; where at most `most` factorisations
+  !> leave none the older factors serve. Without a reaction they then solve the equations at once, if they can
+  !> (`was_iterated`).
+  subroutine renew_tangent(self, model, inertia, most, n_factorisations, was_iterated, reaction)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    integer, intent(in) :: most
+    integer, intent(inout) :: n_factorisations
+    logical, intent(out) :: was_iterated
+    class(reaction_t), intent(inout), optional :: reaction
+    logical :: is_scarce
+    was_iterated = .false.
+    is_scarce = self%has_factors .and. n_factorisations >= most - 1 ! an indefinite one takes two
+    call self%solver%assemble(model, inertia, self%frame, self%u, self%q, .false.)
+    if (is_scarce .and. .not. present(reaction)) &
+      call self%solver%iterate(model, inertia, self%frame, self%q, self%r, was_iterated)
+    if (was_iterated .or. is_scarce .and. present(reaction)) return
+    call self%solver%factorise(model, inertia, self%frame, self%u, self%q, n_factorisations, self%has_factors, reaction)
+  end subroutine renew_tangent
+
+  !> The state takes over the piece h [s] that was solved.
+  subroutine end_piece(self, model, h, state)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: h
+    type(dynamic_state_t), intent(inout) :: state
     state%old_u = state%u
     state%old_v = state%v
     state%old_g = state%g
@@ -268,7 +319,7 @@ contains
     state%a = self%rate
     state%old_step = h
     state%time = state%time + h
-  end subroutine substep
+  end subroutine end_piece
 
   !> 2-norm of the forces [N] of all hinges turned by 1 rad: times the rounding of directions it is the smallest
   !> residual that a wing without motion can have.

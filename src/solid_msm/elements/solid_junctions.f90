@@ -28,6 +28,14 @@ module solid_junctions
     real(rp) :: length = 0, diameter = 0, direction(3) = 0
   end type arm_t
 
+  !> The plan so far.
+  type :: draft_t
+    type(hinge_plan_t), allocatable :: plans(:) !< the first n_plans
+    real(rp), allocatable :: ghosts(:, :)       !< (3, :) [m] the first n_ghosts
+    logical, allocatable :: clamped(:)          !< (points of the wing)
+    integer :: n_plans = 0, n_ghosts = 0
+  end type draft_t
+
 contains
 
   !> The hinges of a wing with its ghost points: ghosts(3, n) [m] are numbered behind the wing's own
@@ -37,170 +45,210 @@ contains
     type(hinge_plan_t), allocatable, intent(out) :: plans(:)
     real(rp), allocatable, intent(out) :: ghosts(:, :)
     integer, intent(out) :: stray_joint
-    logical, allocatable :: clamped(:)
-    integer, allocatable :: used(:)
+    type(draft_t) :: draft
+    integer :: used(size(wing%points, 2)) ! how often veins pass a point
     real(rp) :: station(size(wing%points, 2))
-    integer :: v, p, j, n_points, n_plans, n_ghosts, capacity
-
-    n_points = size(wing%points, 2)
-    allocate (clamped(n_points), source=.false.)
-    clamped(wing%root) = .true.
-    allocate (used(n_points), source=0)
-    capacity = size(wing%joints)
+    logical :: fits
+    integer :: v, p, j
+    draft = empty_draft(wing)
+    used = 0
     do v = 1, size(wing%veins)
-      capacity = capacity + 2*size(wing%veins(v)%nodes) + 2
       associate (nodes => wing%veins(v)%nodes)
         do p = 1, size(nodes) ! a ring passes its first point twice
           used(nodes(p)) = used(nodes(p)) + 1
         end do
       end associate
-    end do
-    allocate (plans(capacity), ghosts(3, 2*size(wing%veins)))
-    n_plans = 0
-    n_ghosts = 0
-    do v = 1, size(wing%veins)
-      associate (nodes => wing%veins(v)%nodes)
-        call add_ghost(nodes(1), nodes(2))
-        do p = 2, size(nodes) - 1
-          call add(arm(v, p, -1), nodes(p), arm(v, p, 1), 0)
-        end do
-        call add_ghost(nodes(size(nodes)), nodes(size(nodes) - 1))
-      end associate
+      call add_vein(draft, wing, v)
     end do
     stray_joint = 0
     do j = 1, size(wing%joints)
-      call add_joint(j)
+      call add_joint(draft, wing, j, fits)
+      if (stray_joint == 0 .and. .not. fits) stray_joint = j
     end do
-    do p = 1, n_points
-      if (used(p) > 1 .and. .not. clamped(p)) call join(p)
+    do p = 1, size(used)
+      if (used(p) > 1 .and. .not. draft%clamped(p)) call join_arms(draft, p, arms_at(wing, p))
     end do
-    plans = plans(:n_plans)
-    ghosts = ghosts(:, :n_ghosts)
+    plans = draft%plans(:draft%n_plans)
+    ghosts = draft%ghosts(:, :draft%n_ghosts)
     station = stations(wing)
     plans%station = station(plans%nodes(2))
-
-  contains
-
-    !> The segment of vein `vein` from its place `place` one step forward or backward.
-    function arm(vein, place, step) result(a)
-      integer, intent(in) :: vein, place, step
-      type(arm_t) :: a
-      a%vein = vein
-      a%node = wing%veins(vein)%nodes(place + step)
-      a%direction = wing%points(:, a%node) - wing%points(:, wing%veins(vein)%nodes(place))
-      a%length = norm2(a%direction)
-      a%direction = a%direction/a%length
-      a%diameter = wing%veins(vein)%diameters(place)
-    end function arm
-
-    subroutine add(one, node, other, joint)
-      type(arm_t), intent(in) :: one, other
-      integer, intent(in) :: node, joint
-      logical :: fixed(2)
-      fixed = clamped(node) .and. [clamped(one%node), clamped(other%node)]
-      if (all(fixed)) return
-      n_plans = n_plans + 1
-      plans(n_plans)%nodes = [one%node, node, other%node]
-      plans(n_plans)%veins = [one%vein, other%vein]
-      plans(n_plans)%lengths = merge(0.0_rp, [one%length, other%length], fixed)
-      plans(n_plans)%diameters = [one%diameter, other%diameter]
-      plans(n_plans)%joint = joint
-      plans(n_plans)%is_root = any(fixed)
-    end subroutine add
-
-    subroutine add_ghost(end_node, next)
-      integer, intent(in) :: end_node, next
-      if (.not. clamped(end_node) .or. clamped(next)) return
-      n_ghosts = n_ghosts + 1
-      ghosts(:, n_ghosts) = 2*wing%points(:, end_node) - wing%points(:, next)
-      n_plans = n_plans + 1
-      plans(n_plans)%nodes = [n_points + n_ghosts, end_node, next]
-      plans(n_plans)%veins = v
-      plans(n_plans)%lengths = [0.0_rp, norm2(wing%points(:, next) - wing%points(:, end_node))]
-      plans(n_plans)%diameters = wing%veins(v)%diameters(merge(1, size(wing%veins(v)%nodes), &
-                                                               end_node == wing%veins(v)%nodes(1)))
-      plans(n_plans)%is_root = .true.
-    end subroutine add_ghost
-
-    !> A joint takes over the hinge of its three nodes, or adds one where two veins meet.
-    subroutine add_joint(number)
-      integer, intent(in) :: number
-      type(arm_t), allocatable :: arms(:)
-      integer :: h, one, other
-      associate (n => wing%joints(number)%nodes)
-        do h = 1, n_plans
-          if (plans(h)%nodes(2) /= n(2)) cycle
-          if (any(plans(h)%nodes(1) == n([1, 3])) .and. any(plans(h)%nodes(3) == n([1, 3]))) then
-            plans(h)%joint = number
-            return
-          end if
-        end do
-        arms = arms_at(n(2))
-        one = 0
-        other = 0
-        do h = 1, size(arms)
-          if (arms(h)%node == n(1)) one = h
-          if (arms(h)%node == n(3)) other = h
-        end do
-        if (one > 0 .and. other > 0) then
-          call add(arms(one), n(2), arms(other), number)
-        else if (stray_joint == 0) then
-          stray_joint = number
-        end if
-      end associate
-    end subroutine add_joint
-
-    function arms_at(node) result(arms)
-      integer, intent(in) :: node
-      type(arm_t), allocatable :: arms(:)
-      integer :: w, q
-      allocate (arms(0))
-      do w = 1, size(wing%veins)
-        do q = 1, size(wing%veins(w)%nodes)
-          if (wing%veins(w)%nodes(q) /= node) cycle
-          if (q > 1) arms = [arms, arm(w, q, -1)]
-          if (q < size(wing%veins(w)%nodes)) arms = [arms, arm(w, q, 1)]
-        end do
-      end do
-    end function arms_at
-
-    !> Joins the groups of arms that no hinge connects yet, smallest turning angle first.
-    subroutine join(node)
-      integer, intent(in) :: node
-      type(arm_t), allocatable :: arms(:)
-      integer :: a, b, h, best(2)
-      real(rp) :: straightness
-      arms = arms_at(node)
-      do a = 1, size(arms)
-        arms(a)%group = a
-      end do
-      do h = 1, n_plans
-        if (plans(h)%nodes(2) /= node) cycle
-        do a = 1, size(arms)
-          do b = 1, size(arms)
-            if (arms(a)%node == plans(h)%nodes(1) .and. arms(b)%node == plans(h)%nodes(3)) &
-              call unite(arms, a, b)
-          end do
-        end do
-      end do
-      do
-        best = 0
-        straightness = -2
-        do a = 1, size(arms)
-          do b = a + 1, size(arms)
-            if (arms(a)%group == arms(b)%group) cycle
-            if (-dot_product(arms(a)%direction, arms(b)%direction) <= straightness) cycle
-            straightness = -dot_product(arms(a)%direction, arms(b)%direction)
-            best = [a, b]
-          end do
-        end do
-        if (best(1) == 0) exit
-        call add(arms(best(1)), node, arms(best(2)), 0)
-        call unite(arms, best(1), best(2))
-      end do
-    end subroutine join
   end subroutine plan_hinges
 
+  !> A draft with room for all hinges of the wing.
+  pure function empty_draft(wing) result(draft)
+    type(wing_t), intent(in) :: wing
+    type(draft_t) :: draft
+    integer :: v, capacity
+    capacity = size(wing%joints)
+    do v = 1, size(wing%veins)
+      capacity = capacity + 2*size(wing%veins(v)%nodes) + 2
+    end do
+    allocate (draft%plans(capacity), draft%ghosts(3, 2*size(wing%veins)))
+    allocate (draft%clamped(size(wing%points, 2)), source=.false.)
+    draft%clamped(wing%root) = .true.
+  end function empty_draft
+
+  !> Adds the hinges along vein v, with those at a clamped end.
+  subroutine add_vein(draft, wing, v)
+    type(draft_t), intent(inout) :: draft
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: v
+    integer :: p
+    associate (nodes => wing%veins(v)%nodes)
+      call add_ghost(draft, wing, v, 1, 2)
+      do p = 2, size(nodes) - 1
+        call add_hinge(draft, arm(wing, v, p, -1), nodes(p), arm(wing, v, p, 1), 0)
+      end do
+      call add_ghost(draft, wing, v, size(nodes), size(nodes) - 1)
+    end associate
+  end subroutine add_vein
+
+  !> Adds the hinge between two arms of a point, unless both are clamped.
+  subroutine add_hinge(draft, one, node, other, joint)
+    type(draft_t), intent(inout) :: draft
+    type(arm_t), intent(in) :: one, other
+    integer, intent(in) :: node, joint
+    logical :: fixed(2)
+    fixed = draft%clamped(node) .and. [draft%clamped(one%node), draft%clamped(other%node)]
+    if (all(fixed)) return
+    draft%n_plans = draft%n_plans + 1
+    associate (plan => draft%plans(draft%n_plans))
+      plan%nodes = [one%node, node, other%node]
+      plan%veins = [one%vein, other%vein]
+      plan%lengths = merge(0.0_rp, [one%length, other%length], fixed)
+      plan%diameters = [one%diameter, other%diameter]
+      plan%joint = joint
+      plan%is_root = any(fixed)
+    end associate
+  end subroutine add_hinge
+
+  !> Adds ghost point and hinge where vein v ends at the clamped root: at its place `last`, next to the place `inner`.
+  subroutine add_ghost(draft, wing, v, last, inner)
+    type(draft_t), intent(inout) :: draft
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: v, last, inner
+    associate (root => wing%veins(v)%nodes(last), next => wing%veins(v)%nodes(inner))
+      if (.not. draft%clamped(root) .or. draft%clamped(next)) return
+      draft%n_ghosts = draft%n_ghosts + 1
+      draft%ghosts(:, draft%n_ghosts) = 2*wing%points(:, root) - wing%points(:, next)
+      draft%n_plans = draft%n_plans + 1
+      associate (plan => draft%plans(draft%n_plans))
+        plan%nodes = [size(wing%points, 2) + draft%n_ghosts, root, next]
+        plan%veins = v
+        plan%lengths = [0.0_rp, norm2(wing%points(:, next) - wing%points(:, root))]
+        plan%diameters = wing%veins(v)%diameters(last)
+        plan%is_root = .true.
+      end associate
+    end associate
+  end subroutine add_ghost
+
+  !> A joint takes over the hinge of its three nodes, or adds one where two veins meet, if it `fits`.
+  subroutine add_joint(draft, wing, number, fits)
+    type(draft_t), intent(inout) :: draft
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: number
+    logical, intent(out) :: fits
+    type(arm_t), allocatable :: arms(:)
+    integer :: h, one, other
+    fits = .true.
+    associate (n => wing%joints(number)%nodes)
+      do h = 1, draft%n_plans
+        associate (nodes => draft%plans(h)%nodes)
+          if (nodes(2) /= n(2)) cycle
+          if (any(nodes(1) == n([1, 3])) .and. any(nodes(3) == n([1, 3]))) then
+            draft%plans(h)%joint = number
+            return
+          end if
+        end associate
+      end do
+      arms = arms_at(wing, n(2))
+      one = 0
+      other = 0
+      do h = 1, size(arms)
+        if (arms(h)%node == n(1)) one = h
+        if (arms(h)%node == n(3)) other = h
+      end do
+      fits = one > 0 .and. other > 0
+      if (fits) call add_hinge(draft, arms(one), n(2), arms(other), number)
+    end associate
+  end subroutine add_joint
+
+  !> Joins the groups of arms of a point that no hinge connects yet, smallest turning angle first.
+  subroutine join_arms(draft, node, all_arms)
+    type(draft_t), intent(inout) :: draft
+    integer, intent(in) :: node
+    type(arm_t), intent(in) :: all_arms(:)
+    type(arm_t) :: arms(size(all_arms))
+    integer :: a, b, h, best(2)
+    arms = all_arms
+    arms%group = [(a, a=1, size(arms))]
+    do h = 1, draft%n_plans
+      associate (nodes => draft%plans(h)%nodes)
+        if (nodes(2) /= node) cycle
+        do a = 1, size(arms)
+          do b = 1, size(arms)
+            if (arms(a)%node == nodes(1) .and. arms(b)%node == nodes(3)) call unite(arms, a, b)
+          end do
+        end do
+      end associate
+    end do
+    do
+      best = straightest_pair(arms)
+      if (best(1) == 0) exit
+      call add_hinge(draft, arms(best(1)), node, arms(best(2)), 0)
+      call unite(arms, best(1), best(2))
+    end do
+  end subroutine join_arms
+
+  !> The two arms of different groups between which a vein would turn least; 0 if there is one group only.
+  pure function straightest_pair(arms) result(best)
+    type(arm_t), intent(in) :: arms(:)
+    integer :: best(2)
+    real(rp) :: straightness, least_turned
+    integer :: a, b
+    best = 0
+    least_turned = -2
+    do a = 1, size(arms)
+      do b = a + 1, size(arms)
+        if (arms(a)%group == arms(b)%group) cycle
+        straightness = -dot_product(arms(a)%direction, arms(b)%direction)
+        if (straightness <= least_turned) cycle
+        least_turned = straightness
+        best = [a, b]
+      end do
+    end do
+  end function straightest_pair
+
+  !> The vein segments at a point.
+  pure function arms_at(wing, node) result(arms)
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: node
+    type(arm_t), allocatable :: arms(:)
+    integer :: v, p
+    allocate (arms(0))
+    do v = 1, size(wing%veins)
+      do p = 1, size(wing%veins(v)%nodes)
+        if (wing%veins(v)%nodes(p) /= node) cycle
+        if (p > 1) arms = [arms, arm(wing, v, p, -1)]
+        if (p < size(wing%veins(v)%nodes)) arms = [arms, arm(wing, v, p, 1)]
+      end do
+    end do
+  end function arms_at
+
+  !> The segment of vein v from its place p one step forward or backward.
+  pure function arm(wing, v, p, step) result(a)
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: v, p, step
+    type(arm_t) :: a
+    a%vein = v
+    a%node = wing%veins(v)%nodes(p + step)
+    a%direction = wing%points(:, a%node) - wing%points(:, wing%veins(v)%nodes(p))
+    a%length = norm2(a%direction)
+    a%direction = a%direction/a%length
+    a%diameter = wing%veins(v)%diameters(p)
+  end function arm
+
+  !> Makes one group of those of arms a and b.
   pure subroutine unite(arms, a, b)
     type(arm_t), intent(inout) :: arms(:)
     integer, intent(in) :: a, b

@@ -7,6 +7,7 @@
 !> side +z points, `z_side`, therefore says for both of them what "up" means to the effects of the wing in the file.
 module solid_wing
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   implicit none
   private
   public :: wing_t, vein_t, joint_t, wing_mass_t, z_side_choices
@@ -17,29 +18,35 @@ module solid_wing
                                                     'right ventral']
 
   !> A vein: a chain of points with a circular cross-section at each of them.
-  type :: vein_t
+  type, extends(visited_t) :: vein_t
     character(:), allocatable :: name
     integer, allocatable :: nodes(:)      !< point numbers along the vein, 1-based
     real(rp), allocatable :: diameters(:) !< [m] at the nodes
+  contains
+    procedure :: visit => vein_visit
   end type vein_t
 
   !> A joint: the bending hinge nodes(1)-nodes(2)-nodes(3) that has its own stiffness.
-  type :: joint_t
+  type, extends(visited_t) :: joint_t
     character(:), allocatable :: name
     integer :: nodes(3) = 0
+  contains
+    procedure :: visit => joint_visit
   end type joint_t
 
   !> What is known of the mass of this very wing: it comes from its file.
-  type :: wing_mass_t
+  type, extends(visited_t) :: wing_mass_t
     character(8) :: law = ''              !< of the membrane: uniform, bilinear; '': nothing is stated
     real(rp) :: membrane = 0              !< mass of the membrane [kg]
     real(rp) :: weights(3) = 0            !< of the bilinear law: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
     real(rp) :: vein_density = 0          !< [kg/m^3]; 0: not stated
     character(:), allocatable :: source   !< where this comes from, for people
+  contains
+    procedure :: visit => mass_visit
   end type wing_mass_t
 
   !> The unloaded wing.
-  type :: wing_t
+  type, extends(visited_t) :: wing_t
     real(rp), allocatable :: points(:, :)    !< (3, n) [m]
     integer, allocatable :: triangles(:, :)  !< (3, m) points, counter-clockwise from +z; m = 0: veins only
     type(vein_t), allocatable :: veins(:)
@@ -49,10 +56,55 @@ module solid_wing
     character(len(Z_SIDES)) :: z_side = ''   !< which side of which wing +z points to, of Z_SIDES; '': not stated
     type(wing_mass_t) :: mass
   contains
+    procedure :: visit => wing_visit
     procedure :: z_is_dorsal => wing_z_is_dorsal
   end type wing_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine vein_visit(self, visitor)
+    class(vein_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('name', self%name)
+    call visitor%visit_allocatable('nodes', self%nodes)
+    call visitor%visit_allocatable('diameters', self%diameters)
+  end subroutine vein_visit
+
+  !> Shows every component to the visitor.
+  subroutine joint_visit(self, visitor)
+    class(joint_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('name', self%name)
+    call visitor%visit('nodes', self%nodes)
+  end subroutine joint_visit
+
+  !> Shows every component to the visitor.
+  subroutine mass_visit(self, visitor)
+    class(wing_mass_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('law', self%law)
+    call visitor%visit('membrane', self%membrane)
+    call visitor%visit('weights', self%weights)
+    call visitor%visit('vein_density', self%vein_density)
+    call visitor%visit_allocatable('source', self%source)
+  end subroutine mass_visit
+
+  !> Shows every component to the visitor.
+  subroutine wing_visit(self, visitor)
+    class(wing_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('points', self%points)
+    call visitor%visit_allocatable('triangles', self%triangles)
+    if (visitor%is_reading) allocate (self%veins(visitor%count_of('veins')))
+    call visitor%visit_list('veins', self%veins)
+    if (visitor%is_reading) allocate (self%joints(visitor%count_of('joints')))
+    call visitor%visit_list('joints', self%joints)
+    call visitor%visit_allocatable('root', self%root)
+    call visitor%visit('plane_normal', self%plane_normal)
+    call visitor%visit('z_side', self%z_side)
+    call visitor%visit('mass', self%mass)
+  end subroutine wing_visit
 
   !> Whether +z points to the dorsal (upper) side.
   pure logical function wing_z_is_dorsal(self) result(is_dorsal)

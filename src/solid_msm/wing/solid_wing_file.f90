@@ -10,11 +10,12 @@ module solid_wing_file
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_seal, only: guard_input
+  use parallel_broadcast, only: broadcast_value
   use parallel_world, only: world_t
   use solid_wing, only: wing_t, z_side_choices, Z_SIDES
   use solid_wing_check, only: check_wing, joint_on_vein
   use solid_wing_datasets, only: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
-  use solid_wing_mass, only: read_wing_mass, broadcast_wing_mass
+  use solid_wing_mass, only: read_wing_mass
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -83,48 +84,8 @@ contains
       call world%broadcast_text(text)
       call messages%add(text)
     end do
-    if (n == 0) call broadcast_wing(world, wing)
+    if (n == 0) call broadcast_value(world, wing)
   end subroutine load_wing
-
-  subroutine broadcast_wing(world, wing)
-    type(world_t), intent(in) :: world
-    type(wing_t), intent(inout) :: wing
-    real(rp), allocatable :: flat(:)
-    integer, allocatable :: corners(:)
-    character(:), allocatable :: side
-    integer :: n(5), i, length
-    n = 0
-    if (world%is_root) n = [size(wing%points, 2), size(wing%triangles, 2), size(wing%veins), &
-                            size(wing%joints), size(wing%root)]
-    call world%broadcast_integers(n)
-    if (.not. world%is_root) allocate (wing%points(3, n(1)), wing%triangles(3, n(2)), wing%veins(n(3)), &
-                                       wing%joints(n(4)), wing%root(n(5)))
-    flat = reshape(wing%points, [3*n(1)])
-    call world%broadcast_reals(flat)
-    wing%points = reshape(flat, [3, n(1)])
-    corners = reshape(wing%triangles, [3*n(2)])
-    call world%broadcast_integers(corners)
-    wing%triangles = reshape(corners, [3, n(2)])
-    do i = 1, n(3)
-      call world%broadcast_text(wing%veins(i)%name)
-      length = 0
-      if (world%is_root) length = size(wing%veins(i)%nodes)
-      call world%broadcast_integer(length)
-      if (.not. world%is_root) allocate (wing%veins(i)%nodes(length), wing%veins(i)%diameters(length))
-      call world%broadcast_integers(wing%veins(i)%nodes)
-      call world%broadcast_reals(wing%veins(i)%diameters)
-    end do
-    do i = 1, n(4)
-      call world%broadcast_text(wing%joints(i)%name)
-      call world%broadcast_integers(wing%joints(i)%nodes)
-    end do
-    call world%broadcast_integers(wing%root)
-    call world%broadcast_reals(wing%plane_normal)
-    side = wing%z_side
-    call world%broadcast_text(side)
-    wing%z_side = side
-    call broadcast_wing_mass(world, wing%mass)
-  end subroutine broadcast_wing
 
   !> Schema, version and index base: without them nothing else can be understood.
   subroutine read_header(file, report)

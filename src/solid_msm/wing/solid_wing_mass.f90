@@ -7,12 +7,11 @@ module solid_wing_mass
   use io_arrays, only: is_finite, read_attribute_reals, read_text
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t
-  use parallel_world, only: world_t
   use solid_wing, only: wing_mass_t
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: read_wing_mass, broadcast_wing_mass
+  public :: read_wing_mass
 
 contains
 
@@ -62,22 +61,4 @@ contains
       call report%add('attribute '//name, 'is '//number_text(value)//' '//unit//'; it must be positive')
     end if
   end subroutine read_positive
-
-  !> All ranks get what rank 0 has. Collective.
-  subroutine broadcast_wing_mass(world, mass)
-    type(world_t), intent(in) :: world
-    type(wing_mass_t), intent(inout) :: mass
-    character(:), allocatable :: text
-    real(rp) :: numbers(5)
-    text = mass%law
-    call world%broadcast_text(text)
-    mass%law = text
-    numbers = [mass%membrane, mass%vein_density, mass%weights]
-    call world%broadcast_reals(numbers)
-    mass%membrane = numbers(1)
-    mass%vein_density = numbers(2)
-    mass%weights = numbers(3:)
-    if (.not. allocated(mass%source)) mass%source = ''
-    call world%broadcast_text(mass%source)
-  end subroutine broadcast_wing_mass
 end module solid_wing_mass

@@ -8,6 +8,19 @@ module solid_wing_refine
   private
   public :: refine_wing, refine_params, coarsen_params
 
+  !> The points of the fine mesh as they are made: old ones, and middles of two of them. The middles of a point with higher
+  !> ones are a list: first(point), next(middle); other(middle) is the higher one.
+  type :: fine_points_t
+    integer :: n_old = 0, n = 0
+    real(rp), allocatable :: points(:, :) !< (3, :) [m] the first n
+    integer, allocatable :: first(:), next(:), other(:)
+    logical, allocatable :: is_root(:)    !< the first n
+  contains
+    procedure :: init => fine_init
+    procedure :: make_middle => fine_make_middle
+    procedure :: parents => fine_parents
+  end type fine_points_t
+
 contains
 
   !> Every triangle cut into four and every vein segment into two. Diameters are interpolated linearly, a joint stays at
@@ -18,29 +31,41 @@ contains
     type(wing_t), intent(in) :: wing
     type(wing_t), intent(out) :: fine
     integer, allocatable, intent(out), optional :: parents(:, :)
-    integer, allocatable :: first(:), next(:), other(:), root(:)
-    logical :: is_root(size(wing%points, 2))
-    integer :: n, n_old, t, v, k, m(3), capacity
-    n_old = size(wing%points, 2)
-    capacity = 3*size(wing%triangles, 2)
-    do v = 1, size(wing%veins)
-      capacity = capacity + size(wing%veins(v)%nodes)
-    end do
-    ! The middles of a point with higher ones are a list: first(point), next(middle), other(middle).
-    allocate (first(n_old), next(n_old + capacity), other(n_old + capacity), source=0)
-    allocate (fine%points(3, n_old + capacity), source=0.0_rp)
-    fine%points(:, :n_old) = wing%points
-    n = n_old
-    is_root = .false.
-    is_root(wing%root) = .true.
-    root = wing%root
+    type(fine_points_t) :: made
+    integer :: k
+    call made%init(wing)
+    call refine_triangles(wing, made, fine)
+    call refine_veins(wing, made, fine)
+    call refine_joints(wing, made, fine)
+    fine%points = made%points(:, :made%n)
+    fine%root = [wing%root, pack([(k, k=made%n_old + 1, made%n)], made%is_root(made%n_old + 1:made%n))]
+    fine%plane_normal = wing%plane_normal
+    fine%z_side = wing%z_side
+    fine%mass = wing%mass
+    if (present(parents)) parents = made%parents()
+  end subroutine refine_wing
+
+  subroutine refine_triangles(wing, made, fine)
+    type(wing_t), intent(in) :: wing
+    type(fine_points_t), intent(inout) :: made
+    type(wing_t), intent(inout) :: fine
+    integer :: t, k, m(3)
     allocate (fine%triangles(3, 4*size(wing%triangles, 2)))
     do t = 1, size(wing%triangles, 2)
       associate (c => wing%triangles(:, t))
-        m = [middle(c(1), c(2)), middle(c(2), c(3)), middle(c(3), c(1))]
+        do k = 1, 3
+          call made%make_middle(c(k), c(mod(k, 3) + 1), m(k))
+        end do
         fine%triangles(:, 4*t - 3:4*t) = reshape([c(1), m(1), m(3), m(1), c(2), m(2), m(3), m(2), c(3), m], [3, 4])
       end associate
     end do
+  end subroutine refine_triangles
+
+  subroutine refine_veins(wing, made, fine)
+    type(wing_t), intent(in) :: wing
+    type(fine_points_t), intent(inout) :: made
+    type(wing_t), intent(inout) :: fine
+    integer :: v, k
     fine%veins = wing%veins
     do v = 1, size(wing%veins)
       associate (old => wing%veins(v), new => fine%veins(v))
@@ -49,56 +74,81 @@ contains
         new%nodes(1::2) = old%nodes
         new%diameters(1::2) = old%diameters
         do k = 2, size(old%nodes)
-          new%nodes(2*k - 2) = middle(old%nodes(k - 1), old%nodes(k))
+          call made%make_middle(old%nodes(k - 1), old%nodes(k), new%nodes(2*k - 2))
           new%diameters(2*k - 2) = (old%diameters(k - 1) + old%diameters(k))/2
         end do
       end associate
     end do
+  end subroutine refine_veins
+
+  subroutine refine_joints(wing, made, fine)
+    type(wing_t), intent(in) :: wing
+    type(fine_points_t), intent(inout) :: made
+    type(wing_t), intent(inout) :: fine
+    integer :: j
     fine%joints = wing%joints
-    do k = 1, size(wing%joints)
-      associate (nodes => wing%joints(k)%nodes)
-        fine%joints(k)%nodes = [middle(nodes(1), nodes(2)), nodes(2), middle(nodes(2), nodes(3))]
+    do j = 1, size(wing%joints)
+      associate (old => wing%joints(j)%nodes, new => fine%joints(j)%nodes)
+        call made%make_middle(old(1), old(2), new(1))
+        call made%make_middle(old(2), old(3), new(3))
       end associate
     end do
-    fine%root = root
-    fine%points = fine%points(:, :n)
-    fine%plane_normal = wing%plane_normal
-    fine%z_side = wing%z_side
-    fine%mass = wing%mass
-    if (present(parents)) then
-      allocate (parents(2, n))
-      parents(1, :n_old) = [(k, k=1, n_old)]
-      parents(2, :n_old) = parents(1, :n_old)
-      parents(2, n_old + 1:) = other(n_old + 1:n)
-      do k = 1, n_old
-        t = first(k)
-        do while (t > 0)
-          parents(1, t) = k
-          t = next(t)
-        end do
-      end do
-    end if
+  end subroutine refine_joints
 
-  contains
+  !> The old points, with room for the middles of all edges.
+  pure subroutine fine_init(self, wing)
+    class(fine_points_t), intent(inout) :: self
+    type(wing_t), intent(in) :: wing
+    integer :: capacity, v
+    capacity = size(wing%points, 2) + 3*size(wing%triangles, 2)
+    do v = 1, size(wing%veins)
+      capacity = capacity + size(wing%veins(v)%nodes)
+    end do
+    self%n_old = size(wing%points, 2)
+    self%n = self%n_old
+    allocate (self%first(self%n_old), self%next(capacity), self%other(capacity), source=0)
+    allocate (self%points(3, capacity), source=0.0_rp)
+    allocate (self%is_root(capacity), source=.false.)
+    self%points(:, :self%n) = wing%points
+    self%is_root(wing%root) = .true.
+  end subroutine fine_init
 
-    !> The middle of two old points, made when it is asked for first.
-    integer function middle(a, b)
-      integer, intent(in) :: a, b
-      middle = first(min(a, b))
+  !> The number of the middle of two old points, which is made when it is asked for first.
+  pure subroutine fine_make_middle(self, a, b, middle)
+    class(fine_points_t), intent(inout) :: self
+    integer, intent(in) :: a, b
+    integer, intent(out) :: middle
+    middle = self%first(min(a, b))
+    do while (middle > 0)
+      if (self%other(middle) == max(a, b)) return
+      middle = self%next(middle)
+    end do
+    self%n = self%n + 1
+    middle = self%n
+    self%points(:, middle) = (self%points(:, a) + self%points(:, b))/2
+    self%is_root(middle) = self%is_root(a) .and. self%is_root(b)
+    self%other(middle) = max(a, b)
+    self%next(middle) = self%first(min(a, b))
+    self%first(min(a, b)) = middle
+  end subroutine fine_make_middle
+
+  !> The old points (2, n) between which each point lies.
+  pure function fine_parents(self) result(parents)
+    class(fine_points_t), intent(in) :: self
+    integer, allocatable :: parents(:, :)
+    integer :: k, middle
+    allocate (parents(2, self%n))
+    parents(1, :self%n_old) = [(k, k=1, self%n_old)]
+    parents(2, :self%n_old) = parents(1, :self%n_old)
+    parents(2, self%n_old + 1:) = self%other(self%n_old + 1:self%n)
+    do k = 1, self%n_old
+      middle = self%first(k)
       do while (middle > 0)
-        if (other(middle) == max(a, b)) return
-        middle = next(middle)
+        parents(1, middle) = k
+        middle = self%next(middle)
       end do
-      n = n + 1
-      middle = n
-      fine%points(:, n) = (wing%points(:, a) + wing%points(:, b))/2
-      other(n) = max(a, b)
-      next(n) = first(min(a, b))
-      first(min(a, b)) = n
-      if (is_root(a) .and. is_root(b)) root = [root, n]
-    end function middle
-
-  end subroutine refine_wing
+    end do
+  end function fine_parents
 
   !> Parameters of the same wing on that mesh: springs of veins are half as long and twice as stiff; a net of springs
   !> has the same stiffness at any size. Stiffnesses of joints stay, those that are as their vein are made anew.

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A search that is stored and restored at any generation continues to the last bit; archives that do
-!> not fit are refused with the name of what is wrong. Budgets may change on the way.
+!> A search that is stored and restored at any generation continues to the last bit; what does not fit is refused.
+!> Budgets may change on the way.
 program test_cmaes_resume
+  use base_errors, only: failure_t
   use base_kinds, only: rp, i8
-  use cmaes_archive, only: archive_t
+  use base_packing, only: pack_value, unpack_value
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t
   use cmaes_stop, only: MAXFEVALS, RUNNING
@@ -22,12 +23,13 @@ program test_cmaes_resume
 
 contains
 
-  !> Every generation of the resumed search begins from an archive.
+  !> Every generation of the resumed search begins from what was stored of the last one.
   subroutine test_resume(n, n_generations, restarts)
     integer, intent(in) :: n, n_generations
     character(*), intent(in) :: restarts
     type(cmaes_search_t) :: straight, resumed, next
-    type(archive_t) :: stored
+    real(rp), allocatable :: stored(:)
+    type(failure_t) :: failure
     integer :: g, n_different, most_restarts
     n_different = 0
     call begin(n, restarts, straight)
@@ -36,13 +38,10 @@ contains
       if (straight%state%stop_code /= RUNNING) exit
       call advance(straight)
       call advance(resumed)
-      stored = archive_t()
-      call resumed%visit(stored)
-      call reverse(stored)
-      stored%is_reading = .true.
+      call pack_value(resumed, stored)
       call begin(n, restarts, next)
-      call next%visit(stored)
-      if (stored%failure%failed) n_different = n_different + 1
+      call unpack_value(stored, next, failure)
+      if (failure%failed) n_different = n_different + 1
       resumed = next
       if (.not. same(straight, resumed)) n_different = n_different + 1
     end do
@@ -55,17 +54,16 @@ contains
   subroutine test_budget()
     integer(i8), parameter :: BEFORE(2) = [10000_i8, 30_i8], AFTER(2) = [40_i8, 70_i8]
     type(cmaes_search_t) :: search, next
-    type(archive_t) :: stored
+    real(rp), allocatable :: stored(:)
+    type(failure_t) :: failure
     integer :: i
     do i = 1, 2
-      stored = archive_t()
       call begin(3, 'none', search, BEFORE(i))
       call advance(search)
       call advance(search)
-      call search%visit(stored)
-      stored%is_reading = .true.
+      call pack_value(search, stored)
       call begin(3, 'none', next, AFTER(i))
-      call next%visit(stored)
+      call unpack_value(stored, next, failure)
       do while (next%state%stop_code == RUNNING)
         call advance(next)
       end do
@@ -110,70 +108,32 @@ contains
     call search%tell(f, violation, has_failed)
   end subroutine advance
 
-  !> Fields may come in any order.
-  subroutine reverse(archive)
-    type(archive_t), intent(inout) :: archive
-    integer :: i
-    archive%fields = [(archive%fields(i), i=size(archive%fields), 1, -1)]
-  end subroutine reverse
-
-  !> Both have the same numbers, by their archives.
+  !> Both have the same numbers.
   logical function same(a, b)
     type(cmaes_search_t), intent(inout) :: a, b
-    type(archive_t) :: stored_a, stored_b
-    integer :: i
-    call a%visit(stored_a)
-    call b%visit(stored_b)
-    same = size(stored_a%fields) == size(stored_b%fields)
-    do i = 1, size(stored_a%fields)
-      if (.not. same) return
-      associate (p => stored_a%fields(i), q => stored_b%fields(i))
-        same = p%name == q%name
-        if (allocated(p%reals)) same = same .and. all(abs(p%reals - q%reals) <= 0)
-        if (allocated(p%integers)) same = same .and. all(p%integers == q%integers)
-      end associate
-    end do
+    real(rp), allocatable :: of_a(:), of_b(:)
+    call pack_value(a, of_a)
+    call pack_value(b, of_b)
+    same = size(of_a) == size(of_b)
+    if (same) same = all(abs(of_a - of_b) <= 0)
   end function same
 
   subroutine test_misfits()
     type(cmaes_search_t) :: search, other
-    type(archive_t) :: stored
-    integer :: i
+    type(failure_t) :: failure, fewer, more
+    real(rp), allocatable :: stored(:)
     call begin(4, 'ipop', search)
     call advance(search)
-    call search%visit(stored)
-    stored%is_reading = .true.
-    i = stored%find('p_sigma')
-    stored%fields(i)%name = 'something'
+    call pack_value(search, stored)
     call begin(4, 'ipop', other)
-    call other%visit(stored)
-    call check_refused(stored, 'p_sigma', 'a missing field')
-    stored%fields(i)%name = 'p_sigma'
+    call unpack_value(stored(:size(stored) - 1), other, failure)
+    call t%check('a stored search without its end is refused', failure%failed)
+    call t%check('with the name of what is missing', index(failure%reason, 'spreads') > 0)
     call begin(5, 'ipop', other)
-    call other%visit(stored)
-    call check_refused(stored, 'best_x', 'another number of parameters')
-    i = stored%find('sigma')
-    deallocate (stored%fields(i)%reals)
-    call begin(4, 'ipop', other)
-    call other%visit(stored)
-    call check_refused(stored, 'sigma is not real', 'a field of another type')
-    stored = archive_t()
-    call search%visit(stored)
-    stored%is_reading = .true.
-    i = stored%find('generation')
-    stored%fields(i)%integers = 2_i8**40
-    call begin(4, 'ipop', other)
-    call other%visit(stored)
-    call check_refused(stored, 'generation is out of range', 'an integer that is too large')
+    call unpack_value(stored, other, more)
+    call t%check('one with fewer parameters is refused', more%failed)
+    call begin(3, 'ipop', other)
+    call unpack_value(stored, other, fewer)
+    call t%check('and one with more', fewer%failed)
   end subroutine test_misfits
-
-  subroutine check_refused(stored, word, what)
-    type(archive_t), intent(inout) :: stored
-    character(*), intent(in) :: word, what
-    logical :: is_named
-    is_named = .false.
-    if (stored%failure%failed) is_named = index(stored%failure%reason, word) > 0
-    call t%check('refused with its name: '//what, is_named)
-    stored%failure%failed = .false.
-  end subroutine check_refused
 end program test_cmaes_resume

@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A free body without a flow: a top that turns, a fall, and wings that flap in a vacuum.
 program test_free_body
+  use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_packing, only: pack_value, unpack_value
   use fsi_free_body, only: free_body_t
   use fsi_kinematics, only: body_rotation, body_t, pose_wing, wing_mount_t, wing_pose_t
   use fsi_moments, only: inertia_of_second, moments_of_points, moments_t, second_of_inertia, whole_t
@@ -273,6 +275,8 @@ contains
     type(testkit_t), intent(inout) :: kit
     type(free_body_t) :: body, copy
     type(whole_t) :: whole
+    type(failure_t) :: failure
+    real(rp), allocatable :: packed(:), other(:)
     integer :: i
     whole = flapper(0.3_rp)
     body = free_body_t(velocity=[0.4_rp, 0.1_rp, -0.3_rp], omega=[0.7_rp, 0.3_rp, -0.2_rp])
@@ -281,13 +285,16 @@ contains
       call body%accelerate(whole, FREE, [1.0_rp, 2.0_rp, 3.0_rp], [0.1_rp, 0.2_rp, 0.3_rp])
       call body%advance(0.01_rp*i, [1.0_rp, 2.0_rp, 3.0_rp], [0.1_rp, 0.2_rp, 0.3_rp])
       call body%settle(whole, FREE)
-      if (i == 2) call copy%unpack(body%pack())
+      if (i == 2) call pack_value(body, packed)
+      if (i == 2) call unpack_value(packed, copy, failure)
       if (i < 3) cycle
       call copy%accelerate(whole, FREE, [1.0_rp, 2.0_rp, 3.0_rp], [0.1_rp, 0.2_rp, 0.3_rp])
       call copy%advance(0.01_rp*i, [1.0_rp, 2.0_rp, 3.0_rp], [0.1_rp, 0.2_rp, 0.3_rp])
       call copy%settle(whole, FREE)
     end do
-    call kit%check('a packed state goes on to the bit', all(abs(copy%pack() - body%pack()) <= 0))
+    call pack_value(body, packed)
+    call pack_value(copy, other)
+    call kit%check('a packed state goes on to the bit', .not. failure%failed .and. all(abs(other - packed) <= 0))
     call kit%check_below('the inertia of the second moments of an inertia is that', &
                          maxval(abs(inertia_of_second(second_of_inertia(whole%inertia())) - whole%inertia())), 1.0e-15_rp)
   end subroutine check_packing

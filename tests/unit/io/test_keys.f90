@@ -16,6 +16,9 @@ program test_keys
     real(rp) :: step = -7, wall = -7, axis(3) = -7
     logical :: saves = .false.
     character(:), allocatable :: method, path, kept
+    real(rp) :: edge = -7, gap = -7
+    logical :: has_edge = .false., has_most = .false., has_path = .false., moves = .false., old = .false.
+    real(rp), allocatable :: series(:), rows(:, :)
   end type choices_t
 
   type(testkit_t) :: t
@@ -46,6 +49,24 @@ program test_keys
 
   call load('[Search]'//NL//'most = 11'//NL//'step = 0'//NL//'[Saving]'//NL//'method = slower'//NL)
   call t%check('ranges and words hold', errors%count() == 3)
+
+  call load('')
+  call t%check('a length that the program works out leaves the variable, another has its default', &
+               c%edge <= -7 .and. abs(c%gap - 0.5_rp) <= 0)
+  call t%check('a switch that the program works out leaves the variable', .not. c%moves)
+  call t%check('nothing is given', .not. (c%has_edge .or. c%has_most .or. c%has_path))
+  call t%check('a list and a matrix that are not given have their defaults', size(c%series) == 2 .and. size(c%rows, 1) == 0)
+  call load('[Search]'//NL//'most = 5'//NL//'edge = 3'//NL//'gap = 4'//NL//'series = 1 2 3'//NL//'rows = (/1 2'//NL//'3 4'//NL// &
+            '5 6/)'//NL//'moves = yes'//NL//'ancient = yes'//NL//'nothing = 7'//NL//'[Saving]'//NL//'path = out'//NL)
+  call t%check('all of this is right', errors%count() == 0)
+  call t%check('what is given is known as given, though it is the default', c%has_edge .and. c%has_most .and. c%has_path)
+  call t%check('lengths and switches that are given count', abs(c%edge - 3) <= 0 .and. abs(c%gap - 4) <= 0 .and. c%moves)
+  call t%check('a list of any length', size(c%series) == 3)
+  call t%check('a matrix, (row, column)', all(shape(c%rows) == [3, 2]) .and. abs(c%rows(3, 1) - 5) <= 0)
+  call t%check('an older name stands for the key before it', c%old)
+  call load('[Search]'//NL//'most = 11'//NL//'old = maybe'//NL//'gap = -1'//NL//'[Saving]'//NL//'method = golden'//NL)
+  call t%check('words that are not built, lengths and switches hold, and wrong values are not given', errors%count() == 4 .and. &
+               .not. c%has_most)
   call t%finish()
 
 contains
@@ -54,15 +75,23 @@ contains
     type(keys_t), intent(inout) :: keys
     type(choices_t), intent(inout) :: c
     call keys%section('Search', 'for something')
-    call keys%integer('most', c%most, 5, 'of all', min=1, max=10)
+    call keys%integer('most', c%most, 5, 'of all', min=1, max=10, given=c%has_most)
     call keys%integer('seed', c%seed, 1, 'of random numbers', min=0)
     call keys%real('step', c%step, 0.5_rp, 'the first', unit='m', above=0.0_rp)
     call keys%real('wall', c%wall, 2.0_rp, 'time', unit='h', min=0.0_rp, scale=3600.0_rp)
     call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'of the turn', unit='m')
+    call keys%length('edge', c%edge, 'as long as need be', 'of a triangle', unit='m', above=0.0_rp, given=c%has_edge)
+    call keys%length('gap', c%gap, '0.5', 'between two', unit='m', min=0.0_rp)
+    call keys%list('series', c%series, [1.0_rp, 2.0_rp], 'of numbers')
+    call keys%matrix('rows', c%rows, 2, 'of pairs')
+    call keys%switch('moves', c%moves, .false., 'or rests', computed='as the wind blows')
+    call keys%switch('old', c%old, .false., 'of long ago')
+    call keys%older_name('ancient')
+    call keys%inert('nothing', 'of another program')
     call keys%section('Saving')
     call keys%switch('saves', c%saves, .true., 'or not')
-    call keys%word('method', c%method, 'fast', 'fast|slow', 'of saving')
-    call keys%text('path', c%path, 'out', 'of the file')
+    call keys%word('method', c%method, 'fast', 'fast|slow', 'of saving', unbuilt='golden')
+    call keys%text('path', c%path, 'out', 'of the file', given=c%has_path)
     call keys%text('kept', c%kept, 'what the program chooses', 'of another', computed=.true.)
   end subroutine all_keys
 

@@ -4,6 +4,7 @@
 program test_measurement_comparison
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_packing, only: pack_value, unpack_value
 
   use measurement_data, only: measurement_t, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluation_t, zone_violations, VIOLATION_BACKWARD, VIOLATION_FOLDED
@@ -273,9 +274,9 @@ contains
     evaluation%is_start = .true.
     call random_number(evaluation%residuals)
     call random_number(evaluation%jacobian)
-    allocate (values(evaluation%count_reals()))
-    call evaluation%to_reals(values)
-    call copy%from_reals(values)
+    call pack_value(evaluation, values)
+    call unpack_value(values, copy, failure)
+    call t%check('a message of a result is read', .not. failure%failed)
     call t%check('a result survives a message', copy%is_solved .and. copy%factorisations == 17 .and. copy%snaps == 2 &
                  .and. copy%is_start .and. .not. copy%was_redone_cold .and. .not. copy%is_feasible() &
                  .and. .not. any(abs(copy%residuals - evaluation%residuals) > 0) &

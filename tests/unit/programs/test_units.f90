@@ -64,12 +64,12 @@ contains
     call kit%check('and say what they are', two%units%si_input .and. .not. one%units%si_input .and. &
                    two%units%given .and. one%units%given)
     call same('grid', [one%fluid%grid%length, one%fluid%grid%spacing], [two%fluid%grid%length, two%fluid%grid%spacing])
-    call same('time', [one%fluid%t_max, one%fluid%dt_max, one%fluid%cfl], &
-              [two%fluid%t_max, two%fluid%dt_max, two%fluid%cfl])
-    call same('viscosity, penalization, sponge', [one%fluid%nu, one%fluid%c_eta, one%fluid%c_sponge], &
-              [two%fluid%nu, two%fluid%c_eta, two%fluid%c_sponge])
-    call same('mean flow', one%fluid%mean_velocity, two%fluid%mean_velocity)
-    call same('place of the body', one%fluid%centre, two%fluid%centre)
+    call same('time', [one%fluid%time%t_max, one%fluid%time%dt_max, one%fluid%time%cfl], &
+              [two%fluid%time%t_max, two%fluid%time%dt_max, two%fluid%time%cfl])
+    call same('viscosity, penalization, sponge', [one%fluid%nu, one%fluid%solids%c_eta, one%fluid%sponge%damping_time], &
+              [two%fluid%nu, two%fluid%solids%c_eta, two%fluid%sponge%damping_time])
+    call same('mean flow', one%fluid%mean%velocity, two%fluid%mean%velocity)
+    call same('place of the body', one%fluid%solids%centre, two%fluid%solids%centre)
     call same('thickness and smoothing', [one%flight%half_thickness, one%flight%smoothing], &
               [two%flight%half_thickness, two%flight%smoothing])
     call same('output', [one%output%t_save, one%output%t_integral, one%output%limits%stop_seconds], &
@@ -189,12 +189,13 @@ contains
     call errors%print(0, 'but: ')
     call kit%check('it is an input file', errors%count() == 0)
     call same('numbers of the fluid', &
-              [one%fluid%grid%length, one%fluid%t_max, one%fluid%nu, one%fluid%c_eta, one%fluid%mean_velocity], &
-              [two%fluid%grid%length, two%fluid%t_max, two%fluid%nu, two%fluid%c_eta, two%fluid%mean_velocity])
-    call same('walls and the couette body', [one%fluid%thick_wall, one%fluid%pos_wall, one%fluid%r1, one%fluid%r2], &
-              [two%fluid%thick_wall, two%fluid%pos_wall, two%fluid%r1, two%fluid%r2])
-    call same('frequency of the couette body', [one%fluid%omega], [two%fluid%omega])
-    call same('mass of fluid', [one%fluid%m_fluid], [two%fluid%m_fluid])
+              [one%fluid%grid%length, one%fluid%time%t_max, one%fluid%nu, one%fluid%solids%c_eta, one%fluid%mean%velocity], &
+              [two%fluid%grid%length, two%fluid%time%t_max, two%fluid%nu, two%fluid%solids%c_eta, two%fluid%mean%velocity])
+    call same('walls and the couette body', &
+              [one%fluid%walls%thickness, one%fluid%walls%position, one%fluid%solids%r1, one%fluid%solids%r2], &
+              [two%fluid%walls%thickness, two%fluid%walls%position, two%fluid%solids%r1, two%fluid%solids%r2])
+    call same('frequency of the couette body', [one%fluid%solids%omega], [two%fluid%solids%omega])
+    call same('mass of fluid', [one%fluid%mean%mass], [two%fluid%mean%mass])
     call same('times of output', [one%output%t_save, one%output%t_integral, one%output%t_slice, one%output%period, &
                                   one%output%limits%stop_seconds], &
               [two%output%t_save, two%output%t_integral, two%output%t_slice, two%output%period, &

@@ -3,8 +3,7 @@
 module support_fluid
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
-  use fluid_keys, only: register_fluid_keys
-  use fluid_params, only: fluid_params_t, read_fluid_params
+  use fluid_params, only: fluid_params_t, read_fluid_params, register_fluid_keys
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use io_config, only: config_t
@@ -70,7 +69,7 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(request_t) :: nothing, all
     type(failure_t) :: failure
-    do while (fluid%rhs%state%time < fluid%rhs%params%t_max)
+    do while (fluid%rhs%state%time < fluid%rhs%params%time%t_max)
       call fluid%step(nothing, failure)
       if (failure%failed) error stop 'the test flow has failed'
     end do

@@ -116,7 +116,7 @@ contains
         do y = 1, b%count(2)
           do x = 1, b%count(1)
             if (chi(x, y, z) <= 0) cycle
-            r = ([x, y, z] - 1 + b%start)*g%spacing - fluid%rhs%params%centre
+            r = ([x, y, z] - 1 + b%start)*g%spacing - fluid%rhs%params%solids%centre
             slip = u(x, y, z, 1:3) - us(x, y, z, :)
             f = chi(x, y, z)/0.02_rp*slip*g%cell_volume()
             sums = sums + [f, r(2)*f(3) - r(3)*f(2), r(3)*f(1) - r(1)*f(3), r(1)*f(2) - r(2)*f(1), &

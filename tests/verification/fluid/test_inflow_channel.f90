@@ -104,7 +104,7 @@ contains
     real(rp) :: off, t
     call make_fluid(test%world, channel(16, NO_SHIFT, 0.7_rp, 0.5_rp, 'quiescent'), fluid)
     off = 0
-    do while (fluid%rhs%state%time < fluid%rhs%params%t_max)
+    do while (fluid%rhs%state%time < fluid%rhs%params%time%t_max)
       call fluid%step(nothing, failure)
       t = min(0.5_rp, fluid%sums_time)
       associate (mean => fluid%sums%mean)

@@ -68,7 +68,7 @@ contains
                                                                        0.0_rp, 0.0_rp, 1.0_rp], [3, 3]))
       call flyer%state%start(self%whole())
       call own%add_part(flyer%body)
-      fluid%rhs%params%dt_fraction = DAMPED*least_fraction(own, self%whole(), flyer%params%held)
+      fluid%rhs%params%solids%dt_fraction = DAMPED*least_fraction(own, self%whole(), flyer%params%held)
     end associate
   end subroutine sphere_init
 

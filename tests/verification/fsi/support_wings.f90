@@ -75,7 +75,7 @@ contains
     type(flapping_wings_t), intent(inout) :: wings
     type(request_t) :: nothing, all
     type(failure_t) :: failure
-    do while (fluid%rhs%state%time < fluid%rhs%params%t_max)
+    do while (fluid%rhs%state%time < fluid%rhs%params%time%t_max)
       call fluid%step(nothing, failure, wings)
       if (failure%failed) error stop 'the test flow has failed'
     end do
@@ -110,7 +110,7 @@ contains
             if (penalty%color(p) /= wings%surfaces(i)%color) cycle
             x = [penalty%x(p) - 1, y - 1 + block%start(2), z - 1 + block%start(3)]*grid%spacing
             u = fluid%rhs%fields(penalty%x(p), y, z, 1:3)
-            f = penalty%chi(p)/fluid%rhs%params%c_eta*(u - penalty%us(:, p))*grid%cell_volume()
+            f = penalty%chi(p)/fluid%rhs%params%solids%c_eta*(u - penalty%us(:, p))*grid%cell_volume()
             q = pose%point_to_wing(x)
             d = pose%vector_to_space(q - [min(max(q(1:2), low), high), 0.0_rp])
             sums(1:3) = sums(1:3) + f

@@ -68,13 +68,13 @@ contains
                       '[Time]'//NL//'Tmax=1'//NL//'[MeanFlow]'//NL// &
                       'iMeanFlow=1'//NL//'ux=0'//NL//'uy=0'//NL//'uz=0'//NL, fluid, wings)
       call look(fluid, wings, FROM, changed(:, 1))
-      call displaced(wings, fluid%rhs%params%centre, want)
+      call displaced(wings, fluid%rhs%params%solids%centre, want)
       scale = [norm2(want(2:4)), norm2(want(5:7))]
       error(i, 1) = abs(changed(1, 1)/want(1) - 1)
       error(i, 2) = norm2(changed(2:4, 1) - want(2:4))/scale(1)
       error(i, 3) = norm2(changed(5:7, 1) - want(5:7))/scale(2)
       call look(fluid, wings, UPTO, changed(:, 2))
-      call displaced(wings, fluid%rhs%params%centre, got)
+      call displaced(wings, fluid%rhs%params%solids%centre, got)
       call kit%check_below('momentum and moment on the grid change as the smoothed sheet''s do', &
                         norm2(changed(2:7, 2) - changed(2:7, 1) - (got(2:7) - want(2:7)))/norm2(got(2:7) - want(2:7)), &
                            merge(3.0e-2_rp, 3.0e-3_rp, i == 1))
@@ -166,7 +166,7 @@ contains
       call look(fluid, wings, from + (upto - from)*i/20, sums)
       impulse = impulse + merge(WEIGHTS(2), WEIGHTS(mod(i, 2)), mod(i, 20) == 0)*(upto - from)/60* &
                 [fluid%unsteady_force(:, LEFT), fluid%unsteady_moment(:, LEFT)]
-      if (mod(i, 20) == 0) change = change + merge(-1, 1, i == 0)*points_of(wings, fluid%rhs%params%centre)
+      if (mod(i, 20) == 0) change = change + merge(-1, 1, i == 0)*points_of(wings, fluid%rhs%params%solids%centre)
     end do
   end subroutine rate_integral
 

@@ -22,8 +22,8 @@ contains
     type(flapping_wings_t), intent(inout), optional :: wings
     integer :: k
     associate (state => fluid%rhs%state, p => settings%output)
-      do k = 0, int(settings%fluid%t_max/p%t_save + 1.0e-9_rp)
-        if (k >= settings%fluid%nt .or. failure%failed) exit
+      do k = 0, int(settings%fluid%time%t_max/p%t_save + 1.0e-9_rp)
+        if (k >= settings%fluid%time%nt .or. failure%failed) exit
         state%time = k*p%t_save
         state%step = k + 1 ! what is written belongs to the step before
         fluid%sums_time = state%time

@@ -239,7 +239,7 @@ contains
     type(field_meta_t) :: meta
     meta%time = time
     meta%viscosity = fluid%rhs%params%nu
-    meta%epsi = fluid%rhs%params%c_eta
+    meta%epsi = fluid%rhs%params%solids%c_eta
     meta%domain_size = fluid%rhs%params%grid%length
     meta%nxyz = fluid%rhs%params%grid%n
   end function meta_of

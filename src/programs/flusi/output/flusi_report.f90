@@ -41,18 +41,19 @@ contains
       write (unit, '(a)') 'method: Engels, Kolomenskiy, Schneider & Sesterhenn 2016, DOI 10.1137/15M1026006'
       write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
-      write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, &
-        ', transform ', trim(p%transform), ', truncation ', p%dealias, ', modes ', int(t%sticks%rows%n, i8)*t%sticks%nkz
-      write (unit, '(5a)') 'plans     ', merge('measured ', 'estimated', p%planner == 'measure'), ', ', plans
+      write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, ', transform ', &
+        trim(p%resolution%transform), ', truncation ', p%resolution%dealias, ', modes ', &
+        int(t%sticks%rows%n, i8)*t%sticks%nkz
+      write (unit, '(5a)') 'plans     ', merge('measured ', 'estimated', p%resolution%planner == 'measure'), ', ', plans
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
       if (present(thin)) call print_markers(unit, settings, thin)
       if (present(restart_time)) then
         write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
       else
-        write (unit, '(a,a)') 'start     ', p%inicond
+        write (unit, '(a,a)') 'start     ', p%initial%flow
       end if
-      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%t_max, ', ', trim(SCHEME_NAMES(p%scheme))
+      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%time%t_max, ', ', trim(SCHEME_NAMES(p%time%scheme))
     end associate
     flush (unit)
   end subroutine print_run_header
@@ -80,15 +81,15 @@ contains
     real(rp) :: speed, h
     associate (p => settings%fluid, u => settings%units)
       h = p%grid%max_spacing()
-      speed = norm2(p%mean_velocity)
+      speed = norm2(p%mean%velocity)
       write (unit, '(a,g0.6)') 'viscosity ', p%nu
-      if (p%nu > 0 .and. speed > 0 .and. p%size > 0) &
-        write (unit, '(a,g0.5,a)') 'Reynolds  Re = |u_mean| Size / nu = ', speed*p%size/p%nu, ''
-      if (p%penalized) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%mask//', C_eta =', p%c_eta, &
-        ', K_eta = sqrt(nu C_eta)/dx = ', sqrt(p%nu*p%c_eta)/h, ' (0.1 to 0.5 resolves the penalization layer)'
-      if (p%sponge) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//p%sponge_type//', C_sp =', p%c_sponge, ', ', &
-        p%sponge_thickness, ' points'
-      if (p%moving) call print_flight(unit, settings)
+      if (p%nu > 0 .and. speed > 0 .and. p%solids%size > 0) &
+        write (unit, '(a,g0.5,a)') 'Reynolds  Re = |u_mean| Size / nu = ', speed*p%solids%size/p%nu, ''
+      if (p%solids%is_on) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%solids%mask//', C_eta =', p%solids%c_eta, &
+        ', K_eta = sqrt(nu C_eta)/dx = ', sqrt(p%nu*p%solids%c_eta)/h, ' (0.1 to 0.5 resolves the penalization layer)'
+      if (p%sponge%is_on) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//p%sponge%kind//', C_sp =', p%sponge%damping_time, ', ', &
+        p%sponge%thickness, ' points'
+      if (p%solids%is_moving) call print_flight(unit, settings)
       if (.not. u%given) return
       write (unit, '(3(a,g0.5))') 'units     L = ', u%length, ' m, 1/T = ', u%frequency, ' 1/s, density ', u%density
       write (unit, '(3(a,g0.5),a)') '          velocity ', u%length*u%frequency, ' m/s, force ', &
@@ -112,7 +113,7 @@ contains
       f = flight%frequency()
       chord = flight%wings(1)%mean_chord()
       tip = flight%tip_speed()
-      wind = norm2(p%mean_velocity)
+      wind = norm2(p%mean%velocity)
       do i = 1, size(flight%wings)
         associate (wing => flight%wings(i))
           call wing%motion%stroke_extremes(low, high)
@@ -190,11 +191,11 @@ contains
   !> Largest dt/C_eta that the parameters allow.
   pure real(rp) function step_over_c_eta(p) result(ratio)
     type(fluid_params_t), intent(in) :: p
-    if (p%dt_fixed > 0) then
-      ratio = p%dt_fixed/p%c_eta
+    if (p%time%dt_fixed > 0) then
+      ratio = p%time%dt_fixed/p%solids%c_eta
     else
-      ratio = p%cfl_eta
-      if (p%dt_max > 0) ratio = min(ratio, p%dt_max/p%c_eta)
+      ratio = p%time%cfl_eta
+      if (p%time%dt_max > 0) ratio = min(ratio, p%time%dt_max/p%solids%c_eta)
     end if
   end function step_over_c_eta
 
@@ -224,7 +225,7 @@ contains
     call world%max_reals(exchange)
     bytes = world%sum_int8(fluid%transform%traffic%bytes)
     messages = world%sum_int8(fluid%transform%traffic%messages)
-    if (world%is_root .and. fluid%rhs%params%transform == 'builtin') &
+    if (world%is_root .and. fluid%rhs%params%resolution%transform == 'builtin') &
       write (output_unit, '(a,f0.2,a,f0.3,a,i0,a)') 'of the time steps, exchanges between ranks took at most ', &
       exchange(1), ' s on a rank: ', real(bytes, rp)/1.0e9_rp, ' GB in ', messages, ' messages'
     peak = real(peak_memory(), rp)/1.0e6_rp

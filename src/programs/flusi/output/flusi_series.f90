@@ -113,8 +113,8 @@ contains
     real(rp) :: points(0:N_COLORS - 1)
     integer :: c
     associate (p => fluid%rhs%params)
-      self%solids = p%penalized
-      self%compute_forces = (p%penalized .or. present(wings)) .and. p%compute_forces
+      self%solids = p%solids%is_on
+      self%compute_forces = (p%solids%is_on .or. present(wings)) .and. p%solids%compute_forces
     end associate
     points = fluid%rhs%penalty%count_colors()
     call world%sum_reals(points)
@@ -205,7 +205,7 @@ contains
     real(rp) :: h
     associate (p => fluid%rhs%params, t => fluid%sums_time, dt => fluid%dt)
       h = p%grid%min_spacing()
-      call self%dt%write([t, dt, dt*fluid%sums%u_max/h, dt*p%nu/h**2, merge(dt/p%c_eta, 0.0_rp, p%penalized)])
+      call self%dt%write([t, dt, dt*fluid%sums%u_max/h, dt*p%nu/h**2, merge(dt/p%solids%c_eta, 0.0_rp, p%solids%is_on)])
       call self%timesteps%write([t, seconds, real(fluid%rhs%state%step, rp), dt, real(ranks, rp)])
       call self%ekin%write([t, fluid%sums%kinetic_energy])
     end associate
@@ -245,7 +245,7 @@ contains
       if (self%compute_forces) then
         force = 0
         moment = 0
-        if (present(wings)) call wings%marker_total(wings%poses, fluid%rhs%params%centre, force, moment)
+        if (present(wings)) call wings%marker_total(wings%poses, fluid%rhs%params%solids%centre, force, moment)
         call self%forces%write([t, sum(s%force(:, COLOR_BODY:), 2) + force, sum(fluid%unsteady_force(:, COLOR_BODY:), 2), &
                                 sum(s%moment(:, COLOR_BODY:), 2) + moment, sum(fluid%unsteady_moment(:, COLOR_BODY:), 2), &
                                 total_power(wings, loads, body_power(wings, fluid))])

@@ -117,7 +117,7 @@ contains
     real(rp), intent(in) :: series(:, :)
     real(rp), allocatable, intent(out) :: values(:, :)
     real(rp) :: wind(2), force(3, size(series, 2))
-    wind = settings%fluid%mean_velocity(1:2)
+    wind = settings%fluid%mean%velocity(1:2)
     if (norm2(wind) <= 0) wind = [1.0_rp, 0.0_rp]
     wind = wind/norm2(wind)
     force = series(2:4, :) + series(5:7, :)

@@ -15,12 +15,18 @@ module flusi_solid_keys
   use solid_dynamics, only: dynamic_options_t
   implicit none
   private
-  public :: solid_choices_t, load_keys, solid_keys, register_solid_keys, write_solid_reference
+  public :: solid_choices_t, motion_keys, load_keys, solid_keys, register_solid_keys, write_solid_reference
 
   real(rp), parameter :: ZERO(3) = 0.0_rp
 
-  !> What a user chooses, beside the wing, its motion and its loads.
+  !> What a user chooses, beside the wing and the kinematics of [Insects].
   type :: solid_choices_t
+    character(:), allocatable :: motion_type, wing  !< rest, rotation or flapping; left or right
+    real(rp) :: axis(3) = 0, through(3) = 0         !< of the rotation, [-] and [m]
+    real(rp) :: turns = 0, turn_ramp = 0            !< of the rotation, [1/s] and [s]
+    real(rp) :: unit_length = 1, unit_frequency = 1 !< of [Insects], [m] and [1/s]
+    character(:), allocatable :: constant, ramped, sinusoidal, released_forces !< lists of forces
+    real(rp) :: gravity(3) = 0                      !< [m/s^2]
     real(rp) :: load_ramp = 1, load_frequency = 0, load_phase = 0 !< [s], [1/s], [rad]
     integer :: mode = 0                             !< natural mode in which the wing starts
     real(rp) :: amplitude = 0                       !< [m]
@@ -46,9 +52,11 @@ contains
     call register_wing_keys(registry, required=.true.)
     call register_idle_instrument(registry)
     call register_damping_keys(registry)
-    call register_motion(registry)
-    call register_loads(registry)
     keys = declaring(registry)
+    call motion_keys(keys, unused)
+    call registry%add_section('Insects', 'kinematics of the flapping wing, with the keys of a flow')
+    call register_kinematics_keys(registry)
+    call load_keys(keys, unused)
     call solid_keys(keys, unused)
   end subroutine register_solid_keys
 
@@ -62,58 +70,47 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_solid_reference
 
-  subroutine register_motion(r)
-    type(registry_t), intent(inout) :: r
-    call r%add_section('Motion', 'of the wing frame, in which the root rests')
-    call r%add_word('Motion', 'type', 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing '// &
-                    'beat of [Insects]; the wing starts at rest in the frame')
-    call r%add_reals('Motion', 'axis', [0.0_rp, 0.0_rp, 1.0_rp], 'of the rotation; any length', length=3)
-    call r%add_reals('Motion', 'through', ZERO, 'a point of the axis, in the wing frame', unit='m', length=3)
-  call r%add_real('Motion', 'frequency', 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
-    call r%add_real('Motion', 'ramp', 0.0_rp, 'the rotation starts from rest and is even after this time; 0: at once', &
-                    unit='s', min=0.0_rp)
-    call r%add_word('Motion', 'wing', 'left', 'left|right', 'which wing of [Insects] flaps; loads and '// &
-                    'results are along the axes of the wing file, of whose wing it may be the mirror image')
-    call r%add_section('units', 'SI values of the units L and T of [Insects]')
-    call r%add_real('units', 'length', 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
-    call r%add_real('units', 'frequency', 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
-    call r%add_section('Insects', 'kinematics of the flapping wing, with the keys of a flow')
-    call register_kinematics_keys(r)
-  end subroutine register_motion
+  !> How the frame moves, and the units of [Insects].
+  subroutine motion_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(solid_choices_t), intent(inout) :: c
+    call keys%section('Motion', 'of the wing frame, in which the root rests')
+    call keys%word('type', c%motion_type, 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing beat of '// &
+                   '[Insects]; the wing starts at rest in the frame')
+    call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'of the rotation; any length')
+    call keys%reals('through', c%through, ZERO, 'a point of the axis, in the wing frame', unit='m')
+    call keys%real('frequency', c%turns, 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
+    call keys%real('ramp', c%turn_ramp, 0.0_rp, 'the rotation starts from rest and is even after this time; 0: at once', unit='s', &
+                   min=0.0_rp)
+    call keys%word('wing', c%wing, 'left', 'left|right', 'which wing of [Insects] flaps; loads and results are along the axes '// &
+                   'of the wing file, of whose wing it may be the mirror image')
+    call keys%section('units', 'SI values of the units L and T of [Insects]')
+    call keys%real('length', c%unit_length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
+    call keys%real('frequency', c%unit_frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
+  end subroutine motion_keys
 
-  subroutine register_loads(r)
-    type(registry_t), intent(inout), target :: r
-    type(solid_choices_t) :: unused
-    type(keys_t) :: keys
-    call r%add_section('Loads', 'forces of fixed direction in the wing frame: PLACE fx fy fz [N], separated by '// &
-                       'commas. '//PLACE_HELP)
-    call r%add_text('Loads', 'constant', '', 'forces that act from the beginning')
-    call r%add_text('Loads', 'ramped', '', 'forces that grow, smoothly, from 0 over the time `ramp`, and then stay')
-    call r%add_text('Loads', 'sinusoidal', '', 'forces times sin(2 pi frequency t + phase)')
-    keys = declaring(r)
-    call load_keys(keys, unused)
-    call r%add_reals('Loads', 'gravity', ZERO, 'acceleration of gravity in space, whose axes are those of the wing '// &
-                     'frame at time 0, or those in which [Insects] states the attitude', unit='m/s^2', length=3)
-    call r%add_section('Initial', 'the wing at time 0: unloaded, bent and released, or in a mode')
-    call r%add_text('Initial', 'released', '', 'forces as in [Loads]: the wing starts at rest in their static '// &
-                    'equilibrium (without gravity), and they are gone at time 0')
-  end subroutine register_loads
-
-  !> How forces depend on time.
+  !> Forces, and how they depend on time.
   subroutine load_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
-    call keys%section('Loads')
+    call keys%section('Loads', 'forces of fixed direction in the wing frame: PLACE fx fy fz [N], separated by commas. '//PLACE_HELP)
+    call keys%text('constant', c%constant, '', 'forces that act from the beginning')
+    call keys%text('ramped', c%ramped, '', 'forces that grow, smoothly, from 0 over the time `ramp`, and then stay')
+    call keys%text('sinusoidal', c%sinusoidal, '', 'forces times sin(2 pi frequency t + phase)')
     call keys%real('ramp', c%load_ramp, 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
     call keys%real('frequency', c%load_frequency, 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
     call keys%real('phase', c%load_phase, 0.0_rp, 'of the sinusoidal forces', unit='degree', scale=PI/180)
+    call keys%reals('gravity', c%gravity, ZERO, 'acceleration of gravity in space, whose axes are those of the wing frame at '// &
+                    'time 0, or those in which [Insects] states the attitude', unit='m/s^2')
   end subroutine load_keys
 
-  !> All other keys whose values stand for themselves.
+  !> All other keys.
   subroutine solid_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
-    call keys%section('Initial')
+    call keys%section('Initial', 'the wing at time 0: unloaded, bent and released, or in a mode')
+    call keys%text('released', c%released_forces, '', 'forces as in [Loads]: the wing starts at rest in their static '// &
+                   'equilibrium (without gravity), and they are gone at time 0')
     call keys%integer('mode', c%mode, 0, 'start at rest, bent like this natural mode; 0: none', min=0, max=100)
     call keys%real('amplitude', c%amplitude, 1.0e-7_rp, 'largest displacement of the mode; small, or springs stretch', &
                    unit='m', above=0.0_rp)

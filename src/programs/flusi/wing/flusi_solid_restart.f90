@@ -5,6 +5,7 @@
 module flusi_solid_restart
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
+  use base_packing, only: count_packed, pack_value, unpack_value
   use fsi_wing_mirror, only: mirror_state
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use solid_balance, only: work_t
@@ -28,10 +29,14 @@ contains
     integer, intent(in) :: step
     type(work_t), intent(in) :: work
     type(dynamic_state_t) :: moving
+    type(work_t) :: sums
+    real(rp), allocatable :: numbers(:)
     call writer%put_text('schema', SCHEMA)
     call writer%put_integer('wing', points_fingerprint(model))
     call writer%put_integer('step', int(step, i8))
-    call writer%put_reals('work', [work%start, work%loads, work%weight, work%frame, work%damped])
+    sums = work
+    call pack_value(sums, numbers)
+    call writer%put_reals('work', numbers)
     moving = state
     if (is_mirrored) call mirror_state(moving)
     call save_motion(writer, '', moving)
@@ -62,11 +67,10 @@ contains
     step = int(number)
     call reader%get_reals('work', numbers, failure)
     if (failure%failed) return
-    if (size(numbers) /= 5) then
+    if (size(numbers) /= count_packed(work)) &
       call failure%raise('the checkpoint is not complete, as it lacks the energy balance: give another one')
-      return
-    end if
-    work = work_t(start=numbers(1), loads=numbers(2), weight=numbers(3), frame=numbers(4), damped=numbers(5))
+    call unpack_value(numbers, work, failure)
+    if (failure%failed) return
     call load_motion(reader, '', state, failure)
     if (is_mirrored) call mirror_state(state)
   end subroutine load_solid

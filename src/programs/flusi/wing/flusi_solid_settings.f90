@@ -10,7 +10,7 @@ module flusi_solid_settings
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
   use flusi_settings, only: output_params_t
-  use flusi_solid_keys, only: load_keys, register_solid_keys, solid_choices_t, solid_keys
+  use flusi_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys
   use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics, only: wing_mount_t
@@ -84,7 +84,7 @@ contains
     call s%config%load_file(path, registry, errors, notices, flusi_compat)
     if (s%config%asks_for_unbuilt()) return
     call read_options(s, errors)
-    select case (s%config%get_word('Motion', 'type'))
+    select case (s%motion_type)
     case ('rotation')
       call read_rotation(s, errors)
     case ('flapping')
@@ -92,15 +92,15 @@ contains
     case default
       call read_rest(s)
     end select
-    call notice_idle_keys(s%config, notices)
-    call load_wing(s%config, path, .true., s%wing_case, found, errors, notices)
+    call notice_idle_keys(s%config, s%motion_type, notices)
+    call load_wing(s%config, .true., s%wing_case, found, errors, notices)
     if (.not. found) return
     call mirror_motion(s%wing_case%wing, s%motion, s%is_mirrored)
     call refuse_root_compliance(s%config, s%wing_case%requested, errors)
-    call read_forces(s, 'constant', s%law%constant, errors)
-    call read_forces(s, 'ramped', s%law%ramped, errors)
-    call read_forces(s, 'sinusoidal', s%law%sinusoidal, errors)
-    call read_forces(s, 'released', s%released, errors)
+    call read_forces(s, 'Loads', 'constant', s%constant, s%law%constant, errors)
+    call read_forces(s, 'Loads', 'ramped', s%ramped, s%law%ramped, errors)
+    call read_forces(s, 'Loads', 'sinusoidal', s%sinusoidal, s%law%sinusoidal, errors)
+    call read_forces(s, 'Initial', 'released', s%released_forces, s%released, errors)
     if (size(s%released) > 0 .and. s%mode > 0) &
       call s%config%complain(errors, 'Initial', 'mode', 'contradicts released: give one initial shape')
     if (s%mode > 3*s%wing_case%model%n_free) call s%config%complain(errors, 'Initial', 'mode', &
@@ -115,6 +115,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(keys_t) :: keys
     keys = reading(s%config)
+    call motion_keys(keys, s%solid_choices_t)
     call load_keys(keys, s%solid_choices_t)
     call solid_keys(keys, s%solid_choices_t)
     s%law%ramp = s%load_ramp
@@ -134,27 +135,26 @@ contains
   end subroutine read_options
 
   !> Keys of a motion that was not chosen are allowed but do nothing.
-  subroutine notice_idle_keys(c, notices)
+  subroutine notice_idle_keys(c, type, notices)
     type(config_t), intent(in) :: c
+    character(*), intent(in) :: type !< of the motion
     type(message_list_t), intent(inout) :: notices
     character(9), parameter :: ROTATION(4) = [character(9) :: 'axis', 'through', 'frequency', 'ramp']
-    character(:), allocatable :: type
     integer :: i
-    type = c%get_word('Motion', 'type')
     do i = 1, size(ROTATION)
       if (type /= 'rotation' .and. c%is_given('Motion', trim(ROTATION(i)))) &
         call c%complain(notices, 'Motion', trim(ROTATION(i)), 'has no effect with type = '//type)
     end do
     do i = 1, size(SIDES)
       if (type /= 'flapping' .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
-     call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
+        call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
     end do
   end subroutine notice_idle_keys
 
   subroutine read_rest(s)
     type(solid_settings_t), intent(inout) :: s
     type(steady_motion_t) :: rest
-    rest%frame%gravity = s%config%get_reals('Loads', 'gravity')
+    rest%frame%gravity = s%gravity
     allocate (s%motion, source=rest)
   end subroutine read_rest
 
@@ -163,16 +163,16 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(rotating_motion_t) :: rotation
     associate (c => s%config)
-      rotation%axis = c%get_reals('Motion', 'axis')
+      rotation%axis = s%axis
       if (norm2(rotation%axis) > 0) then
         rotation%axis = rotation%axis/norm2(rotation%axis)
       else
         call c%complain(errors, 'Motion', 'axis', 'has no direction; valid: three reals that are not all 0')
       end if
-      rotation%through = c%get_reals('Motion', 'through')
-      rotation%rate = TWO_PI*c%get_real('Motion', 'frequency')
-      rotation%ramp = c%get_real('Motion', 'ramp')
-      rotation%gravity = c%get_reals('Loads', 'gravity')
+      rotation%through = s%through
+      rotation%rate = TWO_PI*s%turns
+      rotation%ramp = s%turn_ramp
+      rotation%gravity = s%gravity
       if (.not. abs(rotation%rate) > 0) &
         call c%complain(errors, 'Motion', 'frequency', 'is 0; valid: a frequency for type = rotation')
     end associate
@@ -192,15 +192,15 @@ contains
     character(:), allocatable :: file, text, problem, key
     integer :: wing
     associate (c => s%config)
-      wing = merge(1, 2, c%get_word('Motion', 'wing') == 'left')
-      key = 'FlappingMotion_'//c%get_word('Motion', 'wing')
+      wing = merge(1, 2, s%wing == 'left')
+      key = 'FlappingMotion_'//s%wing
       call read_body(c, flapping%body)
       call read_mounts(c, AT_CENTRE, mounts, motions, both) ! it complains of wings in one place; here is one wing only
       flapping%mount = mounts(wing)
       flapping%motion = motions(wing)
-      flapping%length = c%get_real('units', 'length')
-      flapping%frequency = c%get_real('units', 'frequency')
-      flapping%gravity = c%get_reals('Loads', 'gravity')
+      flapping%length = s%unit_length
+      flapping%frequency = s%unit_frequency
+      flapping%gravity = s%gravity
       call read_body_motion(c, path, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
       if (flapping%carrier%word == 'free_flight') call c%complain(errors, 'Insects', 'BodyMotion', &
         'is free_flight, which needs a flow; valid here: the other motions')
@@ -212,8 +212,7 @@ contains
         call c%complain(errors, 'Insects', key, problem)
       else
         call read_motion(c, wing, text, file, flapping%motion, errors, notices)
-        call flapping%motion%check_span(s%t_max*flapping%frequency, 'the motion of the '// &
-                                        c%get_word('Motion', 'wing')//' wing', errors)
+        call flapping%motion%check_span(s%t_max*flapping%frequency, 'the motion of the '//s%wing//' wing', errors)
       end if
     end associate
     allocate (s%motion, source=flapping)
@@ -234,17 +233,14 @@ contains
   end subroutine mirror_motion
 
   !> The forces under `key`, all of which act together.
-  subroutine read_forces(s, key, forces, errors)
+  subroutine read_forces(s, section, key, text, forces, errors)
     type(solid_settings_t), intent(in) :: s
-    character(*), intent(in) :: key
+    character(*), intent(in) :: section, key, text
     type(point_force_t), allocatable, intent(out) :: forces(:)
     type(message_list_t), intent(inout) :: errors
     type(force_group_t), allocatable :: groups(:)
-    character(:), allocatable :: section
     integer :: i
-    section = 'Loads'
-    if (key == 'released') section = 'Initial'
-    call read_force_groups(s%config, section, key, s%wing_case, groups, errors)
+    call read_force_groups(s%config, section, key, text, s%wing_case, groups, errors)
     allocate (forces(0))
     do i = 1, size(groups)
       forces = [forces, groups(i)%forces]

@@ -14,8 +14,10 @@ module flusi_static_keys
   private
   public :: static_choices_t, static_keys, register_static_keys, write_static_reference
 
-  !> What a user chooses, beside the wing and its loads.
+  !> What a user chooses, beside the wing.
   type :: static_choices_t
+    real(rp), allocatable :: forces(:, :), point_forces(:, :) !< x y force; point fx fy fz
+    character(:), allocatable :: named_forces
     type(static_options_t) :: options
     character(:), allocatable :: name      !< of the files to write
     logical :: save_shapes = .true.
@@ -27,12 +29,15 @@ contains
 
   !> Fills `registry` with every key that `flusi --static` accepts.
   subroutine register_static_keys(registry)
-    type(registry_t), intent(inout) :: registry
+    type(registry_t), intent(inout), target :: registry
+    type(static_choices_t) :: unused
+    type(keys_t) :: keys
     call register_include(registry)
     call register_foreign_inputs(registry, INPUT_OF_STATIC)
     call register_wing_keys(registry, required=.true.)
     call register_idle_instrument(registry)
-    call register_rest(registry)
+    keys = declaring(registry)
+    call static_keys(keys, unused)
   end subroutine register_static_keys
 
   !> Writes the reference of these keys, the second part of docs/formats/parameters.md.
@@ -45,26 +50,16 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_static_reference
 
-  subroutine register_rest(r)
-    type(registry_t), intent(inout), target :: r
-    type(keys_t) :: keys
-    type(static_choices_t) :: unused
-    call r%add_section('Loads', 'every row, and every entry of a list, is a load of its own; rows of forces come '// &
-                       'first, then those of point_forces, then the lists')
-    call r%add_matrix('Loads', 'forces', 3, 'rows of x y force: place on the unloaded membrane [m], force along z [N]')
-    call r%add_matrix('Loads', 'point_forces', 4, 'rows of point fx fy fz: number of the point counted from 1, '// &
-                      'force [N]')
-    call r%add_text('Loads', 'named_forces', '', 'loads PLACE fx fy fz [N], separated by commas; + joins several '// &
-                    'forces to one load. '//PLACE_HELP)
-    keys = declaring(r)
-    call static_keys(keys, unused)
-  end subroutine register_rest
-
-  !> All keys whose values stand for themselves.
+  !> All keys but those of the wing.
   subroutine static_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(static_choices_t), intent(inout) :: c
-    call keys%section('Loads')
+    call keys%section('Loads', 'every row, and every entry of a list, is a load of its own; rows of forces come first, then '// &
+                      'those of point_forces, then the lists')
+    call keys%matrix('forces', c%forces, 3, 'rows of x y force: place on the unloaded membrane [m], force along z [N]')
+    call keys%matrix('point_forces', c%point_forces, 4, 'rows of point fx fy fz: number of the point counted from 1, force [N]')
+    call keys%text('named_forces', c%named_forces, '', 'loads PLACE fx fy fz [N], separated by commas; + joins several forces '// &
+                   'to one load. '//PLACE_HELP)
     call keys%reals('gravity', c%gravity, [0.0_rp, 0.0_rp, 0.0_rp], 'acceleration of gravity in the wing frame: the '// &
                     'weight is part of every load, and a load of its own if there is no other', unit='m/s^2')
     call keys%section('Modes', 'natural frequencies and shapes of the unloaded wing')

@@ -48,7 +48,7 @@ contains
     if (s%config%asks_for_unbuilt()) return
     call read_options(s, errors)
     allocate (s%loads(0))
-    call load_wing(s%config, path, norm2(s%gravity) > 0 .or. s%n_modes > 0, s%wing_case, found, errors, notices)
+    call load_wing(s%config, norm2(s%gravity) > 0 .or. s%n_modes > 0, s%wing_case, found, errors, notices)
     if (found) call read_loads(s, errors)
   end subroutine load_static_settings
 
@@ -66,13 +66,10 @@ contains
     type(static_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
     type(force_group_t), allocatable :: groups(:)
-    real(rp), allocatable :: rows(:, :), points(:, :)
     integer :: i, n, m
-    rows = s%config%get_matrix('Loads', 'forces')
-    points = s%config%get_matrix('Loads', 'point_forces')
-    call read_force_groups(s%config, 'Loads', 'named_forces', s%wing_case, groups, errors)
-    n = size(rows, 1)
-    m = size(points, 1)
+    call read_force_groups(s%config, 'Loads', 'named_forces', s%named_forces, s%wing_case, groups, errors)
+    n = size(s%forces, 1)
+    m = size(s%point_forces, 1)
     if (n > 0 .and. size(s%wing_case%wing%triangles) == 0) then
       call s%config%complain(errors, 'Loads', 'forces', 'this wing has no membrane; use point_forces or named_forces')
       return
@@ -86,8 +83,8 @@ contains
       call s%loads(i)%load%init(s%wing_case%model)
       allocate (s%loads(i)%applied(3, s%wing_case%model%n_all), source=0.0_rp)
     end do
-    call read_rows(s, rows, s%loads(:n), errors)
-    call read_points(s, points, s%loads(n + 1:n + m), errors)
+    call read_rows(s, s%forces, s%loads(:n), errors)
+    call read_points(s, s%point_forces, s%loads(n + 1:n + m), errors)
     do i = 1, size(groups)
       call take_group(s%wing_case%model, groups(i), s%loads(n + m + i))
       if (.not. any(abs(s%loads(n + m + i)%load%force) > 0) .and. size(groups(i)%forces) > 1) &

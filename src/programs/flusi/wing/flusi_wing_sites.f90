@@ -44,17 +44,16 @@ contains
     end do
   end subroutine add_force
 
-  !> The groups listed under [section] key. All mistakes are added to `errors`.
-  subroutine read_force_groups(config, section, key, s, groups, errors)
+  !> The groups that `text`, the value of [section] key, lists. All mistakes are added to `errors`.
+  subroutine read_force_groups(config, section, key, text, s, groups, errors)
     type(config_t), intent(in) :: config
-    character(*), intent(in) :: section, key
+    character(*), intent(in) :: section, key, text
     type(wing_case_t), intent(in) :: s
     type(force_group_t), allocatable, intent(out) :: groups(:)
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: text, problems
+    character(:), allocatable :: problems
     integer :: position, first, last, n
     logical :: found
-    text = config%get_text(section, key)
     problems = ''
     n = 0
     allocate (groups(count([(text(position:position) == ',', position=1, len(text))]) + 1))

@@ -1,0 +1,376 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A visitor of numbers and texts: what base_visitor needs of it to visit whole types.
+!>
+!> A concrete visitor carries arrays of reals, arrays of integers, and texts under a name. Everything else is made of these here:
+!> logicals are 0 and 1; an allocatable array has its size before it, as an array of integers `<name>_shape`, -1 where it
+!> is not allocated.
+module base_value_visitor
+  use base_errors, only: failure_t
+  use base_kinds, only: i8, rp
+  implicit none
+  private
+  public :: value_visitor_t
+
+  !> What is done with the components. A visit after a failure does nothing; what was to be read is then undefined.
+  type, abstract :: value_visitor_t
+    logical :: is_reading = .false.    !< components get what the visitor has; otherwise it takes what they hold
+    type(failure_t) :: failure         !< something was missing or of another size while reading
+    character(:), allocatable :: path  !< first part of all names, or none
+  contains
+    procedure(carry_reals), deferred :: carry_reals
+    procedure(carry_integers), deferred :: carry_integers
+    procedure(carry_text), deferred :: carry_text
+    procedure :: carry_real => visitor_carry_real
+    procedure :: carry_integer => visitor_carry_integer
+    procedure :: most => visitor_most
+    procedure :: extents => visitor_extents
+    procedure :: full_name => visitor_full_name
+    !> A component of a size that both sides know.
+    generic :: visit => visit_real, visit_reals_1, visit_reals_2, visit_reals_3, visit_integer, &
+      visit_integers_1, visit_integers_2, visit_long, visit_longs_1, visit_logical, visit_logicals_1, visit_logicals_2
+    !> An allocatable component: its size travels with it, and whether it is allocated.
+    generic :: visit_allocatable => any_reals_1, any_reals_2, any_reals_3, any_integers_1, any_integers_2, &
+      any_longs_1, any_logicals_1, any_logicals_2
+    procedure, private :: visit_real, visit_reals_1, visit_reals_2, visit_reals_3
+    procedure, private :: visit_integer, visit_integers_1, visit_integers_2, visit_long, visit_longs_1
+    procedure, private :: visit_logical, visit_logicals_1, visit_logicals_2, any_reals_1, any_reals_2
+    procedure, private :: any_reals_3, any_integers_1, any_integers_2, any_longs_1, any_logicals_1, any_logicals_2
+  end type value_visitor_t
+
+  abstract interface
+    !> Takes or gives an array of numbers.
+    subroutine carry_reals(self, name, values)
+      import :: value_visitor_t, rp
+      class(value_visitor_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(rp), intent(inout) :: values(:)
+      end subroutine carry_reals
+
+    !> The same with integers.
+    subroutine carry_integers(self, name, values)
+      import :: value_visitor_t, i8
+      class(value_visitor_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer(i8), intent(inout) :: values(:)
+      end subroutine carry_integers
+
+    !> The same with a text, which is allocated unless it is read.
+    subroutine carry_text(self, name, text)
+      import :: value_visitor_t
+      class(value_visitor_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      character(:), allocatable, intent(inout) :: text
+    end subroutine carry_text
+  end interface
+
+contains
+
+  !> How many numbers can still be read: a size above it is a mistake of the source.
+  pure integer(i8) function visitor_most(self) result(most)
+    class(value_visitor_t), intent(in) :: self
+    most = huge(1)
+    if (self%failure%failed) most = 0
+  end function visitor_most
+
+  !> The name with those of the parts before it.
+  pure function visitor_full_name(self, name) result(full)
+    class(value_visitor_t), intent(in) :: self
+    character(*), intent(in) :: name
+    character(:), allocatable :: full
+    full = name
+    if (allocated(self%path)) full = self%path//name
+  end function visitor_full_name
+
+  !> Visits the size of something, -1 where it is not allocated. One that cannot be is a failure, and then -1.
+  subroutine visitor_extents(self, name, n)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(inout) :: n(:)
+    integer(i8) :: total
+    integer :: i
+    call self%visit(name, n)
+    if (.not. self%is_reading) return
+    total = 1
+    do i = 1, size(n)
+      if (self%failure%failed .or. n(i) < 0) exit
+      total = total*n(i)
+      if (total > self%most()) call self%failure%raise(self%full_name(name)//' is larger than what is there: the data are damaged')
+    end do
+    if (self%failure%failed) n = -1
+  end subroutine visitor_extents
+
+  !> One number: an array of one, unless a visitor makes a difference.
+  subroutine visitor_carry_real(self, name, value)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: value
+    real(rp) :: values(1)
+    values = value
+    call self%carry_reals(name, values)
+    value = values(1)
+  end subroutine visitor_carry_real
+
+  subroutine visitor_carry_integer(self, name, value)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(inout) :: value
+    integer(i8) :: values(1)
+    values = value
+    call self%carry_integers(name, values)
+    value = values(1)
+  end subroutine visitor_carry_integer
+
+  !> Carries n reals, of an array of any rank.
+  subroutine carry_many(self, name, values, n)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    real(rp), intent(inout) :: values(n)
+    if (.not. self%failure%failed) call self%carry_reals(self%full_name(name), values)
+  end subroutine carry_many
+
+  subroutine carry_longs(self, name, values, n)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    integer(i8), intent(inout) :: values(n)
+    if (.not. self%failure%failed) call self%carry_integers(self%full_name(name), values)
+  end subroutine carry_longs
+
+  subroutine carry_defaults(self, name, values, n)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    integer, intent(inout) :: values(n)
+    integer(i8) :: wide(n)
+    wide = 0
+    if (.not. self%is_reading) wide = values
+    call carry_longs(self, name, wide, n)
+    if (self%is_reading) call check_range(self, name, wide)
+    if (self%is_reading .and. .not. self%failure%failed) values = int(wide)
+  end subroutine carry_defaults
+
+  subroutine check_range(self, name, wide)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(in) :: wide(:)
+    if (any(wide > huge(1) .or. wide < -huge(1))) call self%failure%raise(self%full_name(name)//' is out of range')
+  end subroutine check_range
+
+  subroutine carry_flags(self, name, flags, n)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    logical, intent(inout) :: flags(n)
+    integer(i8) :: wide(n)
+    wide = 0
+    if (.not. self%is_reading) wide = merge(1_i8, 0_i8, flags)
+    call carry_longs(self, name, wide, n)
+    if (self%is_reading .and. .not. self%failure%failed) flags = wide /= 0
+  end subroutine carry_flags
+
+  subroutine visit_real(self, name, value)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: value
+    if (.not. self%failure%failed) call self%carry_real(self%full_name(name), value)
+  end subroutine visit_real
+
+  subroutine visit_reals_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: values(:)
+    call carry_many(self, name, values, size(values))
+  end subroutine visit_reals_1
+
+  subroutine visit_reals_2(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: values(:, :)
+    call carry_many(self, name, values, size(values))
+  end subroutine visit_reals_2
+
+  subroutine visit_reals_3(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: values(:, :, :)
+    call carry_many(self, name, values, size(values))
+  end subroutine visit_reals_3
+
+  subroutine visit_integer(self, name, value)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(inout) :: value
+    integer(i8) :: wide
+    wide = 0
+    if (.not. self%is_reading) wide = value
+    call self%visit(name, wide)
+    if (self%is_reading) call check_range(self, name, [wide])
+    if (self%is_reading .and. .not. self%failure%failed) value = int(wide)
+  end subroutine visit_integer
+
+  subroutine visit_integers_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(inout) :: values(:)
+    call carry_defaults(self, name, values, size(values))
+  end subroutine visit_integers_1
+
+  subroutine visit_integers_2(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(inout) :: values(:, :)
+    call carry_defaults(self, name, values, size(values))
+  end subroutine visit_integers_2
+
+  subroutine visit_long(self, name, value)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(inout) :: value
+    if (.not. self%failure%failed) call self%carry_integer(self%full_name(name), value)
+  end subroutine visit_long
+
+  subroutine visit_longs_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(inout) :: values(:)
+    call carry_longs(self, name, values, size(values))
+  end subroutine visit_longs_1
+
+  subroutine visit_logical(self, name, value)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    logical, intent(inout) :: value
+    integer(i8) :: wide
+    wide = 0
+    if (.not. self%is_reading) wide = merge(1_i8, 0_i8, value)
+    call self%visit(name, wide)
+    if (self%is_reading .and. .not. self%failure%failed) value = wide /= 0
+  end subroutine visit_logical
+
+  subroutine visit_logicals_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    logical, intent(inout) :: values(:)
+    call carry_flags(self, name, values, size(values))
+  end subroutine visit_logicals_1
+
+  subroutine visit_logicals_2(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    logical, intent(inout) :: values(:, :)
+    call carry_flags(self, name, values, size(values))
+  end subroutine visit_logicals_2
+
+  subroutine any_reals_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), allocatable, intent(inout) :: values(:)
+    integer :: n(1)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1)))
+    call self%visit(name, values)
+  end subroutine any_reals_1
+
+  subroutine any_reals_2(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), allocatable, intent(inout) :: values(:, :)
+    integer :: n(2)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1), n(2)))
+    call self%visit(name, values)
+  end subroutine any_reals_2
+
+  subroutine any_reals_3(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), allocatable, intent(inout) :: values(:, :, :)
+    integer :: n(3)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1), n(2), n(3)))
+    call self%visit(name, values)
+  end subroutine any_reals_3
+
+  subroutine any_integers_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, allocatable, intent(inout) :: values(:)
+    integer :: n(1)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1)))
+    call self%visit(name, values)
+  end subroutine any_integers_1
+
+  subroutine any_integers_2(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, allocatable, intent(inout) :: values(:, :)
+    integer :: n(2)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1), n(2)))
+    call self%visit(name, values)
+  end subroutine any_integers_2
+
+  subroutine any_longs_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), allocatable, intent(inout) :: values(:)
+    integer :: n(1)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1)))
+    call self%visit(name, values)
+  end subroutine any_longs_1
+
+  subroutine any_logicals_1(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    logical, allocatable, intent(inout) :: values(:)
+    integer :: n(1)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1)))
+    call self%visit(name, values)
+  end subroutine any_logicals_1
+
+  subroutine any_logicals_2(self, name, values)
+    class(value_visitor_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    logical, allocatable, intent(inout) :: values(:, :)
+    integer :: n(2)
+    n = -1
+    if (allocated(values)) n = shape(values)
+    call self%extents(name//'_shape', n)
+    if (self%is_reading .and. allocated(values)) deallocate (values)
+    if (n(1) < 0) return
+    if (self%is_reading) allocate (values(n(1), n(2)))
+    call self%visit(name, values)
+  end subroutine any_logicals_2
+end module base_value_visitor

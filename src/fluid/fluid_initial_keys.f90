@@ -1,0 +1,86 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The flow at t = 0, as the user gives it: [InitialCondition].
+module fluid_initial_keys
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fluid_substitutes, only: FOR_FLOWS, NO_FLOWS
+  use io_config, only: config_t
+  use io_keys, only: keys_t
+  implicit none
+  private
+  public :: initial_params_t, initial_keys, check_initial
+
+  character(*), parameter :: SECTION = 'InitialCondition', AXES = 'xyz'
+
+  type :: initial_params_t
+    character(:), allocatable :: flow, spectrum_file
+    character(1024) :: file_u(3) = '' !< names of the fields of flow = infile
+    real(rp) :: omega1 = 0            !< circulation of the ring, or mean energy
+    integer :: seed = 0
+  end type initial_params_t
+
+contains
+
+  !> [InitialCondition].
+  subroutine initial_keys(keys, p)
+    type(keys_t), intent(inout) :: keys
+    type(initial_params_t), intent(inout) :: p
+    character(:), allocatable :: word !< not allocated where keys are declared
+    integer :: i
+    call keys%section(SECTION, 'the flow at t = 0')
+    call keys%word('inicond', p%flow, 'none', &
+                   'quiescent|MeanFlow|VortexRing|taylor_green_2d|taylor_green|turbulence_rogallo|'// &
+                   'random-given-spectrum|infile|backup|backup::*', 'initial velocity', required=.true., &
+                   unbuilt=NO_FLOWS, instead=FOR_FLOWS)
+    call keys%real('omega1', p%omega1, 0.0_rp, 'circulation of the vortex ring; mean kinetic energy of turbulence_rogallo')
+    call keys%integer('seed', p%seed, 0, 'seed of random fields; the field does not depend on the ranks', min=0)
+    call keys%inert('nu_smoothing', 'belongs to an initial condition that does not exist here')
+    do i = 1, 3
+      call keys%text('file_u'//AXES(i:i), word, 'none', 'HDF5 field with u_'//AXES(i:i)//' for infile')
+      if (allocated(word)) p%file_u(i) = word
+    end do
+    call keys%inert('file_p', 'pressure is not a prognostic variable')
+    call keys%text('inicond_spectrum_file', p%spectrum_file, 'none', 'text file with columns k, E(k) for random-given-spectrum')
+  end subroutine initial_keys
+
+  !> Adds mistakes to `errors`: what a flow needs and does not have. `ring_radius` is [Geometry] Size.
+  subroutine check_initial(c, p, is_2d, ring_radius, errors)
+    type(config_t), intent(in) :: c
+    type(initial_params_t), intent(in) :: p
+    logical, intent(in) :: is_2d
+    real(rp), intent(in) :: ring_radius
+    type(message_list_t), intent(inout) :: errors
+    character(*), parameter :: FLOW = 'inicond'
+    integer :: i
+    select case (p%flow)
+    case ('VortexRing')
+      if (is_2d) call c%complain(errors, SECTION, FLOW, 'a vortex ring needs nx > 1')
+      if (ring_radius <= 0) call c%complain(errors, 'Geometry', 'Size', 'the vortex ring needs a radius above 0')
+    case ('turbulence_rogallo')
+      if (p%omega1 <= 0) call c%complain(errors, SECTION, 'omega1', 'the random field needs a mean energy above 0')
+    case ('infile')
+      do i = 1, 3
+        call need_file(c, errors, 'file_u'//AXES(i:i), trim(p%file_u(i)))
+      end do
+    case ('random-given-spectrum')
+      call need_file(c, errors, 'inicond_spectrum_file', p%spectrum_file)
+    case ('taylor_green_2d')
+      if (.not. is_2d) call c%complain(errors, SECTION, FLOW, 'taylor_green_2d is a flow in the y-z plane: set nx = 1')
+    case ('taylor_green')
+      if (is_2d) call c%complain(errors, SECTION, FLOW, 'taylor_green is three-dimensional; valid with nx = 1: taylor_green_2d')
+    end select
+  end subroutine check_initial
+
+  subroutine need_file(c, errors, key, name)
+    type(config_t), intent(in) :: c
+    type(message_list_t), intent(inout) :: errors
+    character(*), intent(in) :: key, name
+    logical :: exists
+    if (name == 'none' .or. name == '') then
+      call c%complain(errors, SECTION, key, 'this initial condition needs a file name here')
+      return
+    end if
+    inquire (file=name, exist=exists)
+    if (.not. exists) call c%complain(errors, SECTION, key, 'there is no file "'//name//'"')
+  end subroutine need_file
+end module fluid_initial_keys

@@ -1,0 +1,63 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The mean flow, as the user gives it: [MeanFlow].
+module fluid_mean_keys
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fluid_substitutes, only: FOR_MEAN_FLOWS
+  use io_config, only: config_t
+  use io_keys, only: keys_t
+  implicit none
+  private
+  public :: mean_params_t, mean_keys, fix_mean_flow
+
+  character(*), parameter :: AXES = 'xyz', MEAN_FLOWS = 'free|fixed|sinusoidal|dynamic'
+
+  type :: mean_params_t
+    character(10) :: kind(3) = 'free'
+    real(rp) :: velocity(3) = 0   !< L/T
+    real(rp) :: mass = 0          !< of the fluid that dynamic mean flow accelerates
+    real(rp) :: frequency = 0     !< of sinusoidal mean flow, 1/T
+    logical :: has_ramp = .false. !< the force of dynamic mean flow begins smoothly
+    real(rp) :: ramp = 0, release = 0 !< its duration and its start, T
+    integer :: old_switch = 0     !< 1: all components are fixed
+  end type mean_params_t
+
+contains
+
+  !> [MeanFlow].
+  subroutine mean_keys(keys, p)
+    type(keys_t), intent(inout) :: keys
+    type(mean_params_t), intent(inout) :: p
+    character(:), allocatable :: word !< not allocated where keys are declared
+    integer :: i
+    call keys%section('MeanFlow', 'velocity of the mean (0,0,0) mode')
+    do i = 1, 3
+      call keys%word('iMeanFlow_'//AXES(i:i), word, 'free', MEAN_FLOWS, 'free: follows the forces; fixed: prescribed; '// &
+                     'sinusoidal: u sin(2 pi f t); dynamic: accelerated by the reaction of the solids', &
+                     unbuilt='accelerate_to_unity', instead=FOR_MEAN_FLOWS)
+      if (allocated(word)) p%kind(i) = word
+      call keys%real('u'//AXES(i:i), p%velocity(i), 1.0_rp, 'mean velocity in '//AXES(i:i), unit='L/T')
+    end do
+    call keys%integer('iMeanFlow', p%old_switch, 0, 'old FLUSI switch: 1 fixes all three components', min=0, max=1)
+    call keys%real('m_fluid', p%mass, 999.0e9_rp, 'mass of fluid that dynamic mean flow accelerates', unit='M', above=0.0_rp)
+    call keys%real('umean_freq', p%frequency, 0.0_rp, 'frequency of sinusoidal mean flow', unit='1/T', min=0.0_rp)
+    call keys%switch('iMeanFlowStartupConditioner', p%has_ramp, .false., 'ramp up the force of dynamic mean flow')
+    call keys%real('tau_meanflow', p%ramp, 0.0_rp, 'duration of the ramp', unit='T', min=0.0_rp)
+    call keys%real('T_release_meanflow', p%release, 0.0_rp, 'start of the ramp', unit='T', min=0.0_rp)
+  end subroutine mean_keys
+
+  !> Takes FLUSI's old switch for all components; a contradiction goes to `errors`.
+  subroutine fix_mean_flow(c, p, errors)
+    type(config_t), intent(in) :: c
+    type(mean_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout) :: errors
+    character(*), parameter :: OLD = 'iMeanFlow'
+    integer :: i
+    if (p%old_switch /= 1) return
+    do i = 1, 3
+      if (any(p%kind(i) == ['sinusoidal', 'dynamic   '])) &
+        call c%complain(errors, 'MeanFlow', OLD, OLD//' = 1 contradicts '//OLD//'_'//AXES(i:i))
+      p%kind(i) = 'fixed'
+    end do
+  end subroutine fix_mean_flow
+end module fluid_mean_keys

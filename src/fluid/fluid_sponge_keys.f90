@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The vorticity sponge, as the user gives it: [Sponge].
+module fluid_sponge_keys
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fluid_substitutes, only: FOR_SPONGES
+  use io_config, only: config_t
+  use io_keys, only: keys_t
+  implicit none
+  private
+  public :: sponge_params_t, sponge_keys, check_sponge
+
+  character(*), parameter :: SPONGES = 'cavity|cavity_open_z|xmin_xmax|xmin_xmax_ymin_ymax|'// &
+                             'xmin_xmax_zmin_zmax|outlet_x|top_cover|2D_frame'
+
+  type :: sponge_params_t
+    logical :: is_on = .false.
+    character(:), allocatable :: kind
+    real(rp) :: damping_time = 0  !< T
+    integer :: thickness = 0      !< points
+  end type sponge_params_t
+
+contains
+
+  !> [Sponge].
+  subroutine sponge_keys(keys, p)
+    type(keys_t), intent(inout) :: keys
+    type(sponge_params_t), intent(inout) :: p
+    call keys%section('Sponge', 'vorticity sponge')
+    call keys%switch('iVorticitySponge', p%is_on, .false., 'damp the vorticity in a frame of the box')
+    call keys%word('iSpongeType', p%kind, 'top_cover', SPONGES, 'which faces of the box', unbuilt='moving_insect*', &
+                   instead=FOR_SPONGES)
+    call keys%real('eps_sponge', p%damping_time, 0.0_rp, 'damping time C_sp; has no default when the sponge is on', unit='T', &
+                   min=0.0_rp)
+    call keys%integer('sponge_thickness', p%thickness, 0, 'thickness of the sponge', unit='points', min=0)
+  end subroutine sponge_keys
+
+  !> Adds mistakes to `errors` and doubts to `notices`; the grid has `n` points.
+  subroutine check_sponge(c, p, n, errors, notices)
+    type(config_t), intent(in) :: c
+    type(sponge_params_t), intent(in) :: p
+    integer, intent(in) :: n(3)
+    type(message_list_t), intent(inout) :: errors
+    type(message_list_t), intent(inout), optional :: notices
+    logical :: both(3), last(3)
+    if (.not. p%is_on) return
+    if (p%damping_time <= 0) call c%complain(errors, 'Sponge', 'eps_sponge', 'the sponge needs a damping time above 0')
+    if (p%thickness <= 0) call c%complain(errors, 'Sponge', 'sponge_thickness', &
+                                                 'the sponge needs a thickness of at least one point')
+    call sponge_faces(p%kind, both, last)
+    if (n(1) <= 4 .and. .not. any(both(2:)) .and. .not. any(last(2:))) &
+      call c%complain(errors, 'Sponge', 'iSpongeType', 'this sponge lies at the ends of x, which has no extent here')
+    if (.not. present(notices)) return
+    if (any(both .and. 2*p%thickness >= n .and. n > 4) .or. &
+        any(last .and. p%thickness >= n .and. n > 4)) &
+      call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box: all of the flow is damped')
+  end subroutine check_sponge
+
+  !> The directions in which a type of sponge covers both ends of the box, or the last one only.
+  pure subroutine sponge_faces(kind, both, last)
+    character(*), intent(in) :: kind
+    logical, intent(out) :: both(3), last(3)
+    last = [kind == 'outlet_x', .false., kind == 'top_cover']
+    select case (kind)
+    case ('cavity')
+      both = .true.
+    case ('cavity_open_z', 'xmin_xmax_ymin_ymax')
+      both = [.true., .true., .false.]
+    case ('xmin_xmax')
+      both = [.true., .false., .false.]
+    case ('xmin_xmax_zmin_zmax')
+      both = [.true., .false., .true.]
+    case ('2D_frame')
+      both = [.false., .true., .true.]
+    case default
+      both = .false.
+    end select
+  end subroutine sponge_faces
+end module fluid_sponge_keys

@@ -1,0 +1,169 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Values of visited types in a checkpoint, each component under its name.
+!>
+!> One real is a number of the file, or a table of one if `reals_are_tables`; an array is a table in the order of its elements.
+!> Integers and logicals are integers of the file, arrays of them tables.
+module io_checkpoint_values
+  use base_errors, only: failure_t, require
+  use base_kinds, only: i8, rp
+  use base_text, only: number_text
+  use base_visitor, only: visitor_t
+  use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  implicit none
+  private
+  public :: checkpoint_saver_t, checkpoint_loader_t
+
+  integer(i8), parameter :: MOST_EXACT = 2_i8**53 !< integers up to it are reals without error
+
+  !> Puts what it visits into an open checkpoint. Visits are collective.
+  type, extends(visitor_t) :: checkpoint_saver_t
+    private
+    type(checkpoint_writer_t), pointer :: writer => null()
+    logical :: reals_are_tables = .false.
+  contains
+    procedure :: begin => saver_begin
+    procedure :: carry_real => saver_real
+    procedure :: carry_reals => saver_reals
+    procedure :: carry_integer => saver_integer
+    procedure :: carry_integers => saver_integers
+    procedure :: carry_text => saver_text
+  end type checkpoint_saver_t
+
+  !> Gives what it visits the values of an open checkpoint. Visits are collective. `failure` says what is missing or of another
+  !> size.
+  type, extends(visitor_t) :: checkpoint_loader_t
+    private
+    type(checkpoint_reader_t), pointer :: reader => null()
+    logical :: reals_are_tables = .false.
+  contains
+    procedure :: begin => loader_begin
+    procedure :: carry_real => loader_real
+    procedure :: carry_reals => loader_reals
+    procedure :: carry_integer => loader_integer
+    procedure :: carry_integers => loader_integers
+    procedure :: carry_text => loader_text
+  end type checkpoint_loader_t
+
+contains
+
+  !> All names will begin with `prefix`. The writer outlives the visits.
+  subroutine saver_begin(self, writer, prefix, reals_are_tables)
+    class(checkpoint_saver_t), intent(out) :: self
+    type(checkpoint_writer_t), intent(inout), target :: writer
+    character(*), intent(in) :: prefix
+    logical, intent(in), optional :: reals_are_tables
+    self%writer => writer
+    self%path = prefix
+    if (present(reals_are_tables)) self%reals_are_tables = reals_are_tables
+  end subroutine saver_begin
+
+  subroutine saver_real(self, name, value)
+    class(checkpoint_saver_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: value
+    if (self%reals_are_tables) then
+      call self%writer%put_reals(name, [value])
+    else
+      call self%writer%put_real(name, value)
+    end if
+  end subroutine saver_real
+
+  subroutine saver_reals(self, name, values)
+    class(checkpoint_saver_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: values(:)
+    call self%writer%put_reals(name, values)
+  end subroutine saver_reals
+
+  subroutine saver_integer(self, name, value)
+    class(checkpoint_saver_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(inout) :: value
+    call self%writer%put_integer(name, value)
+  end subroutine saver_integer
+
+  subroutine saver_integers(self, name, values)
+    class(checkpoint_saver_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(inout) :: values(:)
+    call require(all(abs(values) <= MOST_EXACT), 'io_checkpoint_values: integers that are exact as reals in '//name)
+    call self%writer%put_reals(name, real(values, rp))
+  end subroutine saver_integers
+
+  subroutine saver_text(self, name, text)
+    class(checkpoint_saver_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(inout) :: text
+    call self%writer%put_text(name, text)
+  end subroutine saver_text
+
+  !> As `begin` of the saver that wrote the values.
+  subroutine loader_begin(self, reader, prefix, reals_are_tables)
+    class(checkpoint_loader_t), intent(out) :: self
+    type(checkpoint_reader_t), intent(inout), target :: reader
+    character(*), intent(in) :: prefix
+    logical, intent(in), optional :: reals_are_tables
+    self%is_reading = .true.
+    self%reader => reader
+    self%path = prefix
+    if (present(reals_are_tables)) self%reals_are_tables = reals_are_tables
+  end subroutine loader_begin
+
+  subroutine loader_real(self, name, value)
+    class(checkpoint_loader_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: value
+    real(rp) :: values(1)
+    if (self%reals_are_tables) then
+      values = 0
+      call self%carry_reals(name, values)
+      value = values(1)
+    else
+      call self%reader%get_real(name, value, self%failure)
+    end if
+  end subroutine loader_real
+
+  subroutine loader_reals(self, name, values)
+    class(checkpoint_loader_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(inout) :: values(:)
+    real(rp), allocatable :: stored(:)
+    call self%reader%get_reals(name, stored, self%failure)
+    if (self%failure%failed) return
+    if (size(stored) /= size(values)) then
+      call self%failure%raise('the checkpoint has '//number_text(size(stored))//' numbers in '//name//' instead of '// &
+                              number_text(size(values)))
+    else
+      values = stored
+    end if
+  end subroutine loader_reals
+
+  subroutine loader_integer(self, name, value)
+    class(checkpoint_loader_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(inout) :: value
+    call self%reader%get_integer(name, value, self%failure)
+  end subroutine loader_integer
+
+  subroutine loader_integers(self, name, values)
+    class(checkpoint_loader_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer(i8), intent(inout) :: values(:)
+    real(rp) :: stored(size(values))
+    stored = 0
+    call self%carry_reals(name, stored)
+    if (self%failure%failed) return
+    if (.not. all(abs(stored) <= MOST_EXACT)) then
+      call self%failure%raise('the checkpoint has no integers in '//name)
+    else
+      values = nint(stored, i8)
+    end if
+  end subroutine loader_integers
+
+  subroutine loader_text(self, name, text)
+    class(checkpoint_loader_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(inout) :: text
+    call self%reader%get_text(name, text, self%failure)
+  end subroutine loader_text
+end module io_checkpoint_values

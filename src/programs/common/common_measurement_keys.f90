@@ -1,0 +1,78 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> [Measurement]: the file, and whether heights that stand out from those around them count.
+module common_measurement_keys
+  use base_errors, only: message_list_t
+  use base_text, only: number_text
+  use io_config, only: config_t
+  use io_keys, only: declaring, keys_t, reading
+  use io_registry, only: registry_t
+  use measurement_data, only: measurement_t
+  use measurement_outliers, only: leave_out_outliers, outliers_t
+  implicit none
+  private
+  public :: measurement_choices_t, register_measurement_keys, read_measurement_keys, choose_heights
+
+  !> What the section says.
+  type :: measurement_choices_t
+    character(:), allocatable :: file, outliers
+    logical :: has_file = .false.
+  end type measurement_choices_t
+
+contains
+
+  !> The section; `more` continues the help of its file, and `usual` out of `words` is what a program does about outliers.
+  subroutine measurement_keys(keys, c, more, words, usual)
+    type(keys_t), intent(inout) :: keys
+    type(measurement_choices_t), intent(inout) :: c
+    character(*), intent(in) :: more, words, usual
+    call keys%section('Measurement', 'what the wing did in the experiment')
+    call keys%text('file', c%file, '', 'measurement file (docs/formats/measurement-format.md); looked for here and then in the '// &
+                   'folder of the input file'//more, required=.true., given=c%has_file)
+    call keys%word('outliers', c%outliers, usual, words, &
+                   'heights that stand out from all around them by more than 6 sd, as no normal errors do')
+  end subroutine measurement_keys
+
+  !> Declares the section, as `measurement_keys` states it.
+  subroutine register_measurement_keys(registry, more, words, usual)
+    type(registry_t), intent(inout), target :: registry
+    character(*), intent(in) :: more, words, usual
+    type(measurement_choices_t) :: unused
+    type(keys_t) :: keys
+    keys = declaring(registry)
+    call measurement_keys(keys, unused, more, words, usual)
+  end subroutine register_measurement_keys
+
+  !> What [Measurement] says.
+  subroutine read_measurement_keys(config, choices)
+    type(config_t), intent(in), target :: config
+    type(measurement_choices_t), intent(out) :: choices
+    type(keys_t) :: keys
+    keys = reading(config)
+    call measurement_keys(keys, choices, '', '', '')
+  end subroutine read_measurement_keys
+
+  !> Leaves them out, unless they are to be kept or the program's preset `keeps` them, and adds how many to `notices`.
+  subroutine choose_heights(config, path, keeps, measurement, outliers, notices)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: path !< of the measurement
+    logical, intent(in) :: keeps
+    type(measurement_t), intent(inout) :: measurement
+    type(outliers_t), intent(out) :: outliers
+    type(message_list_t), intent(inout) :: notices
+    type(measurement_choices_t) :: choices
+    character(8) :: percent
+    if (.not. allocated(measurement%loads)) return
+    call read_measurement_keys(config, choices)
+    select case (choices%outliers)
+    case ('keep')
+      return
+    case ('preset')
+      if (keeps) return
+    end select
+    call leave_out_outliers(measurement, outliers)
+    if (outliers%n == 0) return
+    write (percent, '(f8.2)') 100.0*outliers%n/real(max(1, outliers%n_tested))
+    call notices%add(path//': '//number_text(outliers%n)//' heights ('//trim(adjustl(percent))//' %) stand out '// &
+                     'from those around them and are left out; [Measurement] outliers = keep keeps them')
+  end subroutine choose_heights
+end module common_measurement_keys
